@@ -1,0 +1,3 @@
+"""plant-bench: a lightweight closed-loop benchmark for driving planners, on SUMO."""
+
+__version__ = "0.1.0"

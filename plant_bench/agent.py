@@ -1,0 +1,278 @@
+"""The contract between the benchmark and a planner: the only file a planner's author must read.
+
+A planner is any object with `inputs`, `reset` and `act`; no base class is needed. It declares what
+it wants to see, is given that and nothing else, and answers each tick with a `Plan` or a `Control`.
+
+    class Straight:
+        inputs = frozenset({Input.ROUTE})
+
+        def reset(self, route): ...
+
+        def act(self, observation):
+            return Control(acceleration=1.0, steering=0.0)
+
+All values are in SI units and radians; the world frame is x east, y north, yaw counter-clockwise
+from +x; the ego frame is x forward, y left, at the centre of the ego's box.
+"""
+
+import copy
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+from jaxtyping import Float
+
+from plant_bench.errors import AgentError
+from plant_bench.world.route import Route
+from plant_bench.world.scene import Actors, EgoState, Light
+
+PLAN_STEPS = 4  # waypoints (PlanT, section 3: W = 4)
+PLAN_INTERVAL = 0.5  # s between waypoints (PlanT, section 3; data at 2 Hz)
+ROUTE_AHEAD = 100  # route points in an observation, one a metre
+PATH_STEP = 1.0  # m between the poses of a privileged path
+PATH_POSES = 121  # poses of a privileged path, the first at the actor's centre
+LIGHT_RANGE = 50.0  # m: lights farther ahead are not in view
+
+
+class Input(StrEnum):
+    """What a planner may ask to be given."""
+
+    OBJECTS = "objects"
+    ROUTE = "route"
+    LIGHT = "light"
+    PRIVILEGED = "privileged"
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class RouteAhead:
+    """The route from the ego's place on it, in the world frame.
+
+    Attributes:
+        progress: Arc length already driven, metres.
+        offset: The ego's lateral distance from the route, positive to the left of it.
+        points: One a metre, the first the last point passed; fewer near the end.
+        headings: Radians at each point.
+        speed_limits: m/s at each point.
+    """
+
+    progress: float
+    offset: float
+    points: Float[np.ndarray, "steps 2"]
+    headings: Float[np.ndarray, " steps"]
+    speed_limits: Float[np.ndarray, " steps"]
+
+
+@dataclass(frozen=True, slots=True)
+class NextLight:
+    """The next traffic light on the route within `LIGHT_RANGE`.
+
+    Attributes:
+        state: What it shows.
+        distance: From the ego's front bumper to the stop line along the route, metres; negative
+            for up to a car's length after the front has crossed it.
+    """
+
+    state: Light
+    distance: float
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Privileged:
+    """What only the simulator knows of the actors, in their order (PlanT, section 4: the expert).
+
+    Attributes:
+        paths: Poses of the box centre along each actor's true lanes, every `PATH_STEP` metres.
+        accelerations: m/s2.
+        desired_speeds: m/s, the lane's limit times the driver's factor.
+        stop_distances: Metres of path until the front must stop for a red light or for others with
+            the right of way; infinite where it may go on.
+        stopped_for: Seconds it has been standing.
+    """
+
+    paths: Float[np.ndarray, "actors steps 3"]
+    accelerations: Float[np.ndarray, " actors"]
+    desired_speeds: Float[np.ndarray, " actors"]
+    stop_distances: Float[np.ndarray, " actors"]
+    stopped_for: Float[np.ndarray, " actors"]
+
+    def only(self, keep: np.ndarray) -> "Privileged":
+        """Return the facts of the actors that a mask or an index array selects."""
+        return Privileged(
+            self.paths[keep],
+            self.accelerations[keep],
+            self.desired_speeds[keep],
+            self.stop_distances[keep],
+            self.stopped_for[keep],
+        )
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Observation:
+    """What a planner is given at one tick; fields it did not declare are None.
+
+    Attributes:
+        time: Seconds since the start of the episode.
+        ego: The ego vehicle.
+        speed_limit: Posted at the ego's place, m/s.
+        actors: Others in sight (`Input.OBJECTS`).
+        route: The route ahead (`Input.ROUTE`).
+        light: The next traffic light, None also where none is in view (`Input.LIGHT`).
+        privileged: The simulator's facts on `actors` (`Input.PRIVILEGED`).
+    """
+
+    time: float
+    ego: EgoState
+    speed_limit: float
+    actors: Actors | None = None
+    route: RouteAhead | None = None
+    light: NextLight | None = None
+    privileged: Privileged | None = None
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Plan:
+    """Waypoints in the ego frame at 0.5, 1.0, 1.5 and 2.0 s; the benchmark's controller drives them.
+
+    Attributes:
+        waypoints: x forward, y left, metres.
+    """
+
+    waypoints: Float[np.ndarray, "waypoints 2"]
+
+
+@dataclass(frozen=True, slots=True)
+class Control:
+    """What the ego's actuators are asked for; limits are the vehicle's own.
+
+    Attributes:
+        acceleration: m/s2, negative to brake.
+        steering: Front wheel angle in radians, positive to the left.
+    """
+
+    acceleration: float
+    steering: float
+
+
+@runtime_checkable
+class Agent(Protocol):
+    """A planner."""
+
+    inputs: frozenset[Input]
+
+    def reset(self, route: Route | None) -> None:
+        """Start a new episode and forget the last one.
+
+        Args:
+            route: The global plan, as a navigation system has it; None without `Input.ROUTE`.
+        """
+        ...
+
+    def act(self, observation: Observation) -> Plan | Control:
+        """Decide; called 20 times a simulated second."""
+        ...
+
+
+@runtime_checkable
+class Ranker(Protocol):
+    """A planner that can tell which actors matter to it."""
+
+    def rank(self, observation: Observation) -> Float[np.ndarray, " actors"]:
+        """Return the relevance of each actor, the higher the more relevant (PlanT, section 4.2)."""
+        ...
+
+
+def check_action(action: object) -> Plan | Control:
+    """Return the action if it is a finite `Plan` or `Control` of the right shape.
+
+    Raises:
+        AgentError: It is not.
+    """
+    if isinstance(action, Control):
+        try:
+            finite = bool(np.isfinite(action.acceleration) and np.isfinite(action.steering))
+        except TypeError:
+            finite = False
+        if not finite:
+            message = f"act returned {action}: finite numbers are wanted."
+            raise AgentError(message)
+        return action
+    if isinstance(action, Plan):
+        try:
+            waypoints = np.asarray(action.waypoints, dtype=float)
+        except (TypeError, ValueError) as error:
+            message = "act returned a Plan whose waypoints are not numbers."
+            raise AgentError(message) from error
+        if waypoints.shape != (PLAN_STEPS, 2) or not np.isfinite(waypoints).all():
+            message = (
+                f"act returned a Plan of shape {waypoints.shape}: ({PLAN_STEPS}, 2) finite "
+                "waypoints in the ego frame are wanted."
+            )
+            raise AgentError(message)
+        return Plan(waypoints)
+    message = f"act returned a {type(action).__name__}: a Plan or a Control is wanted."
+    raise AgentError(message)
+
+
+def same_action(one: Plan | Control, other: Plan | Control) -> bool:
+    """Tell whether two actions are equal, number for number."""
+    if isinstance(one, Plan) and isinstance(other, Plan):
+        return bool(np.array_equal(one.waypoints, other.waypoints))
+    return isinstance(one, Control) and one == other
+
+
+def check_agent(agent: object, route: Route, observations: list[Observation]) -> None:
+    """Check a planner against the contract, by driving it through given observations twice.
+
+    `reset` must clear its memory: the same observations give the same actions. Actions must be
+    valid, and observations must be left as they were.
+
+    Args:
+        agent: The planner.
+        route: A route to reset it with.
+        observations: A few ticks of one episode, for instance from a recording.
+
+    Raises:
+        AgentError: What it did, and what was wanted.
+    """
+    if not isinstance(agent, Agent):
+        message = f"{type(agent).__name__} is no Agent: inputs, reset and act are wanted."
+        raise AgentError(message)
+    if not all(item in set(Input) for item in agent.inputs):
+        message = f"inputs {agent.inputs!r}: a frozenset of plant_bench.agent.Input is wanted."
+        raise AgentError(message)
+    given = route if Input.ROUTE in agent.inputs else None
+    drives: list[list[Plan | Control]] = []
+    for _ in range(2):
+        agent.reset(given)
+        actions = []
+        for observation in observations:
+            before = copy.deepcopy(observation)
+            actions.append(check_action(agent.act(observation)))
+            if not _equal(before, observation):
+                message = f"{type(agent).__name__}.act changed its observation: it must not."
+                raise AgentError(message)
+        drives.append(actions)
+    if not all(map(same_action, *drives)):
+        message = f"{type(agent).__name__} acts differently after reset: it must forget the past."
+        raise AgentError(message)
+    if isinstance(agent, Ranker):
+        _check_ranks(agent, observations)
+
+
+def _check_ranks(agent: Ranker, observations: list[Observation]) -> None:
+    for observation in observations:
+        ranks = np.asarray(agent.rank(observation))
+        count = 0 if observation.actors is None else len(observation.actors)
+        if ranks.shape != (count,) or not np.isfinite(ranks).all():
+            message = f"rank returned shape {ranks.shape}: ({count},) finite values are wanted."
+            raise AgentError(message)
+
+
+def _equal(one: object, other: object) -> bool:
+    if isinstance(one, np.ndarray) and isinstance(other, np.ndarray):
+        return np.array_equal(one, other, equal_nan=True)
+    fields = getattr(type(one), "__dataclass_fields__", None)
+    if fields is not None and type(one) is type(other):
+        return all(_equal(getattr(one, name), getattr(other, name)) for name in fields)
+    return bool(one == other)

@@ -1,0 +1,86 @@
+"""From a path and a gap to steering and acceleration: pure pursuit, the IDM, plan following."""
+
+import math
+
+from plant_bench.agent import PLAN_INTERVAL, Control, Plan, RouteAhead
+from plant_bench.world.scene import EgoState
+
+WHEELBASE = 2.86  # m, CARLA's lincoln.mkz2017
+REAR_AXLE = 0.5 * WHEELBASE  # m behind the box centre
+
+LOOKAHEAD_TIME = 0.45  # s
+LOOKAHEAD_LEAST = 3.5  # m from the rear axle
+
+IDM_ACCELERATION = 2.5  # m/s2
+IDM_BRAKING = 3.0  # m/s2, comfortable
+IDM_HEADWAY = 1.0  # s (Treiber, Hennecke, Helbing 2000 use 1.6; 1.0 is SUMO's own default)
+IDM_STANDSTILL = 2.5  # m, SUMO's default minGap
+HARDEST_BRAKING = 8.0  # m/s2
+
+PLAN_RESPONSE = 0.4  # s in which the planned speed is to be reached
+PLAN_STANDSTILL = 0.4  # m/s of planned speed below which to stop (PlanT, PlanT_agent.py)
+
+
+def follow_route(ego: EgoState, route: RouteAhead) -> float:
+    """Return the steering that brings the rear axle onto the route (pure pursuit)."""
+    reach = max(LOOKAHEAD_LEAST, LOOKAHEAD_TIME * ego.speed + 2.0)
+    cos, sin = math.cos(ego.yaw), math.sin(ego.yaw)
+    rear_x, rear_y = ego.x - REAR_AXLE * cos, ego.y - REAR_AXLE * sin
+    points = route.points
+    aim_x = aim_y = 0.0
+    for index in range(max(int(reach - REAR_AXLE), 0), len(points)):
+        aim_x, aim_y = points[index].tolist()
+        if math.hypot(aim_x - rear_x, aim_y - rear_y) >= reach:
+            break
+    return _pursue(cos, sin, aim_x - rear_x, aim_y - rear_y)
+
+
+def _pursue(cos: float, sin: float, dx: float, dy: float) -> float:
+    forward, left = cos * dx + sin * dy, cos * dy - sin * dx
+    square = forward * forward + left * left
+    if square < 1.0:
+        return 0.0
+    return math.atan(2.0 * WHEELBASE * left / square)
+
+
+def idm(speed: float, target: float, gap: float = math.inf, leader_speed: float = 0.0) -> float:
+    """Return the acceleration of the Intelligent Driver Model.
+
+    Args:
+        speed: m/s.
+        target: Speed wanted on a free road, m/s.
+        gap: Metres from bumper to bumper.
+        leader_speed: m/s.
+    """
+    free = 1.0 - (speed / max(target, 0.1)) ** 4
+    if gap == math.inf:
+        return max(IDM_ACCELERATION * free, -IDM_BRAKING)
+    dynamic = speed * (speed - leader_speed) / (2.0 * math.sqrt(IDM_ACCELERATION * IDM_BRAKING))
+    wanted = IDM_STANDSTILL + max(0.0, speed * IDM_HEADWAY + dynamic)
+    pull = IDM_ACCELERATION * (free - (wanted / max(gap, 0.1)) ** 2)
+    return max(pull, -HARDEST_BRAKING)
+
+
+def stop_within(speed: float, distance: float) -> float:
+    """Return the acceleration that stops before a line `distance` metres ahead of the bumper."""
+    return idm(speed, 100.0, distance + IDM_STANDSTILL - 0.8, 0.0)
+
+
+def follow_plan(plan: Plan, ego: EgoState) -> Control:
+    """Return the control that drives a plan's waypoints.
+
+    The speed is that between the first two waypoints and the aim lies midway between them, farther
+    out at speed (PlanT, PlanT_agent.py; pure pursuit in place of its PID, since the vehicle's
+    geometry is known here).
+    """
+    waypoints = plan.waypoints.tolist()
+    (x0, y0), (x1, y1) = waypoints[:2]
+    speed = math.hypot(x1 - x0, y1 - y0) / PLAN_INTERVAL
+    if speed < PLAN_STANDSTILL:
+        return Control(-3.0 if ego.speed > 0.1 else -1.0, 0.0)
+    reach = max(LOOKAHEAD_LEAST, LOOKAHEAD_TIME * ego.speed + 2.0)
+    aim = next(
+        ((x, y) for x, y in waypoints if math.hypot(x + REAR_AXLE, y) >= reach), waypoints[-1]
+    )
+    steering = _pursue(1.0, 0.0, aim[0] + REAR_AXLE, aim[1])
+    return Control((speed - ego.speed) / PLAN_RESPONSE, steering)

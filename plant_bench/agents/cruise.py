@@ -1,0 +1,29 @@
+"""The negative control: follows the route and its lights, and sees nobody."""
+
+from plant_bench.agent import Control, Input, Observation
+from plant_bench.agents.careful_driver import allowed_speed, light_limit
+from plant_bench.agents.control import follow_route, idm
+from plant_bench.errors import AgentError
+from plant_bench.world.route import Route
+
+
+class Cruise:
+    """Drives at the speed limit and stops for red lights."""
+
+    inputs = frozenset({Input.ROUTE, Input.LIGHT})
+
+    def reset(self, route: Route | None) -> None:
+        """Start a new episode; there is nothing to forget."""
+
+    def act(self, observation: Observation) -> Control:
+        """Drive.
+
+        Raises:
+            AgentError: The observation holds no route.
+        """
+        route, ego = observation.route, observation.ego
+        if route is None:
+            message = "Cruise needs the input 'route'."
+            raise AgentError(message)
+        pull = min(idm(ego.speed, allowed_speed(route)), light_limit(ego.speed, observation.light))
+        return Control(pull, follow_route(ego, route))

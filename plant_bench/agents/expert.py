@@ -1,0 +1,23 @@
+"""The expert: the careful driver with a privileged forecast (PlanT, section 4)."""
+
+from plant_bench.agent import Control, Input, Observation
+from plant_bench.agents.careful_driver import CarefulDriver
+from plant_bench.agents.forecast import along_true_lanes
+from plant_bench.world.route import Route
+
+
+class Expert:
+    """Knows each vehicle's true lanes, acceleration and right of way."""
+
+    inputs = frozenset({Input.OBJECTS, Input.ROUTE, Input.LIGHT, Input.PRIVILEGED})
+
+    def __init__(self) -> None:
+        self._driver = CarefulDriver(along_true_lanes)
+
+    def reset(self, route: Route | None) -> None:
+        """Start a new episode."""
+        self._driver.reset(route)
+
+    def act(self, observation: Observation) -> Control:
+        """Drive."""
+        return self._driver.act(observation)

@@ -1,0 +1,102 @@
+"""Where others will be: along their true lanes (privileged), or straight on."""
+
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+
+from plant_bench.agent import PATH_POSES, PATH_STEP, Observation
+from plant_bench.errors import AgentError
+
+STEP = 0.25  # s between two instants of a forecast
+STEPS = 20  # instants, the first now: 4.75 s
+TIMES = np.arange(STEPS) * STEP
+GENTLE_ACCELERATION = 1.0  # m/s2 that a driver who is free to go is expected to use at least
+
+
+class Forecast(NamedTuple):
+    """Boxes of others over the instants `TIMES`.
+
+    Attributes:
+        poses: Box centres.
+        lengths: Metres; longer than the vehicle by what its place is uncertain.
+        widths: Metres.
+    """
+
+    poses: Float[np.ndarray, "actors steps 3"]
+    lengths: Float[np.ndarray, "actors steps"]
+    widths: Float[np.ndarray, " actors"]
+
+
+def along_true_lanes(observation: Observation, keep: np.ndarray, certainty: float) -> Forecast:
+    """Forecast by what only the simulator knows (PlanT, section 4: the expert).
+
+    Each actor follows its true lanes; how far it gets lies between going on as now and speeding up
+    or slowing down, and its box covers that range, narrowed by `certainty` (0 to 1).
+
+    Raises:
+        AgentError: The observation holds no privileged facts.
+    """
+    actors, facts = observation.actors, observation.privileged
+    if actors is None or facts is None:
+        message = "The privileged forecast needs the inputs 'objects' and 'privileged'."
+        raise AgentError(message)
+    speed = actors.speeds[keep].astype(float)[:, None]
+    pull = facts.accelerations[keep][:, None]
+    top = np.maximum(facts.desired_speeds[keep][:, None], speed)
+    room = np.maximum(facts.stop_distances[keep][:, None], 0.0)
+    early = _travel(speed, np.maximum(pull, GENTLE_ACCELERATION), top)
+    late = _travel(speed, np.minimum(pull, 0.0), top)
+    early, late = np.minimum(early, room), np.minimum(late, room)
+    spread = (early - late) * (1.0 - certainty)
+    middle = 0.5 * (early + late)
+    poses = _gather(facts.paths[keep], middle)
+    extents = actors.extents[keep].astype(float)
+    return Forecast(poses, extents[:, 0, None] + spread, extents[:, 1])
+
+
+def straight_on(observation: Observation, keep: np.ndarray, certainty: float) -> Forecast:
+    """Forecast with constant speed and heading (PlanT, section 4: the rule-based planner).
+
+    Raises:
+        AgentError: The observation holds no actors.
+    """
+    del certainty
+    actors = observation.actors
+    if actors is None:
+        message = "The forecast needs the input 'objects'."
+        raise AgentError(message)
+    poses = actors.poses[keep].astype(float)
+    extents = actors.extents[keep].astype(float)
+    travel = actors.speeds[keep].astype(float)[:, None] * TIMES
+    x = poses[:, 0, None] + travel * np.cos(poses[:, 2, None])
+    y = poses[:, 1, None] + travel * np.sin(poses[:, 2, None])
+    yaw = np.broadcast_to(poses[:, 2, None], x.shape)
+    lengths = np.broadcast_to(extents[:, 0, None], x.shape)
+    return Forecast(np.stack((x, y, yaw), axis=2), lengths, extents[:, 1])
+
+
+def _travel(
+    speed: Float[np.ndarray, "actors 1"],
+    pull: Float[np.ndarray, "actors 1"],
+    top: Float[np.ndarray, "actors 1"],
+) -> Float[np.ndarray, "actors steps"]:
+    """Return how far a constant acceleration gets between standing and a top speed."""
+    speeds = np.clip(speed + pull * TIMES, 0.0, top)
+    travel = np.zeros_like(speeds)
+    np.cumsum(0.5 * STEP * (speeds[:, 1:] + speeds[:, :-1]), axis=1, out=travel[:, 1:])
+    return travel
+
+
+def _gather(
+    paths: Float[np.ndarray, "actors samples 3"], at: Float[np.ndarray, "actors steps"]
+) -> Float[np.ndarray, "actors steps 3"]:
+    """Return the poses at distances along each actor's path."""
+    place = np.minimum(at / PATH_STEP, PATH_POSES - 1.001)
+    index = place.astype(np.intp)
+    share = place - index
+    rows = np.arange(len(paths))[:, None]
+    poses = paths[rows, index]
+    onward = paths[rows, index + 1]
+    poses[..., :2] += share[..., None] * (onward[..., :2] - poses[..., :2])
+    return poses

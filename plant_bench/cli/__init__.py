@@ -1,0 +1,64 @@
+"""The command line: text in, calls into the rooms below, text out."""
+
+import sys
+from typing import Annotated
+
+import typer
+
+from plant_bench import __version__
+from plant_bench.cli.agents import list_agents
+from plant_bench.cli.routes import routes_app
+from plant_bench.cli.runs import compare_runs, rescore_run
+from plant_bench.cli.score import score
+from plant_bench.cli.towns import towns_app
+from plant_bench.errors import InputError, PlantBenchError
+
+EXIT_FAILED = 1
+EXIT_INPUT = 2
+
+app = typer.Typer(
+    name="plant-bench",
+    no_args_is_help=True,
+    rich_markup_mode="markdown",
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+    epilog="Start with `plant-bench score --agent expert --routes 0 --repetitions 1`.",
+)
+app.command("score")(score)
+app.command("rescore")(rescore_run)
+app.command("compare")(compare_runs)
+app.command("agents")(list_agents)
+app.add_typer(towns_app, name="towns")
+app.add_typer(routes_app, name="routes")
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"plant-bench {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _root(
+    version: Annotated[
+        bool,
+        typer.Option("--version", callback=_print_version, is_eager=True, help="Say the version."),
+    ] = False,
+) -> None:
+    """Score driving planners in closed loop on SUMO: drive, compare, and score again.
+
+    Every command says more with --help. Exit codes: 0 done, 1 a difference or a failure,
+    2 unusable input, 130 stopped with Ctrl-C.
+    """
+
+
+def main() -> None:
+    """Run the command line; every error raised on purpose becomes one line here."""
+    try:
+        app()
+    except PlantBenchError as error:
+        typer.secho(f"plant-bench: {error}", err=True, fg=typer.colors.RED)
+        sys.exit(EXIT_INPUT if isinstance(error, InputError) else EXIT_FAILED)
+    except BrokenPipeError:  # `plant-bench agents | head -1`
+        sys.stderr.close()
+        sys.exit(EXIT_FAILED)

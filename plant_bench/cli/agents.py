@@ -1,0 +1,19 @@
+"""`plant-bench agents`."""
+
+import typer
+
+
+def list_agents() -> None:
+    """List the planners that come with plant-bench, and what each is given.
+
+    Your own planner needs no registration: give `--agent path/to/file.py:Class` or
+    `--agent package.module:Class` to `plant-bench score`.
+    """
+    from plant_bench.agents.registry import AGENTS, load_agent
+
+    width = max(len(name) for name in AGENTS)
+    for name in AGENTS:
+        agent = load_agent(name)
+        about = (type(agent).__doc__ or "").strip().partition("\n")[0]
+        given = ", ".join(sorted(agent.inputs)) or "nothing but its own state"
+        typer.echo(f"{name:<{width}}  {about}\n{'':<{width}}  is given: {given}")

@@ -1,0 +1,103 @@
+"""Live progress on the terminal: one bar for each worker and one for the whole run."""
+
+from types import TracebackType
+
+from rich.console import Console
+from rich.progress import (
+    BarColumn,
+    Progress,
+    TaskID,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
+
+from plant_bench.runner.episode import Job
+from plant_bench.runner.suite import (
+    EpisodeEnded,
+    EpisodeProgressed,
+    EpisodeRetried,
+    EpisodeStarted,
+    SuiteEvent,
+)
+from plant_bench.scoring.infractions import Status
+
+
+class RunProgress:
+    """Bars on standard error that follow a run's events; progress counts metres of route.
+
+    Args:
+        jobs: All jobs of the run.
+        missing: Those that are yet to run.
+    """
+
+    def __init__(self, jobs: list[Job], missing: list[Job]) -> None:
+        self._progress = Progress(
+            TextColumn("{task.description:<34}"),
+            BarColumn(),
+            TextColumn("{task.fields[count]:>9}"),
+            TimeElapsedColumn(),
+            TimeRemainingColumn(),
+            console=Console(stderr=True),
+            speed_estimate_period=300,
+        )
+        self._ended = len(jobs) - len(missing)
+        self._count = len(jobs)
+        self._metres = 0.0  # of episodes that have ended
+        total = sum(job.route.length for job in missing)
+        self._whole = self._progress.add_task("all episodes", total=total, count="")
+        self._bars: dict[int, TaskID] = {}
+        self._running: dict[int, float] = {}
+
+    def __enter__(self) -> "RunProgress":
+        self._progress.start()
+        self._refresh()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        for bar in self._bars.values():
+            self._progress.remove_task(bar)
+        self._progress.stop()
+
+    def __call__(self, event: SuiteEvent) -> None:
+        """Show what has happened."""
+        match event:
+            case EpisodeStarted():
+                self._show(event.worker, f"{event.job.route.id} r{event.job.repetition}")
+            case EpisodeProgressed():
+                self._running[event.worker] = event.share * event.job.route.length
+                self._progress.update(self._bars[event.worker], completed=event.share)
+            case EpisodeRetried():
+                self._say(event.job, f"{event.reason} Trying once more.")
+                self._running.pop(event.worker, None)
+            case EpisodeEnded():
+                self._end(event)
+        self._refresh()
+
+    def _end(self, event: EpisodeEnded) -> None:
+        self._running.pop(event.worker, None)
+        self._metres += event.job.route.length
+        self._ended += 1
+        if event.result.status in (Status.SIMULATION_CRASHED, Status.AGENT_CRASHED):
+            self._say(event.job, f"{event.result.status}: {event.result.reason}")
+
+    def _show(self, worker: int, text: str) -> None:
+        description = f"worker {worker}: {text}"
+        if worker in self._bars:
+            self._progress.reset(self._bars[worker], description=description)
+        else:
+            self._bars[worker] = self._progress.add_task(description, total=1.0, count="")
+
+    def _say(self, job: Job, text: str) -> None:
+        name = f"{job.route.id} r{job.repetition}"
+        self._progress.console.print(f"{name}: {text}", highlight=False, markup=False)
+
+    def _refresh(self) -> None:
+        metres = self._metres + sum(self._running.values())
+        count = f"{self._ended}/{self._count}"
+        self._progress.update(self._whole, completed=metres, count=count)

@@ -1,0 +1,67 @@
+"""`plant-bench routes`."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+routes_app = typer.Typer(no_args_is_help=True, help="Build, check and list the routes.")
+
+Suite = Annotated[str, typer.Option(help="A suite's name, or a folder or file of routes.")]
+
+
+@routes_app.command("build")
+def build(
+    suite: Annotated[str, typer.Option(help="Name of the suite.")] = "longest6",
+    town: Annotated[
+        list[str] | None, typer.Option(help="Only this town; may be given more than once.")
+    ] = None,
+    seed: Annotated[int | None, typer.Option(help="Other routes of the same kind.", min=0)] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder to write to, instead of the suite's own.")
+    ] = None,
+    check: Annotated[
+        bool, typer.Option("--check", help="Write nothing: check the routes that are there.")
+    ] = False,
+) -> None:
+    """Choose a suite's routes again; the same seed gives the same routes.
+
+    Examples:
+
+        plant-bench routes build --check
+
+        plant-bench routes build --seed 7 --out my_routes
+    """
+    from plant_bench.towns.routes import build_suite, check_suite
+
+    if not check:
+        typer.echo(f"{suite}: {build_suite(suite, towns=town, seed=seed, out=out)}")
+        return
+    faults = check_suite(suite)
+    typer.echo(f"{suite}: {'sound' if not faults else f'{len(faults)} faults'}")
+    for fault in faults:
+        typer.echo(fault, err=True)
+    if faults:
+        raise typer.Exit(1)
+
+
+@routes_app.command("list")
+def list_routes(
+    suite: Suite = "longest6",
+    pictures: Annotated[
+        Path | None, typer.Option(help="Folder to save a picture of each route to.")
+    ] = None,
+) -> None:
+    """List a suite's routes; the number is what `plant-bench score --routes` takes."""
+    from plant_bench.reports.tables import print_rows
+    from plant_bench.towns.routes import describe_suite, save_suite_pictures
+    from plant_bench.world.route import load_suite
+
+    routes = load_suite(suite)
+    frame = describe_suite(routes)
+    rows = [[number, *row] for number, row in enumerate(frame.itertuples(index=False))]
+    print_rows(f"Suite {suite}", ["number", *map(str, frame.columns)], rows)
+    if pictures is not None:
+        pictures.mkdir(parents=True, exist_ok=True)
+        save_suite_pictures(routes, pictures)
+        typer.echo(f"Pictures are in {pictures}.")

@@ -1,0 +1,115 @@
+"""Polylines: arc length, projection, resampling, curvature."""
+
+import math
+from bisect import bisect_right
+
+import numpy as np
+from jaxtyping import Float
+
+
+def arc_lengths(points: Float[np.ndarray, "points 2"]) -> Float[np.ndarray, " points"]:
+    """Return the distance along the line of each point, from 0."""
+    steps = np.hypot(np.diff(points[:, 0]), np.diff(points[:, 1]))
+    return np.concatenate(([0.0], np.cumsum(steps)))
+
+
+def headings(points: Float[np.ndarray, "points 2"]) -> Float[np.ndarray, " points"]:
+    """Return the heading at each point, unwrapped: that of its segment, the last one repeated."""
+    delta = np.diff(points, axis=0)
+    yaw = np.unwrap(np.arctan2(delta[:, 1], delta[:, 0]))
+    return np.concatenate((yaw, yaw[-1:]))
+
+
+def resample(
+    points: Float[np.ndarray, "points dims"], spacing: float
+) -> Float[np.ndarray, "samples dims"]:
+    """Return points every `spacing` metres (of x and y), the two ends kept.
+
+    The spacing is stretched a little so that it divides the length.
+    """
+    along = arc_lengths(points[:, :2])
+    count = max(1, round(along[-1] / spacing))
+    at = np.linspace(0.0, along[-1], count + 1)
+    return np.stack([np.interp(at, along, column) for column in points.T], axis=1)
+
+
+def curvatures(points: Float[np.ndarray, "points 2"]) -> Float[np.ndarray, " points"]:
+    """Return the signed curvature at each point in 1/m, positive to the left.
+
+    Central differences over the two neighbours; the ends repeat their neighbour's value.
+    """
+    if len(points) < 3:
+        return np.zeros(len(points))
+    before, after = points[1:-1] - points[:-2], points[2:] - points[1:-1]
+    cross = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
+    dot = np.einsum("ij,ij->i", before, after)
+    length = 0.5 * (np.hypot(*before.T) + np.hypot(*after.T))
+    inner = np.arctan2(cross, dot) / np.maximum(length, 1e-9)
+    return np.concatenate((inner[:1], inner, inner[-1:]))
+
+
+class Cursor:
+    """A place on a polyline that only moves forward; mutable.
+
+    The searches are plain Python on purpose: a step forward touches one or two segments, which is
+    cheaper than any numpy call, and this runs at every tick.
+
+    Args:
+        points: The polyline, any spacing.
+    """
+
+    def __init__(self, points: Float[np.ndarray, "points 2"]) -> None:
+        self._x = points[:, 0].tolist()
+        self._y = points[:, 1].tolist()
+        self._along = arc_lengths(points).tolist()
+        self.index = 0
+        self.progress = 0.0
+        self.offset = 0.0
+
+    @property
+    def length(self) -> float:
+        """The length of the whole line in metres."""
+        return self._along[-1]
+
+    @property
+    def heading(self) -> float:
+        """The heading of the segment the cursor is on."""
+        i = self.index
+        return math.atan2(self._y[i + 1] - self._y[i], self._x[i + 1] - self._x[i])
+
+    def place(self, at: float) -> None:
+        """Move to an arc length, forward or back."""
+        at = min(max(at, 0.0), self.length)
+        self.index = min(bisect_right(self._along, at) - 1, len(self._x) - 2)
+        self.progress, self.offset = at, 0.0
+
+    def advance(self, x: float, y: float, *, most: int = 8) -> None:
+        """Follow a point forward by at most `most` segments, and set `progress` and `offset`.
+
+        `offset` is the lateral distance of the point from the line, positive to the left.
+        """
+        last = len(self._x) - 2
+        for _ in range(most + 1):
+            i = self.index
+            dx, dy = self._x[i + 1] - self._x[i], self._y[i + 1] - self._y[i]
+            length = self._along[i + 1] - self._along[i]
+            px, py = x - self._x[i], y - self._y[i]
+            along = (px * dx + py * dy) / length
+            if along > length and i < last:
+                self.index = i + 1
+                continue
+            self.offset = (dx * py - dy * px) / length
+            self.progress = max(self.progress, self._along[i] + min(max(along, 0.0), length))
+            return
+        self.progress = max(self.progress, self._along[self.index])
+
+
+def distance_to(
+    points: Float[np.ndarray, "points 2"], x: float, y: float
+) -> float:
+    """Return the distance of (x, y) from the nearest point of the polyline."""
+    start, delta = points[:-1], np.diff(points, axis=0)
+    square = np.maximum(np.einsum("ij,ij->i", delta, delta), 1e-12)
+    share = np.clip(((x - start[:, 0]) * delta[:, 0] + (y - start[:, 1]) * delta[:, 1]) / square, 0, 1)
+    near = start + share[:, None] * delta
+    return float(np.sqrt(np.min((near[:, 0] - x) ** 2 + (near[:, 1] - y) ** 2)))

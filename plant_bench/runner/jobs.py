@@ -1,0 +1,89 @@
+"""Which episodes a run is made of: the routes chosen, the repetitions, and the seed of each."""
+
+import difflib
+import hashlib
+from collections.abc import Sequence
+
+from plant_bench.errors import InputError
+from plant_bench.runner.episode import Job
+from plant_bench.world.route import Route
+
+
+def repetition_seed(seed: int, route: str, repetition: int) -> int:
+    """Return an episode's seed: the same for every agent, so that runs can be paired.
+
+    >>> repetition_seed(0, "town01-0", 0) == repetition_seed(0, "town01-0", 0)
+    True
+    >>> repetition_seed(0, "town01-0", 0) == repetition_seed(0, "town01-0", 1)
+    False
+    """
+    digest = hashlib.sha256(f"{seed}|{route}|{repetition}".encode()).digest()
+    return int.from_bytes(digest[:4], "big") >> 1  # SUMO takes 31 bits
+
+
+def select_routes(routes: Sequence[Route], selection: str | None) -> list[Route]:
+    """Return the routes that a text like "0,3-5,town02-1" names, in the suite's order.
+
+    Args:
+        routes: The suite.
+        selection: Places in the suite counted from 0, ranges of them, and route ids; None is all.
+
+    Raises:
+        InputError: A part names no route.
+    """
+    if selection is None:
+        return list(routes)
+    chosen: set[int] = set()
+    for part in selection.split(","):
+        chosen.update(_places([route.id for route in routes], part.strip()))
+    return [route for place, route in enumerate(routes) if place in chosen]
+
+
+def _places(ids: list[str], part: str) -> range:
+    if part in ids:
+        return range(ids.index(part), ids.index(part) + 1)
+    first, dash, last = part.partition("-")
+    if first.isdecimal() and (last.isdecimal() or not dash):
+        places = range(int(first), int(last or first) + 1)
+        if places and places[-1] < len(ids):
+            return places
+    near = difflib.get_close_matches(part, ids, n=1)
+    hint = f" Did you mean {near[0]}?" if near else ""
+    message = (
+        f"There is no route '{part}' in this suite: numbers 0 to {len(ids) - 1}, ranges such as "
+        f"0-2 and ids such as {ids[0]} are wanted.{hint}"
+    )
+    raise InputError(message)
+
+
+def make_jobs(
+    agent: str,
+    agent_checksum: str,
+    routes: Sequence[Route],
+    *,
+    repetitions: int,
+    seed: int,
+    density: str,
+) -> list[Job]:
+    """Return one job for each route and repetition.
+
+    Args:
+        agent: As given to `load_agent`.
+        agent_checksum: Content hash of the agent.
+        routes: To drive.
+        repetitions: Episodes on each route, each with a seed of its own.
+        seed: The base seed.
+        density: Of the traffic.
+    """
+    return [
+        Job(
+            agent=agent,
+            agent_checksum=agent_checksum,
+            route=route,
+            repetition=repetition,
+            seed=repetition_seed(seed, route.id, repetition),
+            density=density,
+        )
+        for route in routes
+        for repetition in range(repetitions)
+    ]

@@ -1,0 +1,75 @@
+"""What an agent is given of a scene: what it declared, and nothing else."""
+
+import math
+
+import numpy as np
+
+from plant_bench.agent import (
+    LIGHT_RANGE,
+    ROUTE_AHEAD,
+    Input,
+    NextLight,
+    Observation,
+    Privileged,
+    RouteAhead,
+)
+from plant_bench.world.route import Route
+from plant_bench.world.scene import EGO_LENGTH, Light, Scene
+
+
+def observe(
+    scene: Scene,
+    route: Route,
+    progress: float,
+    offset: float,
+    inputs: frozenset[Input],
+    privileged: Privileged | None,
+) -> Observation:
+    """Return the observation of a scene.
+
+    Args:
+        scene: What there is.
+        route: The route being driven.
+        progress: Arc length the ego has driven of it.
+        offset: The ego's lateral distance from it.
+        inputs: What the agent declared.
+        privileged: The simulator's facts on the scene's actors; handed on if declared.
+    """
+    index = min(math.floor(progress), len(route.points) - 2)
+    return Observation(
+        time=scene.time,
+        ego=scene.ego,
+        speed_limit=float(route.speed_limits[index]),
+        actors=scene.actors if Input.OBJECTS in inputs else None,
+        route=_ahead(route, index, progress, offset) if Input.ROUTE in inputs else None,
+        light=_next_light(scene, route, progress) if Input.LIGHT in inputs else None,
+        privileged=privileged if Input.PRIVILEGED in inputs else None,
+    )
+
+
+def _ahead(route: Route, index: int, progress: float, offset: float) -> RouteAhead:
+    part = slice(index, index + ROUTE_AHEAD + 1)
+    return RouteAhead(
+        progress=progress,
+        offset=offset,
+        points=_locked(route.points[part]),
+        headings=_locked(route.headings[part]),
+        speed_limits=_locked(route.speed_limits[part]),
+    )
+
+
+def _locked(values: np.ndarray) -> np.ndarray:
+    """Return a view that an agent cannot write through: the route is the benchmark's own."""
+    values.flags.writeable = False
+    return values
+
+
+def _next_light(scene: Scene, route: Route, progress: float) -> NextLight | None:
+    front = progress + 0.5 * EGO_LENGTH
+    for passage, state in zip(route.signal_passages, scene.lights, strict=True):
+        distance = passage.entry - front
+        if distance > LIGHT_RANGE:
+            return None
+        if distance > -EGO_LENGTH and state != Light.UNKNOWN:
+            return NextLight(Light(int(state)), distance)
+    return None

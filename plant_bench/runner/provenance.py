@@ -1,0 +1,119 @@
+"""What a run was made with: everything needed to make it again, or to tell why it differs."""
+
+import platform
+import shlex
+import sys
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from plant_bench import __version__
+from plant_bench.errors import InputError
+from plant_bench.world.route import PROTOCOL, Route
+from plant_bench.world.town import town_checksum
+
+RUN_FORMAT = 1
+_PACKAGES = ("libsumo", "eclipse-sumo", "numpy", "pyarrow")
+
+
+class Provenance(BaseModel):
+    """`run.json`.
+
+    Attributes:
+        format: Version of this record.
+        agent: The agent as it was asked for.
+        agent_checksum: Content hash of the agent's code and weights.
+        suite: Name of the suite, or the path it was read from.
+        seed: The base seed; each episode's own seed is in its record.
+        density: Of the traffic.
+        protocol: The rules.
+        towns: Checksum of each town.
+        routes: Checksum of each route of the suite.
+        repetitions: Number asked for by the last command.
+        command: The last command.
+        versions: Of everything that could change a number.
+        processor: Timings depend on it, scores do not.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="ignore")
+
+    format: int = RUN_FORMAT
+    agent: str
+    agent_checksum: str
+    suite: str
+    seed: int
+    density: str
+    protocol: str = PROTOCOL
+    towns: dict[str, str]
+    routes: dict[str, str]
+    repetitions: int
+    command: str
+    versions: dict[str, str]
+    processor: str
+
+    @property
+    def identity(self) -> list[tuple[str, object]]:
+        """What all episodes of one folder have in common; the agent's version may change."""
+        names = ("agent", "suite", "seed", "density")
+        return [(name, getattr(self, name)) for name in names]
+
+    @classmethod
+    def load(cls, path: Path) -> "Provenance":
+        """Read a `run.json`.
+
+        Raises:
+            InputError: The file is missing or broken.
+        """
+        try:
+            return cls.model_validate_json(path.read_text(encoding="utf-8"))
+        except (OSError, ValidationError) as error:
+            message = f"{path.parent} is no run of plant-bench: cannot read {path.name} ({error})."
+            raise InputError(message) from error
+
+
+def provenance(
+    agent: str,
+    agent_checksum: str,
+    routes: list[Route],
+    *,
+    suite: str,
+    seed: int,
+    density: str,
+    repetitions: int,
+) -> Provenance:
+    """Return the provenance of a run that is about to start here."""
+    return Provenance(
+        agent=agent,
+        agent_checksum=agent_checksum,
+        suite=suite,
+        seed=seed,
+        density=density,
+        towns={town: town_checksum(town) for town in sorted({route.town for route in routes})},
+        routes={route.id: route.checksum for route in routes},
+        repetitions=repetitions,
+        command=shlex.join([Path(sys.argv[0]).name, *sys.argv[1:]]),
+        versions=installed_versions(),
+        processor=processor_name(),
+    )
+
+
+def installed_versions() -> dict[str, str]:
+    """Return the versions of plant-bench, Python and the packages that make the numbers."""
+    versions = {"plant-bench": __version__, "python": platform.python_version()}
+    for package in _PACKAGES:
+        try:
+            versions[package] = version(package)
+        except PackageNotFoundError:
+            versions[package] = "not installed"
+    return versions
+
+
+def processor_name() -> str:
+    """Return the processor's name as the system tells it."""
+    try:
+        text = Path("/proc/cpuinfo").read_text(encoding="utf-8")
+    except OSError:
+        return platform.processor() or platform.machine()
+    names = [line.partition(":")[2].strip() for line in text.splitlines() if "model name" in line]
+    return names[0] if names else platform.machine()

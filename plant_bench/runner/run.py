@@ -1,0 +1,148 @@
+"""A run: what was asked for, what of it is finished, and what is left to do."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from plant_bench.agents.registry import agent_checksum, load_agent
+from plant_bench.errors import InputError
+from plant_bench.runner.episode import Job
+from plant_bench.runner.jobs import make_jobs, select_routes
+from plant_bench.runner.provenance import Provenance, provenance
+from plant_bench.runner.run_folder import RunFolder
+from plant_bench.world.route import Route, load_suite
+
+
+@dataclass(frozen=True)
+class ScoreRequest:
+    """What is asked of a run.
+
+    Attributes:
+        agent: As given to `load_agent`.
+        suite: A suite's name, or a folder or file of routes.
+        routes: Selection of routes (see `select_routes`), None for all.
+        repetitions: Episodes on each route.
+        seed: The base seed.
+        density: Of the traffic.
+    """
+
+    agent: str
+    suite: str = "longest6"
+    routes: str | None = None
+    repetitions: int = 3
+    seed: int = 0
+    density: str = "dense"
+
+    @property
+    def run_name(self) -> str:
+        """The folder's name: the same request finds its run again."""
+        parts = [self.agent, Path(self.suite).stem]
+        if self.density != "dense":
+            parts.append(self.density)
+        if self.seed != 0:
+            parts.append(f"seed{self.seed}")
+        return re.sub(r"[^\w.-]+", "_", "-".join(parts)).strip("._")
+
+    def jobs(self, checksum: str, routes: Sequence[Route], repetitions: int) -> list[Job]:
+        """Return one job for each route and repetition."""
+        return make_jobs(
+            self.agent,
+            checksum,
+            routes,
+            repetitions=repetitions,
+            seed=self.seed,
+            density=self.density,
+        )
+
+
+@dataclass(frozen=True)
+class Run:
+    """A run that is ready to go.
+
+    Attributes:
+        folder: Where it lives.
+        jobs: What was asked for.
+        missing: Those of them without a record, the longest first so that workers end together.
+        notes: What the user should know of what was found in the folder.
+    """
+
+    folder: RunFolder
+    jobs: list[Job]
+    missing: list[Job]
+    notes: list[str]
+
+
+def open_run(request: ScoreRequest, out: Path | None, *, overwrite: bool = False) -> Run:
+    """Find out what there is to do, and write `run.json`.
+
+    Records made with another version of the agent, the towns, the routes or the rules are moved to
+    `superseded/`.
+
+    Args:
+        request: What is wanted.
+        out: The run's folder; None for `reports/<run name>` in the working folder.
+        overwrite: Run all that is asked for again, and let the folder belong to this request.
+
+    Raises:
+        InputError: The request cannot be met, or the folder belongs to another one.
+    """
+    suite = load_suite(request.suite)
+    chosen = select_routes(suite, request.routes)
+    load_agent(request.agent)
+    now = provenance(
+        request.agent,
+        agent_checksum(request.agent),
+        suite,
+        suite=request.suite,
+        seed=request.seed,
+        density=request.density,
+        repetitions=request.repetitions,
+    )
+    folder = RunFolder(out if out is not None else Path("reports") / request.run_name)
+    earlier = folder.provenance()
+    if earlier is not None and not overwrite:
+        _check_same_run(folder, earlier, now)
+    folder.create()
+    notes = _set_aside(folder, request, now.agent_checksum, suite)
+    jobs = request.jobs(now.agent_checksum, chosen, request.repetitions)
+    missing = jobs if overwrite else [job for job in jobs if folder.record(job) is None]
+    if earlier is not None and len(missing) < len(jobs):
+        notes += _changed_versions(earlier, now)
+    folder.save_model("run.json", now)
+    by_length = sorted(missing, key=lambda job: (-job.route.length, job.route.id, job.repetition))
+    return Run(folder, jobs, by_length, notes)
+
+
+def _check_same_run(folder: RunFolder, earlier: Provenance, now: Provenance) -> None:
+    other = [f"{name} {value}" for name, value in earlier.identity if (name, value) not in now.identity]
+    if other:
+        message = (
+            f"{folder.path} holds another run ({', '.join(other)}). Choose another folder with "
+            "--out, or give --overwrite."
+        )
+        raise InputError(message)
+
+
+def _set_aside(
+    folder: RunFolder, request: ScoreRequest, checksum: str, suite: Sequence[Route]
+) -> list[str]:
+    repetitions = max(request.repetitions, folder.repetitions())
+    moved = folder.set_aside(request.jobs(checksum, suite, repetitions))
+    if not moved:
+        return []
+    where = folder.path / "superseded"
+    return [
+        f"{moved} records of another version of agent, towns, routes or rules are now in {where}."
+    ]
+
+
+def _changed_versions(earlier: Provenance, now: Provenance) -> list[str]:
+    changed = [
+        f"{name} {earlier.versions.get(name, 'unknown')}"
+        for name in now.versions
+        if earlier.versions.get(name) != now.versions[name]
+    ]
+    if not changed:
+        return []
+    return [f"Records kept were made with {', '.join(changed)}; --overwrite runs them again."]

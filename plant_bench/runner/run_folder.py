@@ -1,0 +1,197 @@
+"""The folder of one run: one record an episode, and all that is derived from the records.
+
+    run.json                         what it was made with (`Provenance`)
+    episodes/<route>_r<n>_<key>.json one `EpisodeResult` each: nothing here depends on the clock
+    timing/<the same>.json           one `Timing` each: all that depends on the clock
+    recordings/<the same>.parquet    every tick, for rescoring and replays
+    summary.json, summary.csv        derived from episodes/ alone
+    superseded/                      records of an earlier agent, town, route or protocol
+    logs/                            what the workers printed
+"""
+
+import os
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+from pydantic import BaseModel, ValidationError
+
+from plant_bench.errors import InputError
+from plant_bench.runner.episode import Job, Timing
+from plant_bench.runner.provenance import Provenance
+from plant_bench.scoring.results import EpisodeResult
+
+_KEY_LENGTH = 8  # characters of the key in a file name
+_PARTS = {"episodes": ".json", "timing": ".json", "recordings": ".parquet"}
+
+
+@dataclass(frozen=True)
+class RunFolder:
+    """A run on disk.
+
+    Attributes:
+        path: The folder.
+    """
+
+    path: Path
+
+    @classmethod
+    def open(cls, path: Path) -> "RunFolder":
+        """Return the folder of a run that exists.
+
+        Raises:
+            InputError: There is none.
+        """
+        folder = cls(path)
+        if not folder.run_file.is_file():
+            message = f"{path} is no run of plant-bench: it has no run.json."
+            raise InputError(message)
+        return folder
+
+    @property
+    def run_file(self) -> Path:
+        """Where the provenance lies."""
+        return self.path / "run.json"
+
+    def create(self) -> None:
+        """Make the folder, and clear away what an interrupted run left half written.
+
+        Raises:
+            InputError: It cannot be written to.
+        """
+        for name in (*_PARTS, "logs"):
+            self.make(name)
+            for leftover in (self.path / name).glob("*.part"):
+                leftover.unlink()
+        self.write("probe", "")
+        (self.path / "probe").unlink()
+
+    def make(self, name: str) -> None:
+        """Make a sub-folder.
+
+        Raises:
+            InputError: It cannot be made.
+        """
+        try:
+            (self.path / name).mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            message = f"Cannot write to {self.path}: {error.strerror}. Choose another with --out."
+            raise InputError(message) from error
+
+    def record_files(self) -> list[Path]:
+        """Return the paths of all records, by name."""
+        return sorted((self.path / "episodes").glob("*.json"))
+
+    def record_path(self, job: Job) -> Path:
+        """Return where an episode's record lies once it has ended."""
+        return self.path / "episodes" / f"{stem(job)}.json"
+
+    def recording_path(self, job: Job) -> Path:
+        """Return where an episode's recording lies."""
+        return self.path / "recordings" / f"{stem(job)}.parquet"
+
+    def record(self, job: Job) -> EpisodeResult | None:
+        """Return an episode's record if it is there, whole, and of this very job."""
+        path = self.record_path(job)
+        if not path.is_file():
+            return None
+        try:
+            result = EpisodeResult.load(path)
+        except InputError:
+            return None  # broken: it is made again
+        same = result.scenario == job.scenario.key and result.agent_checksum == job.agent_checksum
+        return result if same else None
+
+    def save(self, job: Job, result: EpisodeResult, timing: Timing | None) -> None:
+        """Write an episode's files, each whole or not at all; the record last.
+
+        Raises:
+            InputError: The disk is full, or the folder has gone.
+        """
+        if timing is not None:
+            self.write(f"timing/{stem(job)}.json", timing.model_dump_json(indent=1) + "\n")
+        self.write(f"episodes/{stem(job)}.json", result.to_json())
+
+    def write(self, name: str, text: str) -> None:
+        """Write a text file, whole or not at all.
+
+        Raises:
+            InputError: The disk is full, or the folder has gone.
+        """
+        path = self.path / name
+        part = path.with_name(f"{path.name}.part")
+        try:
+            with part.open("w", encoding="utf-8", newline="\n") as file:
+                file.write(text)
+                file.flush()
+                os.fsync(file.fileno())
+            part.replace(path)
+        except OSError as error:
+            message = f"Cannot write {path}: {error.strerror}. Finished episodes are kept."
+            raise InputError(message) from error
+
+    def results(self) -> list[EpisodeResult]:
+        """Return all records, by route and repetition.
+
+        Raises:
+            InputError: One is broken.
+        """
+        found = [EpisodeResult.load(path) for path in self.record_files()]
+        return sorted(found, key=lambda result: (result.route, result.repetition))
+
+    def repetitions(self) -> int:
+        """Return how many repetitions the records' names speak of."""
+        names = [path.stem for path in self.record_files()]
+        found = [re.search(r"_r(\d+)_[0-9a-f]+$", name) for name in names]
+        return max((int(match[1]) + 1 for match in found if match), default=0)
+
+    def timings(self) -> list[Timing]:
+        """Return all timings that can be read."""
+        found = []
+        for path in sorted((self.path / "timing").glob("*.json")):
+            try:
+                found.append(Timing.model_validate_json(path.read_text(encoding="utf-8")))
+            except (OSError, ValidationError):
+                continue  # a timing is never worth an error
+        return found
+
+    def set_aside(self, keep: Iterable[Job]) -> int:
+        """Move the episodes that are none of the given jobs to `superseded/`.
+
+        Returns:
+            How many records were moved.
+        """
+        kept = {stem(job) for job in keep}
+        stale = [path.stem for path in self.record_files() if path.stem not in kept]
+        for name in stale:
+            for part, suffix in _PARTS.items():
+                source = self.path / part / f"{name}{suffix}"
+                target = self.path / "superseded" / part / source.name
+                if source.is_file():
+                    target.parent.mkdir(parents=True, exist_ok=True)
+                    source.replace(target)
+        return len(stale)
+
+    def provenance(self) -> Provenance | None:
+        """Return what an earlier command noted here, None in a new folder.
+
+        Raises:
+            InputError: The note is broken.
+        """
+        return Provenance.load(self.run_file) if self.run_file.is_file() else None
+
+    def save_model(self, name: str, model: BaseModel) -> None:
+        """Write a model as JSON.
+
+        Raises:
+            InputError: The disk is full, or the folder has gone.
+        """
+        self.write(name, model.model_dump_json(indent=1) + "\n")
+
+
+def stem(job: Job) -> str:
+    """Return the name of an episode's files."""
+    route = re.sub(r"[^\w.-]", "_", job.route.id)
+    return f"{route}_r{job.repetition}_{job.key[:_KEY_LENGTH]}"
+

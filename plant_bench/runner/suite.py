@@ -1,0 +1,156 @@
+"""Runs many episodes over worker processes and writes each one's record the moment it ends."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+
+from plant_bench.agents.registry import load_agent
+from plant_bench.runner.episode import Episode, Job, Timing
+from plant_bench.runner.executors import (
+    Event,
+    Finished,
+    Lost,
+    Progressed,
+    Retried,
+    Started,
+    run_tasks,
+)
+from plant_bench.runner.run_folder import RunFolder
+from plant_bench.runner.worker import Report
+from plant_bench.scoring.infractions import Status
+from plant_bench.scoring.results import EpisodeResult
+from plant_bench.world.route import PROTOCOL
+from plant_bench.world.town import town_checksum
+
+RUN_EPISODE = "plant_bench.runner.episode:run_episode"
+
+
+@dataclass(frozen=True)
+class EpisodeStarted:
+    """A worker has begun a job."""
+
+    worker: int
+    job: Job
+
+
+@dataclass(frozen=True)
+class EpisodeProgressed:
+    """How far a worker is with its job, 0 to 1."""
+
+    worker: int
+    job: Job
+    share: float
+
+
+@dataclass(frozen=True)
+class EpisodeRetried:
+    """A job failed for no fault of the agent and will be tried again."""
+
+    worker: int
+    job: Job
+    reason: str
+
+
+@dataclass(frozen=True)
+class EpisodeEnded:
+    """A job's record is on disk; no timing where the simulation crashed."""
+
+    worker: int
+    job: Job
+    result: EpisodeResult
+    timing: Timing | None
+
+
+SuiteEvent = EpisodeStarted | EpisodeProgressed | EpisodeRetried | EpisodeEnded
+
+
+@dataclass(frozen=True)
+class _Task:
+    """What a worker is given."""
+
+    job: Job
+    recording: Path | None
+    run_episode: str
+
+
+def run_suite(
+    jobs: Sequence[Job],
+    folder: RunFolder,
+    *,
+    workers: int,
+    recordings: bool = True,
+    on_event: Callable[[SuiteEvent], None] = lambda event: None,
+    run_episode: str = RUN_EPISODE,
+) -> None:
+    """Run jobs and write each one's record the moment it ends.
+
+    A job whose worker dies, or whose simulator fails, is tried once more and then recorded as
+    "Failed - Simulation crashed", so that it stays in every mean.
+
+    Args:
+        jobs: What to run; records that are there are replaced.
+        folder: Where to write.
+        workers: Number of processes.
+        recordings: Also write every tick.
+        on_event: Told what happens, in this process.
+        run_episode: "module:function" that runs a job.
+
+    Raises:
+        InputError: Something no episode can run without is missing or cannot be written.
+        SimulationError: Worker processes do not start.
+    """
+    tasks = [
+        _Task(job, folder.recording_path(job) if recordings else None, run_episode) for job in jobs
+    ]
+
+    def listen(event: Event) -> None:
+        job = jobs[event.task]
+        match event:
+            case Started():
+                on_event(EpisodeStarted(event.worker, job))
+            case Progressed():
+                on_event(EpisodeProgressed(event.worker, job, event.share))
+            case Retried():
+                on_event(EpisodeRetried(event.worker, job, event.reason))
+            case Finished():
+                _end(event.worker, job, event.value.result, event.value.timing)
+            case Lost():
+                _end(event.worker, job, crashed_result(job, event.reason), None)
+
+    def _end(worker: int, job: Job, result: EpisodeResult, timing: Timing | None) -> None:
+        folder.save(job, result, timing)
+        on_event(EpisodeEnded(worker, job, result, timing))
+
+    run_tasks(tasks, _run_task, workers=workers, on_event=listen, logs=folder.path / "logs")
+
+
+def _run_task(task: _Task, report: Report) -> Episode:
+    """Run an episode: what a worker does."""
+    module, _, function = task.run_episode.partition(":")
+    run_episode = getattr(import_module(module), function)
+    return run_episode(task.job, recording=task.recording, progress=report)
+
+
+def crashed_result(job: Job, reason: str) -> EpisodeResult:
+    """Return the record of an episode that the simulator never brought to an end."""
+    return EpisodeResult(
+        protocol=PROTOCOL,
+        agent=job.agent,
+        agent_checksum=job.agent_checksum,
+        inputs=tuple(sorted(load_agent(job.agent).inputs)),
+        route=job.route.id,
+        town=job.route.town,
+        scenario=job.scenario.key,
+        repetition=job.repetition,
+        seed=job.seed,
+        density=job.density,
+        status=Status.SIMULATION_CRASHED,
+        reason=reason,
+        route_length=job.route.length,
+        completion=0.0,
+        distance=0.0,
+        duration=0.0,
+        town_checksum=town_checksum(job.route.town),
+        route_checksum=job.route.checksum,
+    )

@@ -1,0 +1,155 @@
+"""The referee: watches an episode scene by scene, notes infractions and says when it ends.
+
+It sees scenes and nothing else, so that a recording can be scored again without a simulator. It
+runs at every tick: the ordinary tick takes plain Python shortcuts, and the costly tests are left to
+the ticks where something may have happened.
+"""
+
+import math
+
+from plant_bench.errors import InputError
+from plant_bench.scoring.collisions import Collisions
+from plant_bench.scoring.endings import ENDING_INFRACTIONS, Endings
+from plant_bench.scoring.infractions import Infraction, InfractionKind, Status
+from plant_bench.scoring.lanes import lane_map
+from plant_bench.scoring.progress import RouteProgress
+from plant_bench.scoring.red_lights import RedLights
+from plant_bench.scoring.results import Crash, EpisodeHeader, EpisodeResult
+from plant_bench.world.route import Route
+from plant_bench.world.scene import Scene
+from plant_bench.world.town import Town
+
+# A vehicle this near the route line and this well along it is on a lane of the right direction.
+ON_ROUTE_OFFSET = 1.0  # m, less than half of any lane's width
+ON_ROUTE_COSINE = 0.5  # 60 degrees, half of what is wrong way
+
+
+class Referee:
+    """Judges one episode; mutable.
+
+    Attributes:
+        status: How the episode ended, None while it goes on.
+        completion: Share of the route completed, 0 to 1.
+        infractions: So far, in order of time.
+        distance: Metres driven.
+        outside_distance: Metres of these driven outside the lanes or against their direction.
+        time: Seconds from the start of the episode to the last scene judged.
+
+    Args:
+        town: The town driven in.
+        route: The route to be driven.
+    """
+
+    def __init__(self, town: Town, route: Route) -> None:
+        self.status: Status | None = None
+        self.completion = 0.0
+        self.infractions: list[Infraction] = []
+        self.distance = 0.0
+        self.outside_distance = 0.0
+        self.time = 0.0
+        self.route_length = route.length
+        self._town = town
+        self._elevations = route.elevations.tolist()
+        self._place = RouteProgress(route)
+        self._collisions = Collisions()
+        self._red_lights = RedLights(route)
+        self._endings = Endings(route)
+        self._last: Scene | None = None
+        self._finished = False
+
+    @property
+    def progress(self) -> float:
+        """Metres along the route; never falls."""
+        return self._place.progress
+
+    @property
+    def offset(self) -> float:
+        """Lateral distance from the route, positive to the left of it."""
+        return self._place.offset
+
+    def judge(self, scene: Scene) -> None:
+        """Judge the next scene; scenes after the end of the episode are ignored."""
+        if self.status is not None:
+            return
+        ego, place = scene.ego, self._place
+        last = (self._last or scene).ego
+        step = math.hypot(ego.x - last.x, ego.y - last.y)
+        before = place.progress
+        place.follow(ego.x, ego.y)
+        self._last = scene
+        self.time = scene.time
+        self.distance += step
+        self.completion = min(place.progress / self.route_length, 1.0)
+        if step > 0.0 and self._outside(scene):
+            self.outside_distance += step
+        for hit in self._collisions.new(scene):
+            self._note(hit.kind, actor=hit.actor, actor_kind=hit.actor_kind, cause=hit.cause)
+        if self._red_lights.run(before, place.progress, place.offset, scene.lights):
+            self._note(InfractionKind.RED_LIGHT)
+        self.status = self._endings.check(scene.tick, ego, place, step)
+        if self.status is Status.COMPLETED:
+            self.completion = 1.0
+        elif self.status is not None:
+            self._note(ENDING_INFRACTIONS[self.status])
+
+    def finish(self) -> None:
+        """Close the episode: note the distance driven outside the lanes, once."""
+        if self._finished:
+            return
+        self._finished = True
+        if self.outside_distance > 0.0:
+            share = min(self.outside_distance / self.distance, 1.0)
+            self._note(InfractionKind.OUTSIDE_LANES, share=share)
+
+    def _outside(self, scene: Scene) -> bool:
+        ego, place = scene.ego, self._place
+        if place.distance < ON_ROUTE_OFFSET and math.cos(ego.yaw - place.heading) > ON_ROUTE_COSINE:
+            return False
+        return lane_map(self._town).outside(ego.x, ego.y, self._elevations[place.index], ego.yaw)
+
+    def _note(self, kind: InfractionKind, **facts: object) -> None:
+        if self._last is None:
+            return
+        ego = self._last.ego
+        self.infractions.append(
+            Infraction.model_validate(
+                {
+                    "kind": kind,
+                    "time": round(self._last.time, 3),
+                    "x": round(ego.x, 3),
+                    "y": round(ego.y, 3),
+                    "progress": round(self.progress, 3),
+                    **facts,
+                }
+            )
+        )
+
+
+def result_of(
+    referee: Referee, header: EpisodeHeader, *, crash: Crash | None = None
+) -> EpisodeResult:
+    """Close an episode and return its record.
+
+    Args:
+        referee: The referee that judged it.
+        header: What was known before it started.
+        crash: What ended it, if no rule did.
+
+    Raises:
+        InputError: The episode is not over.
+    """
+    status = referee.status or (crash and crash.status)
+    if status is None:
+        message = f"Route {header.route}: the episode is not over after {referee.time:.2f} s."
+        raise InputError(message)
+    referee.finish()
+    return EpisodeResult(
+        **header.model_dump(include=set(EpisodeHeader.model_fields)),
+        status=status,
+        reason=crash.reason if crash is not None and referee.status is None else "",
+        route_length=referee.route_length,
+        completion=referee.completion,
+        distance=referee.distance,
+        duration=round(referee.time, 3),
+        infractions=tuple(referee.infractions),
+    )

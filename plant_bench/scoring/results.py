@@ -1,0 +1,115 @@
+"""The record of one episode: all that a score is made of, nothing that depends on the clock."""
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from plant_bench.errors import InputError
+from plant_bench.scoring.infractions import Infraction, Status
+
+RESULT_FORMAT = 1
+
+
+class EpisodeHeader(BaseModel):
+    """What is known of an episode before it starts.
+
+    Attributes:
+        format: Version of this record.
+        protocol: The rules it was made under.
+        agent: The agent's name as registered or as given.
+        agent_checksum: Content hash of the agent's code and weights.
+        inputs: What the agent was given.
+        route: Route id.
+        town: Town name.
+        scenario: `Scenario.key`.
+        repetition: From 0.
+        seed: The scenario's seed.
+        density: The scenario's traffic density.
+        town_checksum: Of the network driven on.
+        route_checksum: Of the route.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    format: int = RESULT_FORMAT
+    protocol: str
+    agent: str
+    agent_checksum: str
+    inputs: tuple[str, ...]
+    route: str
+    town: str
+    scenario: str
+    repetition: int = Field(ge=0)
+    seed: int
+    density: str
+    town_checksum: str
+    route_checksum: str
+
+
+@dataclass(frozen=True)
+class Crash:
+    """Why an episode ended that no rule of the road ended.
+
+    Attributes:
+        status: `Status.AGENT_CRASHED` or `Status.SIMULATION_CRASHED`.
+        reason: What the agent or the simulator said.
+    """
+
+    status: Status
+    reason: str
+
+
+class EpisodeResult(EpisodeHeader):
+    """One episode of one agent on one route; scores are properties, never stored.
+
+    Attributes:
+        status: How it ended.
+        reason: What the agent or the simulator said when it crashed.
+        route_length: Metres.
+        completion: Share of the route completed, 0 to 1.
+        distance: Metres driven.
+        duration: Simulated seconds.
+        infractions: In order of time.
+    """
+
+    status: Status
+    reason: str = ""
+    route_length: float = Field(gt=0)
+    completion: float = Field(ge=0, le=1)
+    distance: float = Field(ge=0)
+    duration: float = Field(ge=0)
+    infractions: tuple[Infraction, ...] = ()
+
+    @property
+    def route_completion(self) -> float:
+        """RC in percent."""
+        return 100.0 * self.completion
+
+    @property
+    def infraction_score(self) -> float:
+        """IS: the product of all penalties (CARLA leaderboard 1.0)."""
+        return math.prod(infraction.factor for infraction in self.infractions)
+
+    @property
+    def driving_score(self) -> float:
+        """DS = RC x IS, 0 to 100."""
+        return self.route_completion * self.infraction_score
+
+    def to_json(self) -> str:
+        """Return the record as text; equal records give equal text."""
+        return self.model_dump_json(indent=1) + "\n"
+
+    @classmethod
+    def load(cls, path: Path) -> "EpisodeResult":
+        """Read a record.
+
+        Raises:
+            InputError: The file is no record.
+        """
+        try:
+            return cls.model_validate_json(path.read_text(encoding="utf-8"))
+        except (OSError, ValidationError) as error:
+            message = f"Not an episode record: {path} ({error}). Remove it, or score again."
+            raise InputError(message) from error

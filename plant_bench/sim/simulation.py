@@ -1,0 +1,155 @@
+"""A scenario in motion: controls in, scenes out."""
+
+import math
+from functools import lru_cache
+from typing import Self
+
+import numpy as np
+
+from plant_bench.agent import Control, Privileged
+from plant_bench.data_files import networks_dir
+from plant_bench.geometry.polyline import Cursor
+from plant_bench.sim.ego import advance
+from plant_bench.sim.lane_paths import LanePaths
+from plant_bench.sim.sumo import Sumo, VehicleState
+from plant_bench.sim.traffic import MANAGE_INTERVAL, SIGHT, StreetGrid, Traffic, density_of
+from plant_bench.world.route import Scenario
+from plant_bench.world.scene import Actors, EgoState, Scene
+from plant_bench.world.town import Town, load_town
+
+WARM_UP = 300  # ticks that the traffic drives before the episode starts: 15 s
+LEVEL_GAP = 4.5  # m of height between which two roads are levels of a crossing, not one road
+LIGHT_SIGHT = 60.0  # m ahead of the ego's centre at which a light comes into view
+LIGHT_BEHIND = 25.0  # m behind the ego's centre until which a light is still known
+
+
+@lru_cache(maxsize=2)
+def _streets(name: str) -> tuple[Town, StreetGrid]:
+    town = load_town(name)
+    return town, StreetGrid(town)
+
+
+class Simulation:
+    """One scenario in SUMO; a context manager, mutable, one per process.
+
+    with Simulation(scenario) as simulation:
+        scene = simulation.scene
+        while ...:
+            scene = simulation.step(control)
+
+    Args:
+        scenario: All that the episode depends on.
+
+    Raises:
+        InputError: The scenario's town or density does not exist.
+        SimulationError: SUMO fails.
+    """
+
+    def __init__(self, scenario: Scenario) -> None:
+        route = scenario.route
+        self._scenario = scenario
+        self.town, streets = _streets(route.town)
+        density = density_of(scenario.density)
+        self._sumo = Sumo(networks_dir() / route.town / "town.net.xml", scenario.seed)
+        self._cursor = Cursor(route.points)
+        self._elevations = route.elevations.tolist()
+        self._lights = [
+            (passage.signal, passage.signal_index, passage.entry)
+            for passage in route.signal_passages
+        ]
+        self._traffic = Traffic(self._sumo, streets, density, scenario.seed)
+        self._paths = LanePaths(self._sumo, self.town)
+        self._states: dict[int, VehicleState] = {}
+        self._warm_up()
+        self.scene = self._look(0, self._start())
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """End SUMO; the process may then start another simulation."""
+        self._sumo.__exit__()
+
+    def step(self, control: Control) -> Scene:
+        """Advance the world by one tick and return what is seen then.
+
+        Raises:
+            SimulationError: SUMO has lost the ego.
+        """
+        tick = self.scene.tick + 1
+        ego = advance(self.scene.ego, control)
+        if tick % MANAGE_INTERVAL == 0:
+            self._traffic.manage(ego.x, ego.y)
+        self._sumo.move_ego(ego.x, ego.y, ego.yaw, ego.speed)
+        self._sumo.step()
+        self._cursor.advance(ego.x, ego.y)
+        self.scene = self._look(tick, ego)
+        return self.scene
+
+    def privileged(self) -> Privileged:
+        """Return what only the simulator knows of the present scene's actors."""
+        return self._paths.facts(self.scene.tick, self.scene.actors, self._states)
+
+    def _start(self) -> EgoState:
+        x, y = self._scenario.route.points[0].tolist()
+        return EgoState(x, y, float(self._scenario.route.headings[0]), 0.0)
+
+    def _warm_up(self) -> None:
+        start = self._start()
+        self._sumo.add_ego(self._scenario.route.edges, *start.pose)
+        self._sumo.watch(SIGHT)
+        self._traffic.fill(start.x, start.y)
+        for tick in range(WARM_UP):
+            if tick % MANAGE_INTERVAL == 0:
+                self._traffic.manage(start.x, start.y)
+            self._sumo.move_ego(*start.pose, 0.0)
+            self._sumo.step()
+
+    def _look(self, tick: int, ego: EgoState) -> Scene:
+        height = self._elevations[self._cursor.index]
+        seen = self._sumo.watched()
+        self._states = {
+            key: state for key, state in sorted(seen.items()) if abs(state.z - height) < LEVEL_GAP
+        }
+        return Scene(tick, ego, self._actors(), self._see_lights())
+
+    def _actors(self) -> Actors:
+        states = self._states
+        if not states:
+            return Actors.none()
+        types = [self._traffic.types[key] for key in states]
+        rows = [
+            (
+                state.x - 0.5 * kind.length * math.cos(state.yaw),
+                state.y - 0.5 * kind.length * math.sin(state.yaw),
+                (state.yaw + math.pi) % (2.0 * math.pi) - math.pi,
+                state.speed,
+                kind.length,
+                kind.width,
+            )
+            for state, kind in zip(states.values(), types, strict=True)
+        ]
+        table = np.array(rows, dtype=np.float32)
+        return Actors(
+            ids=np.fromiter(states, np.int64, len(states)),
+            poses=table[:, :3],
+            speeds=table[:, 3],
+            extents=table[:, 4:],
+            kinds=np.array([kind.kind for kind in types], np.uint8),
+        )
+
+    def _see_lights(self) -> np.ndarray:
+        at = self._cursor.progress
+        lights = np.zeros(len(self._lights), np.uint8)
+        for index, (signal, link, entry) in enumerate(self._lights):
+            ahead = entry - at
+            if ahead > LIGHT_SIGHT:
+                break
+            if ahead > -LIGHT_BEHIND and signal is not None:
+                lights[index] = self._sumo.light(signal, link)
+        return lights
+
+

@@ -1,0 +1,219 @@
+"""The only door to libsumo: units, headings and front bumpers end here.
+
+SUMO measures angles in degrees clockwise from north and places vehicles by the centre of their
+front bumper; above this module all is radians counter-clockwise from +x and box centres.
+libsumo holds one simulation per process.
+"""
+
+import math
+import os
+from pathlib import Path
+from typing import NamedTuple, Self
+
+os.environ.setdefault("LIBSUMO_AS_TRACI", "quiet")  # the name misleads: no arrow warning on stdout
+
+import libsumo
+
+from plant_bench.errors import SimulationError
+from plant_bench.world.scene import EGO_LENGTH, TICK, Light
+
+EGO_ID = "0"
+ACTION_STEP = 0.2  # s between a background driver's decisions: halves the cost of a step
+LANE_CHANGE_DURATION = 3.0  # s: without it a lane change is a jump sideways
+MATCH_RADIUS = 8.0  # m around the ego in which SUMO looks for its lane; the default costs 4 times
+_TYPES = Path(__file__).with_name("vehicle_types.add.xml")
+_LIGHTS = {"r": Light.RED, "R": Light.RED, "u": Light.RED, "y": Light.YELLOW, "Y": Light.YELLOW}
+
+_POSITION, _ANGLE, _SPEED = 0x39, 0x43, 0x40  # TraCI variables: 3D position, angle, speed
+_ACCELERATION, _LANE, _LANE_POSITION, _LATERAL = 0x72, 0x51, 0x56, 0xB8
+_VEHICLES = 0xA4  # TraCI command: vehicle variables
+
+
+class VehicleState(NamedTuple):
+    """A vehicle as SUMO reports it; x, y and z are of the front bumper, yaw is ours."""
+
+    x: float
+    y: float
+    z: float
+    yaw: float
+    speed: float
+    acceleration: float
+    lane: str
+    lane_position: float
+    lateral: float
+
+
+class NextLink(NamedTuple):
+    """One junction ahead on a vehicle's path: where it leads and whether it may enter."""
+
+    target: str
+    via: str
+    priority: bool
+    open: bool
+    state: str
+
+
+class Sumo:
+    """A running SUMO simulation; a context manager, mutable, one per process.
+
+    Args:
+        network: The `.net.xml` file.
+        seed: SUMO's own random seed.
+
+    Raises:
+        SimulationError: SUMO cannot start.
+    """
+
+    def __init__(self, network: Path, seed: int) -> None:
+        command = [
+            "sumo", "-n", str(network), "-a", str(_TYPES), "--seed", str(seed % 2**31),
+            "--step-length", str(TICK), "--default.action-step-length", str(ACTION_STEP),
+            "--lanechange.duration", str(LANE_CHANGE_DURATION), "--collision.action", "none",
+            "--time-to-teleport", "-1", "--time-to-impatience", "60", "--max-depart-delay", "0",
+            "--no-step-log", "--no-warnings", "--duration-log.disable",
+        ]  # fmt: skip
+        try:
+            libsumo.start(command)
+        except libsumo.TraCIException as error:
+            message = f"SUMO cannot start on {network}: {error}"
+            raise SimulationError(message) from error
+        self._routes = 0
+        self._lane_lengths: dict[str, float] = {}
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        libsumo.close()
+
+    def step(self) -> None:
+        """Advance the simulation by one tick."""
+        libsumo.simulationStep()
+
+    def lane_length(self, lane: str) -> float:
+        """Return SUMO's own length of a lane; its drawn shape may be some percent off."""
+        length = self._lane_lengths.get(lane)
+        if length is None:
+            length = self._lane_lengths[lane] = libsumo.lane.getLength(lane)
+        return length
+
+    def add_ego(self, edges: tuple[str, ...], x: float, y: float, yaw: float) -> None:
+        """Insert the ego with its whole route, so that others respect it on junctions.
+
+        Raises:
+            SimulationError: SUMO does not take it.
+        """
+        try:
+            libsumo.route.add("ego", edges)
+            libsumo.vehicle.add(EGO_ID, "ego", typeID="ego", departSpeed="0")
+            self.move_ego(x, y, yaw, 0.0)
+            libsumo.simulationStep()
+            libsumo.vehicle.setSpeedMode(EGO_ID, 0)
+            libsumo.vehicle.setLaneChangeMode(EGO_ID, 0)
+            self.move_ego(x, y, yaw, 0.0)
+        except libsumo.TraCIException as error:
+            message = f"SUMO does not take the ego: {error}"
+            raise SimulationError(message) from error
+
+    def move_ego(self, x: float, y: float, yaw: float, speed: float) -> None:
+        """Place the ego's box centre; SUMO only shows it to others, and is never asked back.
+
+        Raises:
+            SimulationError: SUMO has lost the ego.
+        """
+        half = 0.5 * EGO_LENGTH
+        front_x, front_y = x + half * math.cos(yaw), y + half * math.sin(yaw)
+        angle = 90.0 - math.degrees(yaw)
+        try:
+            libsumo.vehicle.moveToXY(EGO_ID, "", 0, front_x, front_y, angle, 2, MATCH_RADIUS)
+            libsumo.vehicle.setSpeed(EGO_ID, speed)
+        except libsumo.TraCIException as error:
+            message = f"SUMO has lost the ego: {error}"
+            raise SimulationError(message) from error
+
+    def watch(self, radius: float) -> None:
+        """Subscribe to all vehicles within `radius` metres of the ego."""
+        variables = [
+            _POSITION, _ANGLE, _SPEED, _ACCELERATION, _LANE, _LANE_POSITION, _LATERAL
+        ]  # fmt: skip
+        libsumo.vehicle.subscribeContext(EGO_ID, _VEHICLES, radius, variables)
+
+    def watched(self) -> dict[int, VehicleState]:
+        """Return the vehicles within the watched radius by number, the ego left out.
+
+        Raises:
+            SimulationError: SUMO has lost the ego.
+        """
+        found = libsumo.vehicle.getContextSubscriptionResults(EGO_ID)
+        if EGO_ID not in found:
+            message = "SUMO has lost the ego: it is not among the vehicles any more."
+            raise SimulationError(message)
+        states: dict[int, VehicleState] = {}
+        for name, values in found.items():
+            if name == EGO_ID:
+                continue
+            x, y, z = values[_POSITION]
+            states[int(name)] = VehicleState(
+                x, y, z, math.radians(90.0 - values[_ANGLE]), values[_SPEED],
+                values[_ACCELERATION], values[_LANE], values[_LANE_POSITION], values[_LATERAL],
+            )  # fmt: skip
+        return states
+
+    def next_links(self, vehicle: int) -> list[NextLink]:
+        """Return the junctions ahead on a vehicle's path."""
+        return [
+            NextLink(target, via, priority, is_open, state)
+            for target, priority, is_open, _, via, state, _, _ in libsumo.vehicle.getNextLinks(
+                str(vehicle)
+            )
+        ]
+
+    def light(self, signal: str, index: int) -> Light:
+        """Return what a signal shows to one of its links."""
+        state = libsumo.trafficlight.getRedYellowGreenState(signal)[index]
+        return _LIGHTS.get(state, Light.GREEN)
+
+    def vehicles(self) -> list[int]:
+        """Return the numbers of all vehicles on the road, the ego left out."""
+        return [int(name) for name in libsumo.vehicle.getIDList() if name != EGO_ID]
+
+    def position(self, vehicle: int) -> tuple[float, float]:
+        """Return where a vehicle's front bumper is."""
+        return libsumo.vehicle.getPosition(str(vehicle))
+
+    def waiting_time(self, vehicle: int) -> float:
+        """Return for how many seconds a vehicle has been standing."""
+        return libsumo.vehicle.getWaitingTime(str(vehicle))
+
+    def desired_speed_factor(self, vehicle: int) -> float:
+        """Return by how much a driver exceeds the speed limit when free, 1 for not at all."""
+        return libsumo.vehicle.getSpeedFactor(str(vehicle))
+
+    def remaining_route(self, vehicle: int) -> tuple[str, ...]:
+        """Return the edges still to drive, the present one first."""
+        name = str(vehicle)
+        return libsumo.vehicle.getRoute(name)[max(libsumo.vehicle.getRouteIndex(name), 0) :]
+
+    def set_route(self, vehicle: int, edges: tuple[str, ...]) -> bool:
+        """Replace a vehicle's route, the present edge first; False where SUMO refuses for now."""
+        try:
+            libsumo.vehicle.setRoute(str(vehicle), edges)
+        except libsumo.TraCIException:
+            return False
+        return True
+
+    def add_vehicle(
+        self, vehicle: int, kind: str, edges: tuple[str, ...], lane: int, at: float, speed: float
+    ) -> None:
+        """Ask for a vehicle at the next step; SUMO leaves it out where there is no safe room."""
+        self._routes += 1
+        route = f"r{self._routes}"
+        libsumo.route.add(route, edges)
+        libsumo.vehicle.add(
+            str(vehicle), route, typeID=kind,
+            departLane=str(lane), departPos=f"{at:.2f}", departSpeed=f"{speed:.2f}",
+        )  # fmt: skip
+
+    def remove(self, vehicle: int) -> None:
+        """Take a vehicle off the road."""
+        libsumo.vehicle.remove(str(vehicle))

@@ -1,0 +1,21 @@
+"""The characters a town can have: each lays out a street plan from a spec and a seed."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from plant_bench.towns.characters.large_town import lay_out_large_town
+from plant_bench.towns.characters.lattice import lay_out_lattice
+from plant_bench.towns.characters.long_highway import lay_out_long_highway
+from plant_bench.towns.characters.small_town import lay_out_small_town
+from plant_bench.towns.plan import StreetPlan
+from plant_bench.towns.spec import TownSpec
+
+LayOut = Callable[[TownSpec, np.random.Generator], StreetPlan]
+
+CHARACTERS: dict[str, LayOut] = {
+    "small_town": lay_out_small_town,
+    "large_town": lay_out_large_town,
+    "lattice": lay_out_lattice,
+    "long_highway": lay_out_long_highway,
+}

@@ -1,0 +1,90 @@
+"""Making towns: spec and seed in, `town.net.xml` and `town.json` out, whole or not at all."""
+
+import os
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from plant_bench.data_files import networks_dir
+from plant_bench.errors import InputError
+from plant_bench.towns.characters import CHARACTERS
+from plant_bench.towns.extract import extract_town
+from plant_bench.towns.netconvert import convert
+from plant_bench.towns.soundness import find_faults
+from plant_bench.towns.spec import TownSpec, read_spec
+from plant_bench.world.town import Town
+
+NET_FILE, TOWN_FILE, SPEC_FILE = "town.net.xml", "town.json", "spec.toml"
+ATTEMPTS = 12
+
+
+def town_names() -> list[str]:
+    """The towns that have a spec, in order."""
+    return sorted(path.parent.name for path in networks_dir().glob(f"*/{SPEC_FILE}"))
+
+
+def town_spec(name: str) -> TownSpec:
+    """The spec of a town."""
+    if name not in town_names():
+        raise InputError(f"Found no town {name!r}; there are {', '.join(town_names())}.")
+    return read_spec(networks_dir() / name / SPEC_FILE)
+
+
+def make_town(spec: TownSpec, seed: int) -> tuple[str, Town]:
+    """Lay out towns from the seed until one is sound; return its net (XML) and the Town.
+
+    Raises:
+        InputError: no attempt was sound; the last one's faults are told.
+    """
+    faults: list[str] = []
+    for attempt in range(ATTEMPTS):
+        rng = np.random.default_rng([seed, attempt])
+        plan = CHARACTERS[spec.layout.character](spec, rng)
+        try:
+            net = convert(plan, spec, seed)
+        except InputError as error:
+            faults = [str(error)]
+            continue
+        town = extract_town(net, spec.name)
+        faults = find_faults(town, spec.requires)
+        if not faults:
+            return net, town
+    raise InputError(
+        f"Found no sound layout for {spec.name} with seed {seed} in {ATTEMPTS} attempts; the last "
+        f"one's faults: {'; '.join(faults[:8])}. Try another seed or change the spec."
+    )
+
+
+def build_town(name: str, *, seed: int | None = None, out: Path | None = None) -> Path:
+    """Build a town from its spec into a folder and return the folder.
+
+    Args:
+        name: A town of `town_names()`.
+        seed: In place of the spec's own seed.
+        out: The folder to write to; by default the town's own in `networks/`.
+    """
+    spec = town_spec(name)
+    folder = out if out is not None else networks_dir() / name
+    net, town = make_town(spec, spec.seed if seed is None else seed)
+    folder.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=folder, prefix=".building-") as work:
+        for file, text in ((NET_FILE, net), (TOWN_FILE, town.to_json())):
+            (Path(work) / file).write_text(text, encoding="utf-8", newline="\n")
+        for file in (NET_FILE, TOWN_FILE):
+            os.replace(Path(work) / file, folder / file)
+    return folder
+
+
+def check_town(name: str) -> list[str]:
+    """Build a town anew and tell how its files differ from those stored; empty if they do not."""
+    differences = []
+    with tempfile.TemporaryDirectory() as work:
+        fresh = build_town(name, out=Path(work))
+        for file in (NET_FILE, TOWN_FILE):
+            stored = networks_dir() / name / file
+            if not stored.is_file():
+                differences.append(f"{name}/{file} is missing; build the town.")
+            elif stored.read_bytes() != (fresh / file).read_bytes():
+                differences.append(f"{name}/{file} is not what its spec and seed give.")
+    return differences

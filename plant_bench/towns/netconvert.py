@@ -1,0 +1,80 @@
+"""The door to SUMO's netconvert: a street plan goes in, the text of a net comes out."""
+
+import os
+import re
+import subprocess
+import tempfile
+from pathlib import Path
+
+import numpy as np
+import sumo
+
+from plant_bench.errors import InputError
+from plant_bench.towns.plan import StreetPlan
+from plant_bench.towns.spec import TownSpec
+
+TIMEOUT_S = 120
+
+
+def convert(plan: StreetPlan, spec: TownSpec, seed: int) -> str:
+    """Make a SUMO net (XML text) of a street plan; the same input gives the same text.
+
+    Raises:
+        InputError: netconvert failed or warned, so the plan is not sound.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        plan.write(Path(folder))
+        run = subprocess.run(
+            [str(Path(sumo.SUMO_HOME) / "bin" / "netconvert"), *_options(spec)],
+            cwd=folder,
+            env={**os.environ, "SUMO_HOME": sumo.SUMO_HOME, "LC_ALL": "C"},
+            capture_output=True,
+            text=True,
+            check=False,
+            timeout=TIMEOUT_S,
+        )
+        if run.returncode != 0 or run.stderr.strip():
+            raise InputError(
+                f"netconvert does not accept the plan of {spec.name} (seed {seed}): "
+                f"{run.stderr.strip() or run.returncode}. Change its spec or its seed."
+            )
+        text = (Path(folder) / "town.net.xml").read_text(encoding="utf-8")
+    return _with_offsets(_without_header(text), spec, seed)
+
+
+def _options(spec: TownSpec) -> list[str]:
+    options = {
+        "--node-files": "plan.nod.xml",
+        "--edge-files": "plan.edg.xml",
+        "--connection-files": "plan.con.xml",
+        "--output-file": "town.net.xml",
+        "--offset.disable-normalization": "true",
+        "--junctions.internal-link-detail": "20",
+        "--junctions.limit-turn-speed": "3",
+        "--default.lanewidth": f"{spec.lane_width:g}",
+        "--no-turnarounds": "true",
+        "--crossings.guess": "true",
+        "--geometry.check-overlap": "0.5",
+        "--tls.default-type": spec.signals.program,
+        "--tls.yellow.time": f"{spec.signals.yellow:g}",
+        "--tls.allred.time": f"{spec.signals.all_red:g}",
+        "--tls.cycle.time": f"{spec.signals.cycle:g}",
+    }
+    return [word for pair in options.items() for word in pair]
+
+
+def _without_header(text: str) -> str:
+    """The net without the comment that holds the date of the run."""
+    return re.sub(r"\s*<!--.*?-->\s*", "\n\n", text, count=1, flags=re.DOTALL)
+
+
+def _with_offsets(text: str, spec: TownSpec, seed: int) -> str:
+    """The net with every fixed-time signal started at a moment of its own."""
+    if spec.signals.program == "actuated":
+        return text
+    rng = np.random.default_rng([seed, 7])
+
+    def moved(match: re.Match[str]) -> str:
+        return f"{match[1]}{int(rng.integers(0, spec.signals.cycle))}.00{match[2]}"
+
+    return re.sub(r'(<tlLogic [^>]*offset=")[\d.]+(")', moved, text)

@@ -1,0 +1,134 @@
+"""Choosing routes among many drafts: as long as asked, varied, and not the same streets twice."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from plant_bench.errors import InputError
+from plant_bench.towns.route_graph import StreetGraph
+from plant_bench.towns.route_lanes import LanePlan, plan_lanes
+from plant_bench.towns.route_making import count_manoeuvres, make_route
+from plant_bench.towns.route_paths import END_MARGIN, START_AFTER, can_end, random_path
+from plant_bench.world.route import Route
+
+MAX_SHARE = 0.66  # of the shorter of two routes' length that they may have in common
+LENGTH_TOLERANCE = 0.03  # a draft this much shorter than the longest is as good as it
+NOVELTY = 1.0  # worth of a manoeuvre that the town's routes do not have yet
+VARIETY = 0.25  # worth of each kind of manoeuvre
+BUSYNESS = 0.1  # worth of a manoeuvre a kilometre, lane changes left out
+WANDERING = 0.5  # cost of passing a junction again
+OVERLAP = 3.0  # cost of having everything in common with another route
+
+
+@dataclass(frozen=True, eq=False)
+class Draft:
+    """A route before its line is drawn.
+
+    Attributes:
+        plan: Its lanes.
+        end: Where it ends on its last lane, metres; all drafts start `START_AFTER` a junction.
+        length: About how long it is, metres.
+        driven: Metres driven on each edge.
+    """
+
+    plan: LanePlan
+    end: float
+    length: float
+    driven: Mapping[str, float]
+
+    def make(self, graph: StreetGraph, name: str) -> Route:
+        """Make the route."""
+        return make_route(graph, self.plan, name=name, start=START_AFTER, end=self.end)
+
+
+def draft_paths(graph: StreetGraph, count: int, rng: np.random.Generator) -> list[LanePlan]:
+    """Draw random edge paths and plan their lanes; those without room for it are left out."""
+    paths = (random_path(graph, rng) for _ in range(count))
+    plans = (plan_lanes(graph, path) for path in paths if path is not None and len(path) > 1)
+    return [plan for plan in plans if plan is not None]
+
+
+def shorten(graph: StreetGraph, plan: LanePlan, longest: float) -> Draft | None:
+    """Cut a plan to the longest draft of at most `longest` metres; None if nothing is left."""
+    lanes = graph.town.lanes
+    at, best = -START_AFTER, None
+    for index, (edge, entered) in enumerate(zip(plan.edges, plan.entered, strict=True)):
+        end = min(lanes[entered].length - END_MARGIN, longest - at)
+        if index > 0 and can_end(graph, edge) and end >= END_MARGIN:
+            best = index, end, at + end
+        if index < len(plan.links):
+            at += 0.5 * (lanes[entered].length + lanes[plan.left[index]].length)
+            at += sum(lanes[via].length for via in plan.links[index].via)
+    if best is None:
+        return None
+    index, end, length = best
+    replanned = plan_lanes(graph, plan.edges[: index + 1])
+    if replanned is None:
+        return None
+    driven = {edge: graph.lengths[edge] for edge in replanned.edges}
+    driven[replanned.edges[0]] -= START_AFTER
+    driven[replanned.edges[-1]] = end
+    return Draft(replanned, end, length, driven)
+
+
+def share(one: Mapping[str, float], other: Mapping[str, float]) -> float:
+    """Return the part of the shorter route's metres on edges that both routes drive."""
+    common = sum(min(metres, other.get(edge, 0.0)) for edge, metres in one.items())
+    return common / min(sum(one.values()), sum(other.values()))
+
+
+def driven_on(route: Route) -> dict[str, float]:
+    """Return the metres a route drives on each edge outside junctions."""
+    driven: dict[str, float] = {}
+    for span in route.lanes:
+        if not span.lane.startswith(":"):
+            edge = span.lane.rsplit("_", 1)[0]
+            driven[edge] = driven.get(edge, 0.0) + span.end - span.start
+    return driven
+
+
+def choose(graph: StreetGraph, plans: list[LanePlan], limits: Sequence[float]) -> list[Draft]:
+    """Choose a draft for each limit in turn: long, varied, unlike those chosen before.
+
+    Args:
+        graph: The town's edges.
+        plans: To choose from.
+        limits: Upper limits of the lengths, metres.
+
+    Raises:
+        InputError: The plans do not give that many different drafts.
+    """
+    chosen: list[Draft] = []
+    for limit in limits:
+        drafts = [draft for plan in plans if (draft := shorten(graph, plan, limit)) is not None]
+        overlaps = [max((share(d.driven, c.driven) for c in chosen), default=0.0) for d in drafts]
+        pairs = [pair for pair in zip(drafts, overlaps, strict=True) if pair[1] <= MAX_SHARE]
+        if not pairs:
+            message = (
+                f"Only {len(chosen)} different routes were found in {graph.town.name}, "
+                f"{len(limits)} are wanted. Draw more paths, or make the town larger."
+            )
+            raise InputError(message)
+        enough = (1.0 - LENGTH_TOLERANCE) * max(draft.length for draft, _ in pairs)
+        seen = {kind for draft in chosen for kind in _kinds(graph, draft)}
+        worths = [
+            _worth(graph, draft, overlap, seen) if draft.length >= enough else -np.inf
+            for draft, overlap in pairs
+        ]
+        chosen.append(pairs[int(np.argmax(worths))][0])
+    return chosen
+
+
+def _kinds(graph: StreetGraph, draft: Draft) -> set[str]:
+    return {kind for kind, count in count_manoeuvres(graph, draft.plan).items() if count}
+
+
+def _worth(graph: StreetGraph, draft: Draft, overlap: float, seen: set[str]) -> float:
+    counts = count_manoeuvres(graph, draft.plan)
+    kinds = {kind for kind, count in counts.items() if count}
+    busy = (sum(counts.values()) - counts["lane_change"]) / (draft.length / 1000.0)
+    passed = [link.junction for link in draft.plan.links]
+    again = len(passed) - len(set(passed))
+    worth = NOVELTY * len(kinds - seen) + VARIETY * len(kinds) + BUSYNESS * busy
+    return round(worth - WANDERING * again - OVERLAP * overlap, 6)

@@ -1,0 +1,94 @@
+"""A town's edges as a graph: where each leads, and which places matter to a route."""
+
+from collections import defaultdict
+
+import numpy as np
+
+from plant_bench.geometry.polyline import headings
+from plant_bench.world.town import Lane, Link, Town
+
+EXIT_SPEED = 16.0  # m/s: slower roads have turn-offs, not exits
+U_TURN_ANGLE = 2.5  # rad that a U-turn's edge turns by at least
+U_TURN_LENGTH = 120.0  # m: longer edges are bends of the road
+
+
+class StreetGraph:
+    """What routes need to know of a town's edges and junctions; built once a town.
+
+    Args:
+        town: The town.
+    """
+
+    def __init__(self, town: Town) -> None:
+        self.town = town
+        self.lengths = {edge: lanes[0].length for edge, lanes in town.edges.items()}
+        self.ring_edges = frozenset(edge for ring in town.roundabouts for edge in ring)
+        self.onward: dict[str, tuple[str, ...]] = dict.fromkeys(town.edges, ())
+        self.ends: dict[str, str] = {}
+        self._links: dict[tuple[str, str], list[Link]] = defaultdict(list)
+        arriving: dict[str, set[str]] = defaultdict(set)
+        leaving: dict[str, set[str]] = defaultdict(set)
+        for link in town.links:
+            before, after = town.lanes[link.source].edge, town.lanes[link.target].edge
+            self._links[before, after].append(link)
+            self.ends[before] = link.junction
+            arriving[link.junction].add(before)
+            leaving[link.junction].add(after)
+        for before, after in self._links:
+            self.onward[before] = (*self.onward[before], after)
+        self._arriving = {junction: frozenset(edges) for junction, edges in arriving.items()}
+        self._leaving = {junction: frozenset(edges) for junction, edges in leaving.items()}
+        self.u_turns = frozenset(edge for edge in town.edges if self._turns_back(edge))
+
+    def links(self, before: str, after: str) -> list[Link]:
+        """Return the links from one edge to another."""
+        return self._links.get((before, after), [])
+
+    def is_joint(self, junction: str) -> bool:
+        """Tell whether edges merely join there, so that there is nothing to pass."""
+        return self.town.junctions[junction].kind == "joint"
+
+    def is_crossing(self, junction: str) -> bool:
+        """Tell whether one can come from and go to several roads there, outside roundabouts."""
+        several = len(self._arriving[junction]) > 1 and len(self._leaving[junction]) > 1
+        return several and not self.ring_edges & self._arriving[junction]
+
+    def is_exit(self, before: str, after: str) -> bool:
+        """Tell whether the way from one edge to another leaves a fast road on its right."""
+        junction = self.ends[before]
+        others = self._leaving[junction] - {after}
+        if len(self._arriving[junction]) > 1 or not others or before in self.ring_edges:
+            return False
+        if self.town.edges[before][0].speed_limit < EXIT_SPEED:
+            return False
+        rightmost = self.town.edges[before][0].id
+        return any(link.source == rightmost for link in self.links(before, after)) and not any(
+            link.source == rightmost for other in others for link in self.links(before, other)
+        )
+
+    def has_acceleration(self, edge: str) -> bool:
+        """Tell whether a lane of the edge is an acceleration lane."""
+        return any(lane.acceleration for lane in self.town.edges[edge])
+
+    @property
+    def sights(self) -> tuple[str, ...]:
+        """The edges worth a detour: rings, U-turns, acceleration lanes and exits, in order."""
+        exits = {after for before, after in self._links if self.is_exit(before, after)}
+        return tuple(
+            edge
+            for edge in self.town.edges
+            if edge in self.ring_edges
+            or edge in self.u_turns
+            or edge in exits
+            or self.has_acceleration(edge)
+        )
+
+    def _turns_back(self, edge: str) -> bool:
+        lane = self.town.edges[edge][0]
+        return lane.length < U_TURN_LENGTH and abs(_turned(lane)) > U_TURN_ANGLE
+
+
+def _turned(lane: Lane) -> float:
+    steps = np.hypot(*np.diff(lane.points[:, :2], axis=0).T) > 0.05
+    yaw = headings(lane.points[np.concatenate(([True], steps)), :2])
+    return float(yaw[-1] - yaw[0])

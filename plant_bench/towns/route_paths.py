@@ -1,0 +1,90 @@
+"""Random edge paths through a town, such as a navigation system with a few stops would give."""
+
+import heapq
+from collections.abc import Callable
+
+import numpy as np
+
+from plant_bench.towns.route_graph import StreetGraph
+
+STOPS = (1, 5)  # stops between start and destination
+START_AFTER = 10.0  # m from the last junction to the start
+END_MARGIN = 15.0  # m from the destination to the junctions before and behind it
+ROOM_AHEAD = 25.0  # m of the first edge that remain ahead of the start
+DETOUR_SPREAD = 0.6  # standard deviation of the logarithm of an edge's random weight
+REVISIT_FACTOR = 3.0  # a junction already passed makes the way to it that much longer
+SIGHT_SHARE = 0.5  # of the paths lead by a sight, where the town has any
+
+
+def can_start(graph: StreetGraph, edge: str) -> bool:
+    """Tell whether a route may start on the edge."""
+    return _is_plain(graph, edge) and graph.lengths[edge] >= START_AFTER + ROOM_AHEAD
+
+
+def can_end(graph: StreetGraph, edge: str) -> bool:
+    """Tell whether a route may end on the edge."""
+    return _is_plain(graph, edge) and graph.lengths[edge] >= 2.0 * END_MARGIN + 1.0
+
+
+def random_path(graph: StreetGraph, rng: np.random.Generator) -> tuple[str, ...] | None:
+    """Return a path of edges by a few random stops that takes no edge twice.
+
+    Returns:
+        The path, or None where this draw has led to none.
+    """
+    edges = list(graph.town.edges)
+    starts = [edge for edge in edges if can_start(graph, edge)]
+    ends = [edge for edge in edges if can_end(graph, edge)]
+    stops = [edges[i] for i in rng.integers(len(edges), size=rng.integers(*STOPS, endpoint=True))]
+    if graph.sights and rng.random() < SIGHT_SHARE:
+        stops[int(rng.integers(len(stops)))] = graph.sights[int(rng.integers(len(graph.sights)))]
+    spread = np.exp(DETOUR_SPREAD * rng.standard_normal(len(edges)))
+    costs = {edge: graph.lengths[edge] * float(w) for edge, w in zip(edges, spread, strict=True)}
+    path = [starts[int(rng.integers(len(starts)))]]
+    for stop in (*stops, ends[int(rng.integers(len(ends)))]):
+        if stop in path:
+            continue
+        leg = _leg(graph, path, stop, costs)
+        if leg is None:
+            return None
+        path += leg
+    return tuple(path)
+
+
+def _is_plain(graph: StreetGraph, edge: str) -> bool:
+    return not (
+        edge in graph.ring_edges or edge in graph.u_turns or graph.has_acceleration(edge)
+    ) and bool(graph.onward[edge])
+
+
+def _leg(
+    graph: StreetGraph, path: list[str], goal: str, costs: dict[str, float]
+) -> list[str] | None:
+    used, passed = set(path), {graph.ends[edge] for edge in path[:-1]}
+
+    def cost(edge: str) -> float:
+        return costs[edge] * (REVISIT_FACTOR if graph.ends.get(edge) in passed else 1.0)
+
+    return _cheapest(graph, path[-1], goal, lambda edge: None if edge in used else cost(edge))
+
+
+def _cheapest(
+    graph: StreetGraph, start: str, goal: str, cost: Callable[[str], float | None]
+) -> list[str] | None:
+    """Dijkstra over edges; an edge without a cost is closed. The start is left out."""
+    best, before, queue = {start: 0.0}, {}, [(0.0, start)]
+    while queue:
+        so_far, edge = heapq.heappop(queue)
+        if edge == goal:
+            path = [edge]
+            while before[path[-1]] != start:
+                path.append(before[path[-1]])
+            return path[::-1]
+        if so_far > best[edge]:
+            continue
+        for onward in graph.onward[edge]:
+            more = cost(onward)
+            if more is not None and so_far + more < best.get(onward, np.inf):
+                best[onward], before[onward] = so_far + more, edge
+                heapq.heappush(queue, (so_far + more, onward))
+    return None

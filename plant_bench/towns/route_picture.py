@@ -1,0 +1,89 @@
+"""Pictures of routes on their towns."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from PIL import Image
+
+from plant_bench.geometry.polyline import arc_lengths
+from plant_bench.towns.picture import draw_town
+from plant_bench.world.route import Route
+from plant_bench.world.town import Town, load_town
+
+LINE, CHANGE, START, END, SIGNAL = "#19b5fe", "#f39c12", "#2ecc71", "#8e44ad", "#e74c3c"
+COLUMNS = 3
+PANEL_IN = 5.0  # longer side of a route's panel
+TITLE_IN = 0.3
+DOTS = 90  # dots an inch
+COLOURS = 256  # in a picture's palette: small files
+ARROWS = 14  # along a route
+ABOVE = 30  # drawing order: routes lie above their town
+
+
+def draw_route(town: Town, route: Route, ax: Axes) -> None:
+    """Draw a route on its town: direction, start, destination, lane changes and signals."""
+    draw_town(town, ax)
+    x, y = route.points.T
+    ax.plot(x, y, color=LINE, linewidth=1.8, alpha=0.9, zorder=ABOVE)
+    for change in route.lane_changes:
+        here = (route.along >= change.start) & (route.along <= change.end)
+        ax.plot(x[here], y[here], color=CHANGE, linewidth=3.0, zorder=ABOVE + 1)
+    stops = _places(route, [passage.entry for passage in route.signal_passages])
+    ax.scatter(*stops.T, s=16, marker="s", c=SIGNAL, edgecolors="white", lw=0.4, zorder=ABOVE + 2)
+    _draw_arrows(route, ax)
+    for index, colour, label in ((0, START, "start"), (-1, END, "end")):
+        ax.scatter(x[index], y[index], s=60, c=colour, edgecolors="white", zorder=ABOVE + 4)
+        ax.annotate(
+            label, route.points[index], xytext=(5, 5), textcoords="offset points", fontsize=8,
+            color=colour, weight="bold", zorder=ABOVE + 5,
+        )  # fmt: skip
+    done = ", ".join(f"{n} {kind}" for kind, n in route.manoeuvres.items() if n)
+    ax.set_title(f"{route.id}: {route.length:.0f} m\n{done}", fontsize=8)
+
+
+def save_suite_pictures(routes: Sequence[Route], folder: Path) -> list[Path]:
+    """Draw routes, a PNG a town with one panel a route; return the files."""
+    folder.mkdir(parents=True, exist_ok=True)
+    files = []
+    for name in sorted({route.town for route in routes}):
+        path = folder / f"{name}.png"
+        _save_panels(load_town(name), [route for route in routes if route.town == name], path)
+        files.append(path)
+    return files
+
+
+def _save_panels(town: Town, routes: list[Route], path: Path) -> None:
+    width, height = (PANEL_IN * side / max(town.extent) for side in town.extent)
+    rows = -(-len(routes) // COLUMNS)
+    size = COLUMNS * max(width, 0.5 * PANEL_IN), rows * (height + 2 * TITLE_IN)
+    figure = Figure(figsize=size, dpi=DOTS, layout="constrained")
+    FigureCanvasAgg(figure)
+    panels = figure.subplots(rows, COLUMNS, squeeze=False).ravel()
+    for ax in panels[len(routes) :]:
+        ax.set_axis_off()
+    for ax, route in zip(panels, routes, strict=False):
+        draw_route(town, route, ax)
+    figure.savefig(path, metadata={"Software": None})
+    with Image.open(path) as image:
+        small = image.convert("RGB").quantize(COLOURS)
+    small.save(path, optimize=True)
+
+
+def _draw_arrows(route: Route, ax: Axes) -> None:
+    at = np.linspace(0.0, route.length, ARROWS + 2)[1:-1]
+    tails, heads = _places(route, at), _places(route, at + 1.0)
+    step = heads - tails
+    ax.quiver(
+        *tails.T, *step.T, color=LINE, edgecolor="white", linewidth=0.4, angles="xy", pivot="mid",
+        scale_units="inches", scale=8.0, width=0.006, headwidth=7, headlength=7, headaxislength=6,
+        zorder=ABOVE + 3,
+    )  # fmt: skip
+
+
+def _places(route: Route, at: Sequence[float] | np.ndarray) -> np.ndarray:
+    along = arc_lengths(route.points)
+    return np.stack([np.interp(at, along, column) for column in route.points.T], axis=1)

@@ -1,0 +1,193 @@
+"""Route suites: Longest6-like routes through the towns, chosen, written, checked and described."""
+
+import json
+import shutil
+import tempfile
+import zlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from plant_bench.data_files import routes_dir
+from plant_bench.errors import InputError
+from plant_bench.towns.route_choice import choose, draft_paths, driven_on, share, shorten
+from plant_bench.towns.route_graph import StreetGraph
+from plant_bench.towns.route_making import MANOEUVRES
+from plant_bench.world.route import ROUTE_FORMAT, Route
+from plant_bench.world.town import Town, load_town
+
+DRAWS = 4000  # edge paths drawn a town
+
+
+@dataclass(frozen=True)
+class SuiteSpec:
+    """What a suite is asked to be.
+
+    Attributes:
+        seed: Of the drawing.
+        lengths: For each town the upper limits of its routes' lengths, metres.
+    """
+
+    seed: int
+    lengths: Mapping[str, Sequence[float]]
+
+
+# Lengths of CARLA's routes: TransFuser, leaderboard/data/longest6/longest6.xml, sorted a town.
+SUITES = {
+    "longest6": SuiteSpec(
+        seed=6,
+        lengths={
+            "town01": (1130, 1015, 937, 894, 731, 686),
+            "town02": (1010, 974, 973, 872, 821, 821),
+            "town03": (2302, 1871, 1870, 1747, 1556, 1434),
+            "town04": (2440, 2320, 2069, 2059, 1863, 1862),
+            "town05": (2101, 1650, 1555, 1272, 1071, 1018),
+            "town06": (2842, 2525, 2271, 1859, 1760, 1442),
+        },
+    )
+}
+
+
+def build_suite(
+    name: str = "longest6",
+    *,
+    towns: list[str] | None = None,
+    seed: int | None = None,
+    out: Path | None = None,
+) -> Path:
+    """Build a suite, whole or not at all.
+
+    Args:
+        name: The suite.
+        towns: Build only these towns' files and leave the others as they are; all by default.
+        seed: Of the drawing; the suite's own by default.
+        out: The folder to write; the suite's folder in `routes/` by default.
+
+    Returns:
+        The folder written.
+
+    Raises:
+        InputError: There is no such suite or town, or a town is too small for it.
+    """
+    spec = _suite_spec(name)
+    seed = spec.seed if seed is None else seed
+    texts = {
+        town: _suite_text(name, seed, suite_routes(load_town(town), spec.lengths[town], seed))
+        for town in _suite_towns(name, towns)
+    }
+    folder = routes_dir() / name if out is None else out
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=folder.parent, prefix=f".{name}-") as scratch:
+        fresh = Path(scratch) / "new"
+        if folder.exists():
+            shutil.copytree(folder, fresh)
+        fresh.mkdir(exist_ok=True)
+        for town, text in texts.items():
+            (fresh / f"{town}.json").write_text(text, encoding="utf-8")
+        if folder.exists():
+            folder.rename(Path(scratch) / "old")
+        fresh.rename(folder)
+    return folder
+
+
+def check_suite(name: str) -> list[str]:
+    """Build a suite again and compare it with its files, byte for byte.
+
+    Returns:
+        What differs, a line a file; empty if nothing does.
+
+    Raises:
+        InputError: There is no such suite, or it cannot be built.
+    """
+    spec = _suite_spec(name)
+    differences = []
+    with tempfile.TemporaryDirectory() as scratch:
+        rebuilt = build_suite(name, out=Path(scratch) / name)
+        for town in spec.lengths:
+            stored = routes_dir() / name / f"{town}.json"
+            if not stored.is_file():
+                differences.append(f"{name}/{town}.json is missing.")
+            elif stored.read_bytes() != (rebuilt / stored.name).read_bytes():
+                differences.append(f"{name}/{town}.json is not what building it again gives.")
+    return differences
+
+
+def suite_routes(town: Town, limits: Sequence[float], seed: int) -> list[Route]:
+    """Return a town's longest routes below the given lengths, one for each.
+
+    Raises:
+        InputError: The town does not have that many different routes.
+    """
+    rng = np.random.default_rng([seed, zlib.crc32(town.name.encode())])
+    graph = StreetGraph(town)
+    drafts = choose(graph, draft_paths(graph, DRAWS, rng), limits)
+    return [draft.make(graph, f"{town.name}-{i}") for i, draft in enumerate(drafts)]
+
+
+def sample_routes(
+    town: Town, count: int, rng: np.random.Generator, length_range: tuple[float, float]
+) -> list[Route]:
+    """Return random routes, for instance to collect training data on.
+
+    Args:
+        town: The town.
+        count: How many routes.
+        rng: Draws them.
+        length_range: Shortest and longest, metres (of the plan; the line may differ by a percent).
+
+    Raises:
+        InputError: Routes of these lengths cannot be found in the town.
+    """
+    graph = StreetGraph(town)
+    shortest, longest = length_range
+    routes: list[Route] = []
+    for _ in range(100 + 50 * count):
+        if len(routes) == count:
+            return routes
+        for plan in draft_paths(graph, 1, rng):
+            draft = shorten(graph, plan, float(rng.uniform(shortest, longest)))
+            if draft is not None and draft.length >= shortest:
+                routes.append(draft.make(graph, f"{town.name}-{len(routes)}"))
+    message = (
+        f"Found {len(routes)} routes of {shortest:.0f} to {longest:.0f} m in {town.name}, "
+        f"{count} are wanted. Ask for shorter ones."
+    )
+    raise InputError(message)
+
+
+def describe_suite(routes: list[Route]) -> pd.DataFrame:
+    """Return one row a route: length, manoeuvres, signals, and the most it shares with another."""
+    rows = []
+    for route in routes:
+        others = [other for other in routes if other.town == route.town and other is not route]
+        shares = [share(driven_on(route), driven_on(other)) for other in others]
+        row = {"id": route.id, "town": route.town, "length_m": round(route.length, 1)}
+        row |= {kind: route.manoeuvres.get(kind, 0) for kind in MANOEUVRES}
+        row |= {"signals": len(route.signal_passages)}
+        rows.append(row | {"max_share": round(max(shares, default=0.0), 3)})
+    return pd.DataFrame(rows)
+
+
+def _suite_spec(name: str) -> SuiteSpec:
+    if name not in SUITES:
+        message = f"There is no suite '{name}' to build. Known: {', '.join(SUITES)}."
+        raise InputError(message)
+    return SUITES[name]
+
+
+def _suite_towns(name: str, towns: list[str] | None) -> list[str]:
+    known = list(SUITES[name].lengths)
+    for town in towns or []:
+        if town not in known:
+            message = f"The suite '{name}' has no town '{town}'. Its towns: {', '.join(known)}."
+            raise InputError(message)
+    return known if towns is None else towns
+
+
+def _suite_text(name: str, seed: int, routes: list[Route]) -> str:
+    head = json.dumps({"format": ROUTE_FORMAT, "suite": name, "seed": seed}, separators=(",", ":"))
+    lines = [json.dumps(route.to_payload(), separators=(",", ":")) for route in routes]
+    return head[:-1] + ',"routes":[\n' + ",\n".join(lines) + "\n]}\n"

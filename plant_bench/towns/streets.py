@@ -1,0 +1,198 @@
+"""The shape of a street: smooth curves through poses, fillets and offset curves.
+
+All shapes are arrays of points (n 2) in metres; headings are radians counter-clockwise from +x.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Shape = NDArray[np.float64]
+
+POINT_SPACING_M = 1.5
+STRAIGHT_TOLERANCE_M = 0.004
+
+
+@dataclass(frozen=True)
+class Pose:
+    """A point of a street and the way the street runs there."""
+
+    x: float
+    y: float
+    heading: float
+
+    @property
+    def point(self) -> Shape:
+        """The place as an array (2)."""
+        return np.array([self.x, self.y])
+
+    @property
+    def direction(self) -> Shape:
+        """The unit vector of the heading (2)."""
+        return np.array([np.cos(self.heading), np.sin(self.heading)])
+
+    def ahead(self, distance: float) -> "Pose":
+        """The pose moved straight on by `distance` metres (backwards if negative)."""
+        x, y = self.point + distance * self.direction
+        return Pose(float(x), float(y), self.heading)
+
+    def beside(self, left: float) -> "Pose":
+        """The pose moved sideways by `left` metres (to the right if negative)."""
+        return Pose(
+            self.x - left * float(np.sin(self.heading)),
+            self.y + left * float(np.cos(self.heading)),
+            self.heading,
+        )
+
+    def reversed(self) -> "Pose":
+        """The same place, looking back."""
+        return Pose(self.x, self.y, self.heading + np.pi)
+
+
+def wrap(angle: float) -> float:
+    """The same angle in [-pi, pi)."""
+    return float((angle + np.pi) % (2 * np.pi) - np.pi)
+
+
+def curve_between(start: Pose, end: Pose, spacing: float = POINT_SPACING_M) -> Shape:
+    """A smooth curve from one pose to another: an arc where one fits, else a gentle S."""
+    chord = end.point - start.point
+    length = float(np.hypot(*chord))
+    bearing = float(np.arctan2(chord[1], chord[0]))
+    leave, arrive = wrap(start.heading - bearing), wrap(end.heading - bearing)
+    if leave * arrive < 0:
+        handle = length / (3 * np.cos((abs(leave) + abs(arrive)) / 4) ** 2)
+    else:
+        handle = 0.45 * length
+    controls = (
+        start.point,
+        start.point + handle * start.direction,
+        end.point - handle * end.direction,
+        end.point,
+    )
+    t = np.linspace(0.0, 1.0, max(2, int(np.ceil(1.1 * length / spacing)) + 1))[:, None]
+    weights = ((1 - t) ** 3, 3 * t * (1 - t) ** 2, 3 * t**2 * (1 - t), t**3)
+    return np.sum([w * c for w, c in zip(weights, controls, strict=True)], axis=0)
+
+
+def curve_through(poses: list[Pose], spacing: float = POINT_SPACING_M) -> Shape:
+    """A smooth curve through all poses in turn, without needless points on straights."""
+    pieces = [curve_between(a, b, spacing) for a, b in zip(poses, poses[1:], strict=False)]
+    return thin_out(join(pieces))
+
+
+def fillet(points: list[tuple[float, float]], radius: float) -> Shape:
+    """A polyline whose inner corners are rounded by arcs of `radius` metres or less.
+
+    The arc shrinks where a leg is too short for it.
+    """
+    corners = np.asarray(points, dtype=float)
+    legs = np.hypot(*np.diff(corners, axis=0).T)
+    poses = [_pose_at(corners[0], corners[1])]
+    for before, corner, after, short in zip(
+        corners, corners[1:], corners[2:], np.minimum(legs[:-1], legs[1:]), strict=False
+    ):
+        arriving, leaving = _pose_at(corner, 2 * corner - before), _pose_at(corner, after)
+        turn = abs(wrap(leaving.heading - arriving.heading))
+        if turn < 1e-3:
+            continue
+        cut = min(radius * float(np.tan(turn / 2)), 0.49 * float(short))
+        poses += [arriving.ahead(-cut), leaving.ahead(cut)]
+    last = _pose_at(corners[-2], corners[-1])
+    poses.append(Pose(float(corners[-1][0]), float(corners[-1][1]), last.heading))
+    return curve_through(poses)
+
+
+def corner(before: Pose, after: Pose, radius: float) -> Shape:
+    """From one pose straight on, round one corner, and straight into another pose.
+
+    Falls back to one smooth curve where the two straights do not meet ahead.
+    """
+    normal = np.array([-after.direction[1], after.direction[0]])
+    closing = float(normal @ before.direction)
+    if abs(closing) > 0.05:
+        run = float(normal @ (after.point - before.point)) / closing
+        meeting = before.ahead(run)
+        rest = float((after.point - meeting.point) @ after.direction)
+        if run > 0 and rest > 0:
+            reach = abs(float(np.tan(wrap(after.heading - before.heading) / 2)))
+            room = min(run, rest) / max(reach, 1e-6)
+            return _round(before, after, meeting, min(radius, 0.98 * room), reach)
+    return curve_through([before, after])
+
+
+def _round(before: Pose, after: Pose, meeting: Pose, radius: float, reach: float) -> Shape:
+    leave = Pose(meeting.x, meeting.y, after.heading)
+    return curve_through([before, meeting.ahead(-radius * reach), leave.ahead(radius * reach), after])
+
+
+def offset(shape: Shape, left: float | Shape) -> Shape:
+    """The curve moved sideways: `left` metres, one value or one per point (n)."""
+    tangent = np.gradient(shape[:, :2], axis=0)
+    tangent /= np.hypot(tangent[:, 0], tangent[:, 1])[:, None]
+    normal = np.stack([-tangent[:, 1], tangent[:, 0]], axis=1)
+    moved = shape.copy()
+    moved[:, :2] += normal * np.broadcast_to(left, (len(shape),))[:, None]
+    return moved
+
+
+def join(pieces: list[Shape]) -> Shape:
+    """The pieces as one line, without doubled points."""
+    line = np.concatenate(pieces)
+    keep = np.r_[True, np.hypot(*np.diff(line, axis=0)[:, :2].T) > 1e-6]
+    return line[keep]
+
+
+def arc_lengths(shape: Shape) -> Shape:
+    """The distance along the line at each of its points (n), in the plane."""
+    return np.r_[0.0, np.cumsum(np.hypot(*np.diff(shape[:, :2], axis=0).T))]
+
+
+def resample(shape: Shape, spacing: float) -> Shape:
+    """Points of the line at even distances of about `spacing` metres."""
+    along = arc_lengths(shape)
+    count = max(2, int(np.ceil(along[-1] / spacing)) + 1)
+    at = np.linspace(0.0, along[-1], count)
+    return np.stack([np.interp(at, along, column) for column in shape.T], axis=1)
+
+
+def start_pose(shape: Shape) -> Pose:
+    """The pose in which the line begins."""
+    return _pose_at(shape[0], shape[1])
+
+
+def end_pose(shape: Shape) -> Pose:
+    """The pose in which the line ends."""
+    last = _pose_at(shape[-2], shape[-1])
+    return Pose(float(shape[-1][0]), float(shape[-1][1]), last.heading)
+
+
+def thin_out(shape: Shape) -> Shape:
+    """Drop the points that a straight between their neighbours passes within millimetres."""
+    kept = [0]
+    for index in range(1, len(shape) - 1):
+        first = shape[kept[-1]]
+        between = shape[kept[-1] + 1 : index + 1] - first
+        straight = shape[index + 1] - first
+        straight = straight / np.linalg.norm(straight)
+        across = between - np.outer(between @ straight, straight)
+        if np.linalg.norm(across, axis=1).max() > STRAIGHT_TOLERANCE_M:
+            kept.append(index)
+    return shape[[*kept, len(shape) - 1]]
+
+
+def tightest_radius(shape: Shape, window: float = 3.0) -> float:
+    """The smallest radius of the line, its heading taken over `window` metres."""
+    fine = resample(shape[:, :2], window / 6)
+    heading = np.unwrap(np.arctan2(*np.diff(fine, axis=0).T[::-1]))
+    if len(heading) <= 6:
+        return float("inf")
+    turned = np.abs(heading[6:] - heading[:-6]).max()
+    return float(window / max(turned, 1e-9))
+
+
+def _pose_at(here: Shape, towards: Shape) -> Pose:
+    heading = float(np.arctan2(towards[1] - here[1], towards[0] - here[0]))
+    return Pose(float(here[0]), float(here[1]), heading)
+

@@ -1,0 +1,1 @@
+"""Town, Route, Scenario and Scene: immutable values that everything else is made of."""

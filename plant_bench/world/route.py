@@ -1,0 +1,242 @@
+"""Routes, suites of routes on disk, and scenarios: all that an episode depends on."""
+
+import hashlib
+import json
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+
+from plant_bench.data_files import routes_dir
+from plant_bench.errors import InputError
+from plant_bench.geometry.polyline import arc_lengths
+
+ROUTE_FORMAT = 1
+PROTOCOL = "longest6-sumo-v0"  # v1 once the hazards are in: results of two protocols never mix
+
+
+@dataclass(frozen=True)
+class Passage:
+    """The route's way through one junction.
+
+    Attributes:
+        junction: Junction id.
+        entry: Arc length of the stop line, metres.
+        exit: Arc length where the junction is left.
+        turn: "straight", "left" or "right".
+        control: As in `Link.control`.
+        signal: Signal id, None where there is none.
+        signal_index: The link's place in the signal's state, -1 where there is none.
+    """
+
+    junction: str
+    entry: float
+    exit: float
+    turn: str
+    control: str
+    signal: str | None = None
+    signal_index: int = -1
+
+
+@dataclass(frozen=True)
+class LaneSpan:
+    """The lane a stretch of the route lies on; a lane change counts to the lane it leaves for."""
+
+    lane: str
+    start: float
+    end: float
+
+
+@dataclass(frozen=True)
+class LaneChange:
+    """A lane change of the route: arc lengths of its begin and end; "left" or "right"."""
+
+    start: float
+    end: float
+    direction: str
+
+
+@dataclass(frozen=True, eq=False)
+class Route:
+    """A lane-level route.
+
+    Attributes:
+        id: Unique in its suite, for instance "town01-0".
+        town: Town name.
+        points: Centre line every metre, x, y, from the start to the destination (box centres).
+        elevations: z of each point, metres; tells the levels of a crossing apart.
+        speed_limits: m/s at each point: the posted limit, or what the lane's curvature allows.
+        edges: SUMO edges in order, one beyond the destination included where the town allows.
+        lanes: The lanes in order.
+        passages: The junctions in order.
+        lane_changes: In order.
+        manoeuvres: How often what occurs: left, right, straight, lane_change, roundabout, merge,
+            exit, u_turn.
+    """
+
+    id: str
+    town: str
+    points: Float[np.ndarray, "points 2"]
+    elevations: Float[np.ndarray, " points"]
+    speed_limits: Float[np.ndarray, " points"]
+    edges: tuple[str, ...]
+    lanes: tuple[LaneSpan, ...]
+    passages: tuple[Passage, ...]
+    lane_changes: tuple[LaneChange, ...]
+    manoeuvres: dict[str, int]
+
+    @cached_property
+    def along(self) -> Float[np.ndarray, " points"]:
+        """Arc length of each point."""
+        return arc_lengths(self.points)
+
+    @cached_property
+    def headings(self) -> Float[np.ndarray, " points"]:
+        """Heading at each point, unwrapped (central differences)."""
+        delta = np.gradient(self.points, axis=0)
+        return np.unwrap(np.arctan2(delta[:, 1], delta[:, 0]))
+
+    @property
+    def length(self) -> float:
+        """Metres."""
+        return float(self.along[-1])
+
+    @cached_property
+    def signal_passages(self) -> tuple[Passage, ...]:
+        """The passages that have a traffic light, in order; `Scene.lights` follows them."""
+        return tuple(passage for passage in self.passages if passage.signal is not None)
+
+    def to_payload(self) -> dict:
+        """Return the route as JSON-able values."""
+        return {
+            "id": self.id,
+            "town": self.town,
+            "edges": list(self.edges),
+            "lanes": [[span.lane, span.start, span.end] for span in self.lanes],
+            "passages": [vars(passage) for passage in self.passages],
+            "lane_changes": [vars(change) for change in self.lane_changes],
+            "manoeuvres": self.manoeuvres,
+            "points": np.round(self.points, 3).tolist(),
+            "elevations": np.round(self.elevations, 2).tolist(),
+            "speed_limits": np.round(self.speed_limits, 2).tolist(),
+        }
+
+    @classmethod
+    def from_payload(cls, payload: dict) -> "Route":
+        """Read what `to_payload` gave.
+
+        Raises:
+            InputError: Fields are missing or of the wrong shape, or values are not finite.
+        """
+        try:
+            route = cls(
+                id=str(payload["id"]),
+                town=str(payload["town"]),
+                points=np.asarray(payload["points"], dtype=float),
+                elevations=np.asarray(payload["elevations"], dtype=float),
+                speed_limits=np.asarray(payload["speed_limits"], dtype=float),
+                edges=tuple(payload["edges"]),
+                lanes=tuple(LaneSpan(*item) for item in payload["lanes"]),
+                passages=tuple(Passage(**item) for item in payload["passages"]),
+                lane_changes=tuple(LaneChange(**item) for item in payload["lane_changes"]),
+                manoeuvres=dict(payload["manoeuvres"]),
+            )
+        except (KeyError, TypeError, ValueError) as error:
+            message = f"Broken route ({type(error).__name__}: {error})."
+            raise InputError(message) from error
+        route.validate()
+        return route
+
+    def validate(self) -> None:
+        """Check shapes and values.
+
+        Raises:
+            InputError: What was found, and what was wanted.
+        """
+        count = len(self.points)
+        if self.points.ndim != 2 or self.points.shape[1] != 2 or count < 2:
+            message = f"Route {self.id}: points of shape {self.points.shape} found, (n, 2) wanted."
+            raise InputError(message)
+        if len(self.elevations) != count or len(self.speed_limits) != count:
+            message = f"Route {self.id}: elevations and speed limits must have one value a point."
+            raise InputError(message)
+        values = (self.points, self.elevations, self.speed_limits)
+        if not all(np.isfinite(value).all() for value in values):
+            message = f"Route {self.id}: values that are not finite."
+            raise InputError(message)
+        spacing = np.diff(self.along)
+        if spacing.min() < 0.2 or spacing.max() > 2.0:
+            message = (
+                f"Route {self.id}: points {spacing.min():.2f} to {spacing.max():.2f} m apart found, "
+                "about 1 m wanted."
+            )
+            raise InputError(message)
+        if not self.edges or not self.lanes or self.speed_limits.min() <= 0.0:
+            message = f"Route {self.id}: edges, lanes and positive speed limits are wanted."
+            raise InputError(message)
+
+    @cached_property
+    def checksum(self) -> str:
+        """SHA-256 of the route's content."""
+        text = json.dumps(self.to_payload(), sort_keys=True, separators=(",", ":"))
+        return hashlib.sha256(text.encode()).hexdigest()
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """All that an episode depends on: the route, the traffic's density and the seed.
+
+    Attributes:
+        route: The route to drive.
+        seed: Seeds the traffic and SUMO.
+        density: A name of `plant_bench.sim.traffic.DENSITIES`.
+    """
+
+    route: Route
+    seed: int
+    density: str = "dense"
+
+    @property
+    def key(self) -> str:
+        """A short content hash that names the scenario for ever."""
+        text = f"{PROTOCOL}|{self.route.checksum}|{self.seed}|{self.density}"
+        return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def suite_names() -> list[str]:
+    """Return the suites in `routes/`."""
+    return sorted(path.name for path in routes_dir().iterdir() if any(path.glob("*.json")))
+
+
+def load_suite(name: str) -> list[Route]:
+    """Read a suite by its name in `routes/`, or a folder or file of routes.
+
+    Raises:
+        InputError: There is no such suite, or a file of it is broken.
+    """
+    path = Path(name)
+    if not path.exists():
+        path = routes_dir() / name
+    if not path.exists():
+        message = f"There is no suite '{name}'. Suites here: {', '.join(suite_names())}."
+        raise InputError(message)
+    files = sorted(path.glob("*.json")) if path.is_dir() else [path]
+    routes = [route for file in files for route in _load_file(file)]
+    if not routes:
+        message = f"No routes (*.json) found in {path}."
+        raise InputError(message)
+    return routes
+
+
+def _load_file(path: Path) -> list[Route]:
+    try:
+        payload = json.loads(path.read_text(encoding="utf-8"))
+        if not isinstance(payload, dict) or payload.get("format") != ROUTE_FORMAT:
+            message = f"a file of route format {ROUTE_FORMAT} is wanted"
+            raise InputError(message)
+        return [Route.from_payload(item) for item in payload["routes"]]
+    except (InputError, ValueError, KeyError, TypeError, OSError) as error:
+        message = f"Cannot use the routes file {path}: {error}. Run 'plant-bench routes build'."
+        raise InputError(message) from error

@@ -1,0 +1,265 @@
+"""A town as the benchmark sees it: lanes, links between them, junctions and signals.
+
+`networks/<town>/town.json` holds it, so that only `towns` and `sim` ever need SUMO.
+"""
+
+import hashlib
+import json
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+
+from plant_bench.data_files import networks_dir
+from plant_bench.errors import InputError
+from plant_bench.geometry.polyline import arc_lengths
+
+TOWN_FORMAT = 1
+
+
+@dataclass(frozen=True, eq=False)
+class Lane:
+    """One lane that vehicles may drive on; ids are SUMO's.
+
+    Attributes:
+        id: Lane id.
+        edge: Edge id; internal edges (inside a junction) start with a colon.
+        index: SUMO's index on the edge, counted from the right, sidewalks included.
+        points: Centre line in the direction of travel, x, y, z.
+        width: Metres.
+        speed_limit: m/s.
+        junction: The junction the lane crosses, None outside junctions.
+        successors: Lanes that continue this one without a lane change (internal lanes included).
+        left: The neighbour lane to the left in the same direction, None at the road's middle.
+        right: The neighbour lane to the right in the same direction, None at the kerb.
+        acceleration: True for an acceleration lane, which ends without a successor.
+    """
+
+    id: str
+    edge: str
+    index: int
+    points: Float[np.ndarray, "points 3"]
+    width: float
+    speed_limit: float
+    junction: str | None
+    successors: tuple[str, ...]
+    left: str | None
+    right: str | None
+    acceleration: bool = False
+
+    @cached_property
+    def along(self) -> Float[np.ndarray, " points"]:
+        """Arc length of each point (of x and y)."""
+        return arc_lengths(self.points[:, :2])
+
+    @property
+    def length(self) -> float:
+        """Length of the centre line in metres; SUMO's own `length` may differ by some percent."""
+        return float(self.along[-1])
+
+
+@dataclass(frozen=True)
+class Link:
+    """One way through a junction, from a lane to a lane.
+
+    Attributes:
+        source: The incoming lane's id.
+        target: The outgoing lane's id.
+        via: The internal lanes between them, in order; empty where two edges just join.
+        junction: The junction's id.
+        turn: "straight", "left" or "right" (SUMO's slight turns count as the turn they are).
+        control: "signal", "major", "minor", "stop", "allway", "equal" (right before left), "zipper".
+        signal: The signal's id, None where there is none.
+        signal_index: The link's place in the signal's state string, -1 where there is none.
+    """
+
+    source: str
+    target: str
+    via: tuple[str, ...]
+    junction: str
+    turn: str
+    control: str
+    signal: str | None = None
+    signal_index: int = -1
+
+
+@dataclass(frozen=True)
+class Junction:
+    """A place where edges meet.
+
+    Attributes:
+        id: Junction id.
+        kind: "signal", "priority", "stop", "allway", "right_before_left", "roundabout", "zipper"
+            or "joint" (edges just join, nothing to yield to).
+        x: Metres.
+        y: Metres.
+        arms: Number of distinct roads that meet here.
+        outline: Polygon, x, y.
+    """
+
+    id: str
+    kind: str
+    x: float
+    y: float
+    arms: int
+    outline: tuple[tuple[float, float], ...]
+
+
+@dataclass(frozen=True)
+class Area:
+    """A polygon that is no driving lane, for pictures: "sidewalk", "crossing" or "walking area"."""
+
+    kind: str
+    outline: tuple[tuple[float, float], ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Town:
+    """A town's road network; immutable.
+
+    Attributes:
+        name: The folder's name in `networks/`.
+        lanes: Driving lanes by id, internal ones included, sidewalks and crossings not.
+        links: All ways through junctions.
+        junctions: By id.
+        signals: Signal id to the number of its links.
+        roundabouts: The edges of each roundabout's ring.
+        areas: Sidewalks and crossings.
+    """
+
+    name: str
+    lanes: dict[str, Lane]
+    links: tuple[Link, ...]
+    junctions: dict[str, Junction]
+    signals: dict[str, int]
+    roundabouts: tuple[tuple[str, ...], ...] = ()
+    areas: tuple[Area, ...] = ()
+
+    @cached_property
+    def edges(self) -> dict[str, tuple[Lane, ...]]:
+        """Edge id to its driving lanes from right to left; internal edges are left out."""
+        found: dict[str, list[Lane]] = {}
+        for lane in self.lanes.values():
+            if lane.junction is None:
+                found.setdefault(lane.edge, []).append(lane)
+        return {edge: tuple(sorted(lanes, key=lambda lane: lane.index)) for edge, lanes in found.items()}
+
+    @cached_property
+    def links_from(self) -> dict[str, tuple[Link, ...]]:
+        """Incoming lane id to the links that leave it."""
+        found: dict[str, list[Link]] = {}
+        for link in self.links:
+            found.setdefault(link.source, []).append(link)
+        return {source: tuple(links) for source, links in found.items()}
+
+    @property
+    def extent(self) -> tuple[float, float]:
+        """Width and height of the box around all lane centre lines, metres."""
+        points = np.concatenate([lane.points[:, :2] for lane in self.lanes.values()])
+        width, height = points.max(axis=0) - points.min(axis=0)
+        return float(width), float(height)
+
+    @property
+    def lane_km(self) -> float:
+        """Length of all driving lanes outside junctions, kilometres."""
+        return sum(lane.length for lane in self.lanes.values() if lane.junction is None) / 1000.0
+
+    def to_json(self) -> str:
+        """Return the town as JSON text; equal towns give equal text."""
+        payload = {
+            "format": TOWN_FORMAT,
+            "name": self.name,
+            "lanes": [
+                {
+                    "id": lane.id,
+                    "edge": lane.edge,
+                    "index": lane.index,
+                    "points": np.round(lane.points, 3).tolist(),
+                    "width": lane.width,
+                    "speed_limit": lane.speed_limit,
+                    "junction": lane.junction,
+                    "successors": list(lane.successors),
+                    "left": lane.left,
+                    "right": lane.right,
+                    "acceleration": lane.acceleration,
+                }
+                for lane in self.lanes.values()
+            ],
+            "links": [vars(link) for link in self.links],
+            "junctions": [vars(junction) for junction in self.junctions.values()],
+            "signals": self.signals,
+            "roundabouts": self.roundabouts,
+            "areas": [vars(area) for area in self.areas],
+        }
+        return json.dumps(payload, separators=(",", ":")) + "\n"
+
+    @classmethod
+    def from_json(cls, text: str) -> "Town":
+        """Read what `to_json` wrote.
+
+        Raises:
+            InputError: The text is no town of this format.
+        """
+        try:
+            payload = json.loads(text)
+            if payload["format"] != TOWN_FORMAT:
+                message = f"Town format {payload['format']} found, {TOWN_FORMAT} wanted: build it again."
+                raise InputError(message)
+            lanes = [_lane(item) for item in payload["lanes"]]
+            return cls(
+                name=payload["name"],
+                lanes={lane.id: lane for lane in lanes},
+                links=tuple(Link(**{**item, "via": tuple(item["via"])}) for item in payload["links"]),
+                junctions={item["id"]: Junction(**_outlined(item)) for item in payload["junctions"]},
+                signals=dict(payload["signals"]),
+                roundabouts=tuple(tuple(ring) for ring in payload["roundabouts"]),
+                areas=tuple(Area(**_outlined(item)) for item in payload["areas"]),
+            )
+        except (ValueError, KeyError, TypeError) as error:
+            message = f"Not a town file ({type(error).__name__}: {error}). Run 'plant-bench towns build'."
+            raise InputError(message) from error
+
+
+def _lane(item: dict) -> Lane:
+    points = np.asarray(item["points"], dtype=float).reshape(-1, 3)
+    return Lane(**{**item, "points": points, "successors": tuple(item["successors"])})
+
+
+def _outlined(item: dict) -> dict:
+    return {**item, "outline": tuple((x, y) for x, y in item["outline"])}
+
+
+def town_file(name: str) -> Path:
+    """Return the path of a town's JSON file.
+
+    Raises:
+        InputError: There is no such town.
+    """
+    path = networks_dir() / name / "town.json"
+    if not path.is_file():
+        known = ", ".join(sorted(p.parent.name for p in networks_dir().glob("*/town.json")))
+        message = f"There is no town '{name}'. Towns here: {known or 'none'}."
+        raise InputError(message)
+    return path
+
+
+def load_town(name: str) -> Town:
+    """Read a town from `networks/`.
+
+    Raises:
+        InputError: There is no such town, or its file is broken.
+    """
+    return Town.from_json(town_file(name).read_text(encoding="utf-8"))
+
+
+def town_checksum(name: str) -> str:
+    """Return the SHA-256 of a town's network and its extraction: what a result depends on.
+
+    Raises:
+        InputError: There is no such town.
+    """
+    digest = hashlib.sha256(town_file(name).read_bytes())
+    digest.update(town_file(name).with_name("town.net.xml").read_bytes())
+    return digest.hexdigest()

@@ -1,0 +1,156 @@
+"""Collisions: fires, just misses, fires once; and who ran into whom."""
+
+import math
+
+import pytest
+
+from plant_bench.scoring.infractions import InfractionKind
+from plant_bench.world.scene import ActorKind
+
+TOUCH = 2.45 + 2.0  # m between the centres when the ego's bumper meets that of a 4 m car
+BESIDE = 1.065 + 1.0  # m between the centres when the ego's flank meets that of a 2 m wide car
+KINDS = {
+    ActorKind.CAR: "collision_vehicle",
+    ActorKind.VAN: "collision_vehicle",
+    ActorKind.TRUCK: "collision_vehicle",
+    ActorKind.BUS: "collision_vehicle",
+    ActorKind.MOTORCYCLE: "collision_vehicle",
+    ActorKind.BICYCLE: "collision_vehicle",
+    ActorKind.PEDESTRIAN: "collision_pedestrian",
+    ActorKind.STATIC: "collision_static",
+}
+
+
+@pytest.mark.parametrize("kind", list(ActorKind))
+def test_fires(stage, kind):
+    other = stage.other(50.0, kind=kind, id=7)
+    stage.drive(50.0 - TOUCH + 0.01, others=[other])
+    (infraction,) = stage.verdict().infractions
+    assert infraction.kind == KINDS[kind]
+    assert (infraction.actor, infraction.actor_kind) == (7, kind)
+    assert infraction.time == pytest.approx(stage.scenes[-1].time)
+    assert infraction.x == pytest.approx(50.0 - TOUCH + 0.01)
+
+
+@pytest.mark.parametrize("kind", list(ActorKind))
+def test_just_misses_what_is_ahead(stage, kind):
+    stage.drive(50.0 - TOUCH - 0.01, others=[stage.other(50.0, kind=kind)])
+    assert stage.kinds() == []
+
+
+@pytest.mark.parametrize(("gap", "expected"), [(0.01, []), (-0.01, ["collision_vehicle"])])
+def test_passes_beside(stage, gap, expected):
+    stage.drive(100.0, others=[stage.other(50.0, -BESIDE - gap)])
+    assert stage.kinds() == expected
+
+
+def test_a_turned_box_is_tested_as_it_is_turned(stage):
+    away = 2.45 + 1.0 + 0.05  # the other stands crosswise: half its width, not its length
+    stage.drive(50.0 - away, others=[stage.other(50.0, yaw=math.pi / 2)])
+    assert stage.kinds() == []
+
+
+@pytest.mark.parametrize("kind", [ActorKind.CAR, ActorKind.PEDESTRIAN, ActorKind.STATIC])
+def test_one_long_contact_counts_once(stage, kind):
+    other = stage.other(48.0, kind=kind)
+    stage.drive(50.0 - TOUCH, others=[other]).stand(400, others=[other])
+    assert stage.kinds() == [KINDS[kind]]
+
+
+def test_the_same_car_pushed_along_counts_once(stage):
+    def pushed(tick):
+        return [stage.other(stage.x + 4.0, speed=5.0)]
+
+    stage.drive(20.0).drive(80.0, speed=5.0, others=pushed)
+    assert stage.kinds() == ["collision_vehicle"]
+
+
+def test_the_same_static_thing_counts_again_3_m_on(stage):
+    wall = stage.other(60.0, -1.5, kind=ActorKind.STATIC, extent=(10.0, 1.0))
+    stage.drive(52.6, others=[wall])
+    stage.drive(55.5, others=[wall])
+    assert stage.kinds() == ["collision_static"]
+    stage.drive(56.2, others=[wall])
+    assert stage.kinds() == ["collision_static", "collision_static"]
+
+
+def test_another_actor_at_the_same_place_does_not_count(stage):
+    both = [stage.other(50.0, 0.5, id=1), stage.other(50.0, -0.5, id=2)]
+    stage.drive(46.0, others=both)
+    assert stage.kinds() == ["collision_vehicle"]
+
+
+def test_another_actor_3_m_on_counts(stage):
+    stage.drive(46.0, others=[stage.other(50.0, id=1)])
+    stage.drive(48.9, others=[stage.other(53.0, id=2)])
+    assert stage.kinds() == ["collision_vehicle"]
+    stage.drive(49.2, others=[stage.other(53.0, id=2)])
+    assert stage.kinds() == ["collision_vehicle", "collision_vehicle"]
+
+
+def test_a_place_counts_again_when_the_ego_was_5_m_away(stage):
+    stage.drive(46.0, others=[stage.other(50.0, id=1)])
+    stage.drive(41.1, yaw=0.0).drive(46.0, others=[stage.other(50.0, id=2)])
+    assert stage.kinds() == ["collision_vehicle"]
+    stage.drive(40.5, yaw=0.0).drive(46.0, others=[stage.other(50.0, id=3)])
+    assert stage.kinds() == ["collision_vehicle", "collision_vehicle"]
+
+
+@pytest.mark.parametrize(
+    ("ticks_apart", "expected"),
+    [(99, ["collision_vehicle"]), (100, ["collision_vehicle", "collision_vehicle"])],
+)
+def test_an_actor_is_forgotten_after_5_seconds_without_contact(stage, ticks_apart, expected):
+    """100 ticks without contact put the next one 101 ticks, 5.05 s, after the last."""
+    stage.drive(45.7, others=[stage.other(50.0)])
+    first = stage.scenes[-1].tick
+    stage.drive(56.0, y=3.5)
+    stage.stand(first + ticks_apart - stage.scenes[-1].tick, y=3.5)
+    stage.stand(1, others=[stage.other(60.0)])
+    assert stage.kinds()[: len(expected)] == expected
+    assert stage.kinds().count("collision_vehicle") == len(expected)
+
+
+def cause(stage):
+    (infraction,) = [
+        item
+        for item in stage.verdict().infractions
+        if item.kind is not InfractionKind.OUTSIDE_LANES
+    ]
+    return infraction.cause
+
+
+def test_ego_runs_into_the_car_ahead(stage):
+    stage.drive(46.0, others=[stage.other(50.0, speed=9.0)])
+    assert cause(stage) == "ego"
+
+
+def test_ego_runs_into_a_faster_car_head_on(stage):
+    stage.drive(46.0, others=[stage.other(50.0, yaw=math.pi, speed=20.0)])
+    assert cause(stage) == "ego"
+
+
+def test_a_car_runs_into_the_standing_ego(stage):
+    stage.drive(46.0).stand(1, others=[stage.other(50.0, yaw=math.pi, speed=5.0)])
+    assert cause(stage) == "other"
+
+
+def test_a_car_runs_into_the_back_of_the_ego(stage):
+    stage.drive(46.0).drive(46.2, speed=4.0, others=[stage.other(42.0, speed=9.0)])
+    assert cause(stage) == "other"
+
+
+def test_a_car_runs_into_the_side_of_the_ego(stage):
+    crossing = stage.other(46.0, 2.9, yaw=-math.pi / 2, speed=8.0)
+    stage.drive(46.0).drive(46.5, others=[crossing])
+    assert cause(stage) == "other"
+
+
+def test_ego_swerves_into_the_car_beside_it(stage):
+    stage.drive(46.0).drive(46.5, yaw=0.2, others=[stage.other(46.0, 2.1, speed=10.0)])
+    assert cause(stage) == "ego"
+
+
+def test_a_car_swerves_into_the_ego(stage):
+    stage.drive(46.0).drive(46.5, others=[stage.other(46.0, 2.1, yaw=-0.2, speed=10.0)])
+    assert cause(stage) == "other"

@@ -1,0 +1,76 @@
+"""Off all lanes, or on one against its direction: the share of the distance driven so."""
+
+import math
+
+import pytest
+
+EDGE = 3.5 / 2 + 1.3  # m from the lane's centre
+
+
+def share(stage):
+    found = [item for item in stage.verdict().infractions if item.kind == "outside_lanes"]
+    return found[0].share if found else 0.0
+
+
+def test_fires_off_the_lane(stage):
+    stage.drive(60.0).stand(1, y=-EDGE - 0.01).drive(80.0, y=-EDGE - 0.01)
+    verdict = stage.verdict()
+    aside = EDGE + 0.01  # the sideways jump is driven too
+    assert verdict.distance == pytest.approx(80.0 + aside - 0.5)
+    assert share(stage) == pytest.approx((20.0 + aside) / (79.5 + aside))
+    assert verdict.infractions[0].factor == pytest.approx(1.0 - share(stage))
+
+
+def test_just_misses_off_the_lane(stage):
+    stage.drive(60.0).drive(80.0, y=-EDGE + 0.01)
+    assert stage.kinds() == []
+
+
+def test_fires_once_however_often(stage):
+    for x in range(20, 140, 20):
+        stage.drive(x - 10.0).drive(float(x), y=-4.0)
+    assert stage.kinds() == ["outside_lanes"]
+    assert stage.verdict().infractions[0].time == pytest.approx(stage.scenes[-1].time)
+
+
+def test_fires_in_the_oncoming_lane(stage):
+    stage.drive(50.0).drive(60.0, y=3.5)
+    assert stage.kinds() == ["outside_lanes"]
+
+
+def test_just_misses_the_oncoming_lane(stage):
+    stage.drive(50.0).drive(60.0, y=1.74)
+    assert stage.kinds() == []
+    assert stage.drive(70.0, y=1.76).kinds() == ["outside_lanes"]
+
+
+@pytest.mark.parametrize(("degrees", "expected"), [(119.0, []), (121.0, ["outside_lanes"])])
+def test_wrong_way_begins_at_120_degrees(stage, degrees, expected):
+    stage.drive(50.0).drive(51.0, yaw=math.radians(degrees))
+    assert stage.kinds() == expected
+
+
+def test_direction_is_not_tested_inside_a_junction(stage):
+    stage.drive(150.1).drive(169.9, y=3.5)
+    assert stage.kinds() == []
+    assert stage.drive(172.0, y=3.5).kinds() == ["outside_lanes"]
+
+
+def test_lanes_on_another_level_do_not_count(stage):
+    stage.drive(214.0).drive(216.0, y=-10.0)
+    assert stage.kinds() == ["outside_lanes"]
+
+
+def test_a_bridge_over_the_route_takes_nobody_off_his_lane(stage):
+    stage.drive(240.0, y=1.2)
+    assert stage.kinds() == []
+
+
+def test_standing_off_the_lane_costs_nothing(stage):
+    stage.stand(100, y=-5.0)
+    assert stage.kinds() == []
+
+
+def test_lanes_are_left_far_from_everything(stage):
+    stage.drive(50.0).drive(51.0, y=-20.0)
+    assert stage.kinds() == ["outside_lanes"]

@@ -1,0 +1,112 @@
+import multiprocessing
+import os
+import signal
+import threading
+import time
+from pathlib import Path
+
+import pytest
+
+from plant_bench.errors import InputError
+from plant_bench.runner.executors import Event, Finished, Lost, Retried, Started, run_tasks
+
+
+@pytest.fixture
+def scripted(monkeypatch):
+    """The module that workers import by name."""
+    monkeypatch.syspath_prepend(str(Path(__file__).parent))
+    import scripted_work
+
+    return scripted_work
+
+
+def run(scripted, steps, *, workers=2, logs=None) -> list[Event]:
+    events: list[Event] = []
+    run_tasks(steps, scripted.do, workers=workers, on_event=events.append, logs=logs)
+    return events
+
+
+def values(events: list[Event]) -> dict[int, int]:
+    return {event.task: event.value for event in events if isinstance(event, Finished)}
+
+
+def test_all_tasks_give_their_values_in_warm_workers(scripted):
+    events = run(scripted, [scripted.Step("give", value) for value in range(5)])
+
+    assert values(events) == {task: task for task in range(5)}
+    assert {event.worker for event in events if isinstance(event, Started)} <= {0, 1}
+
+
+def test_tasks_are_begun_in_the_given_order(scripted):
+    events = run(scripted, [scripted.Step("give")] * 4, workers=1)
+
+    assert [event.task for event in events if isinstance(event, Started)] == [0, 1, 2, 3]
+
+
+def test_no_tasks_start_no_workers(scripted):
+    assert run(scripted, []) == []
+
+
+@pytest.mark.parametrize("act", ["exit once", "kill once", "simulation-error once", "bug once"])
+def test_what_fails_once_is_tried_again(scripted, tmp_path, act):
+    steps = [scripted.Step(act, 5, tmp_path / "tried"), scripted.Step("give", 6)]
+
+    events = run(scripted, steps)
+
+    assert values(events) == {0: 5, 1: 6}
+    assert [event.task for event in events if isinstance(event, Retried)] == [0]
+
+
+@pytest.mark.parametrize(
+    ("act", "reason"),
+    [
+        ("exit", "The worker process ended with exit code 7."),
+        ("kill", "The worker process was ended by SIGKILL."),
+        ("simulation-error", "the ego was lost"),
+        ("bug", "ZeroDivisionError: of a bug (scripted_work.py:"),
+    ],
+)
+def test_what_fails_twice_is_lost_and_the_others_go_on(scripted, tmp_path, act, reason):
+    steps = [scripted.Step(act)] + [scripted.Step("give", 1)] * 3
+
+    events = run(scripted, steps, logs=tmp_path)
+
+    lost = [event for event in events if isinstance(event, Lost)]
+    assert [event.task for event in lost] == [0]
+    assert lost[0].reason.startswith(reason)
+    assert values(events) == {1: 1, 2: 1, 3: 1}
+
+
+@pytest.mark.parametrize(
+    ("act", "words"), [("input-error", "no such town"), ("disk", "No space left on device")]
+)
+def test_what_would_fail_for_every_task_ends_the_run(scripted, tmp_path, act, words):
+    with pytest.raises(InputError, match=words):
+        run(scripted, [scripted.Step(act), scripted.Step("sleep")], logs=tmp_path)
+
+    assert not multiprocessing.active_children()
+
+
+def test_ctrl_c_ends_all_workers_at_once(scripted):
+    timer = threading.Timer(1.5, os.kill, (os.getpid(), signal.SIGINT))
+    timer.start()
+    start = time.monotonic()
+
+    with pytest.raises(KeyboardInterrupt):
+        run(scripted, [scripted.Step("sleep")] * 3)
+
+    assert time.monotonic() - start < 20
+    assert not multiprocessing.active_children()
+
+
+def test_workers_have_one_thread_and_the_parent_keeps_its_own_setting(scripted, monkeypatch):
+    monkeypatch.setenv("OMP_NUM_THREADS", "3")
+
+    assert values(run(scripted, [scripted.Step("threads")])) == {0: 1}
+    assert os.environ["OMP_NUM_THREADS"] == "3"
+
+
+def test_what_workers_print_is_in_the_log(scripted, tmp_path):
+    run(scripted, [scripted.Step("print")], logs=tmp_path)
+
+    assert (tmp_path / "worker0.log").read_text() == "seen in the log\n"

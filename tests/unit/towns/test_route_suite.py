@@ -1,0 +1,188 @@
+"""What holds for every route of the suite as it is stored."""
+
+import math
+from collections import Counter
+from itertools import combinations, pairwise
+
+import numpy as np
+import pytest
+
+from plant_bench.data_files import routes_dir
+from plant_bench.errors import InputError
+from plant_bench.geometry.polyline import Cursor, distance_to
+from plant_bench.geometry.pose import wrap_angles
+from plant_bench.towns.route_choice import driven_on, share
+from plant_bench.towns.route_making import MANOEUVRES
+from plant_bench.towns.routes import SUITES, build_suite, check_suite, describe_suite, sample_routes
+from plant_bench.world.route import load_suite
+from plant_bench.world.town import load_town
+
+TARGETS = SUITES["longest6"].lengths
+ROUTES = load_suite("longest6")
+TOWNS = {name: load_town(name) for name in sorted({route.town for route in ROUTES})}
+
+every_route = pytest.mark.parametrize("route", ROUTES, ids=[route.id for route in ROUTES])
+
+
+def test_six_routes_a_town_of_about_the_lengths_of_longest6():
+    assert [route.id for route in ROUTES] == [f"{town}-{i}" for town in TARGETS for i in range(6)]
+    for name, targets in TARGETS.items():
+        lengths = [route.length for route in ROUTES if route.town == name]
+        for length, target in zip(lengths, targets, strict=True):
+            assert 0.9 * target < length < 1.01 * target
+    assert 52_000 < sum(route.length for route in ROUTES) < 56_500
+
+
+def test_routes_of_a_town_share_at_most_two_thirds():
+    for one, other in combinations(ROUTES, 2):
+        if one.town == other.town:
+            assert share(driven_on(one), driven_on(other)) <= 2 / 3
+
+
+def test_every_manoeuvre_occurs():
+    counts = Counter[str]()
+    for route in ROUTES:
+        counts.update(route.manoeuvres)
+    assert all(counts[kind] > 0 for kind in MANOEUVRES)
+
+
+@every_route
+def test_points_are_a_metre_apart_and_bend_gently(route):
+    steps = np.diff(route.points, axis=0)
+    spacing = np.hypot(*steps.T)
+    assert spacing.min() > 0.9
+    assert spacing.max() < 1.1
+    bends = wrap_angles(np.diff(np.arctan2(steps[:, 1], steps[:, 0])))
+    assert np.degrees(np.abs(bends).max()) < 12.0
+    assert np.abs(np.diff(route.elevations)).max() < 0.15
+
+
+@every_route
+def test_speed_limits_suit_lanes_and_curves(route):
+    town = TOWNS[route.town]
+    assert route.speed_limits.min() >= 3.0
+    assert route.speed_limits.max() <= max(
+        town.lanes[span.lane].speed_limit for span in route.lanes
+    )
+
+
+@every_route
+def test_lanes_are_linked_and_cover_the_route(route):
+    lanes = TOWNS[route.town].lanes
+    assert route.lanes[0].start == 0.0
+    assert route.lanes[-1].end == pytest.approx(route.length, abs=0.01)
+    for span, after in pairwise(route.lanes):
+        assert span.end == after.start
+        lane = lanes[span.lane]
+        assert after.lane in (*lane.successors, lane.left, lane.right)
+    edges = [lanes[span.lane].edge for span in route.lanes if lanes[span.lane].junction is None]
+    driven = [edge for edge, after in zip(edges, [*edges[1:], ""], strict=True) if edge != after]
+    assert list(route.edges[: len(driven)]) == driven
+    assert len(driven) == len(set(driven)), "an edge is driven twice"
+    assert len(route.edges) > len(driven), "the route must go on beyond its destination"
+
+
+@every_route
+def test_edges_are_linked(route):
+    town = TOWNS[route.town]
+    linked = {(town.lanes[k.source].edge, town.lanes[k.target].edge) for k in town.links}
+    assert all(pair in linked for pair in pairwise(route.edges))
+
+
+@every_route
+def test_passages_are_ordered_and_apart_from_lane_changes(route):
+    for one, after in pairwise(route.passages):
+        assert one.exit <= after.entry
+    for passage in route.passages:
+        assert 10.0 < passage.entry <= passage.exit < route.length - 10.0
+        assert TOWNS[route.town].junctions[passage.junction].kind != "joint"
+        assert (passage.signal is None) == (passage.signal_index < 0)
+        for change in route.lane_changes:
+            assert change.end < passage.entry - 10.0 or change.start > passage.exit + 5.0
+    for one, after in pairwise(route.lane_changes):
+        assert one.end < after.start - 4.0
+    for change in route.lane_changes:
+        assert change.end - change.start > 19.5
+    counted = route.manoeuvres["lane_change"]
+    assert len(route.lane_changes) == counted
+
+
+@every_route
+def test_points_lie_on_lane_centres_outside_lane_changes(route):
+    lanes = TOWNS[route.town].lanes
+    for span in route.lanes:
+        inside = (route.along > span.start + 0.5) & (route.along < span.end - 0.5)
+        for change in route.lane_changes:
+            inside &= (route.along < change.start) | (route.along > change.end)
+        centre = lanes[span.lane].points[:, :2]
+        for x, y in route.points[inside]:
+            assert distance_to(centre, float(x), float(y)) < 0.3
+
+
+@every_route
+def test_a_car_can_follow_it(route):
+    """Pure pursuit with a kinematic bicycle, its reference the box centre."""
+    wheelbase, most, speed, tick, reach = 2.86, 0.61, 5.0, 0.05, 4.0
+    x, y, yaw = *route.points[0], route.headings[0]
+    cursor, worst = Cursor(route.points), 0.0
+    for _ in range(int(1.1 * route.length / (speed * tick))):
+        cursor.advance(float(x), float(y))
+        worst = max(worst, abs(cursor.offset))
+        if cursor.progress > route.length - reach:
+            break
+        at = cursor.progress + reach
+        goal_x, goal_y = (np.interp(at, route.along, column) for column in route.points.T)
+        rear_x, rear_y = x - 0.5 * wheelbase * math.cos(yaw), y - 0.5 * wheelbase * math.sin(yaw)
+        bearing = math.atan2(goal_y - rear_y, goal_x - rear_x) - yaw
+        distance = math.hypot(goal_x - rear_x, goal_y - rear_y)
+        steering = math.atan2(2.0 * wheelbase * math.sin(bearing), distance)
+        steering = min(max(steering, -most), most)
+        slip = math.atan(0.5 * math.tan(steering))
+        x += speed * tick * math.cos(yaw + slip)
+        y += speed * tick * math.sin(yaw + slip)
+        yaw += speed * tick * math.cos(slip) * math.tan(steering) / wheelbase
+    assert cursor.progress > route.length - reach - 1.0
+    assert worst < 0.5
+
+
+@every_route
+def test_stored_routes_are_what_was_made(route):
+    again = type(route).from_payload(route.to_payload())
+    assert again.checksum == route.checksum
+
+
+def test_description_has_a_row_a_route():
+    table = describe_suite(ROUTES)
+    assert list(table["id"]) == [route.id for route in ROUTES]
+    assert table["max_share"].max() <= 2 / 3
+    assert set(MANOEUVRES) < set(table.columns)
+
+
+def test_building_a_town_again_gives_equal_bytes(tmp_path):
+    folder = build_suite(towns=["town02"], out=tmp_path / "longest6")
+    assert [path.name for path in folder.iterdir()] == ["town02.json"]
+    stored = routes_dir() / "longest6" / "town02.json"
+    assert (folder / "town02.json").read_bytes() == stored.read_bytes()
+    assert [path.name for path in tmp_path.iterdir()] == ["longest6"], "no scratch is left"
+
+
+@pytest.mark.slow
+def test_building_the_suite_again_gives_equal_bytes():
+    assert check_suite("longest6") == []
+
+
+def test_unknown_names_are_told(tmp_path):
+    with pytest.raises(InputError, match="no suite 'longest7'"):
+        build_suite("longest7", out=tmp_path)
+    with pytest.raises(InputError, match="no town 'town99'"):
+        build_suite(towns=["town99"], out=tmp_path)
+
+
+def test_sampled_routes_have_the_length_asked_for():
+    town = TOWNS["town02"]
+    routes = sample_routes(town, 5, np.random.default_rng(1), (200.0, 400.0))
+    again = sample_routes(town, 5, np.random.default_rng(1), (200.0, 400.0))
+    assert [route.checksum for route in routes] == [route.checksum for route in again]
+    assert all(195.0 < route.length < 405.0 for route in routes)
+    with pytest.raises(InputError, match="town02"):
+        sample_routes(town, 1, np.random.default_rng(1), (50_000.0, 60_000.0))

@@ -11,6 +11,10 @@ it wants to see, is given that and nothing else, and answers each tick with a `P
         def act(self, observation):
             return Control(acceleration=1.0, steering=0.0)
 
+`act` is called 20 times a simulated second. A planner with an attribute `interval` is called every
+that many ticks, and its control is held in between (TransFuser and PlanT with perception decide at
+10 Hz: interval 2).
+
 All values are in SI units and radians; the world frame is x east, y north, yaw counter-clockwise
 from +x; the ego frame is x forward, y left, at the centre of the ego's box.
 """
@@ -32,6 +36,7 @@ PLAN_INTERVAL = 0.5  # s between waypoints (PlanT, section 3; data at 2 Hz)
 ROUTE_AHEAD = 100  # route points in an observation, one a metre
 PATH_STEP = 1.0  # m between the poses of a privileged path
 PATH_POSES = 121  # poses of a privileged path, the first at the actor's centre
+MOST_INTERVAL = 20  # ticks between two decisions: one second
 LIGHT_RANGE = 50.0  # m: lights farther ahead are not in view
 
 
@@ -169,8 +174,21 @@ class Agent(Protocol):
         ...
 
     def act(self, observation: Observation) -> Plan | Control:
-        """Decide; called 20 times a simulated second."""
+        """Decide; called every tick, or every `interval` ticks."""
         ...
+
+
+def decision_interval(agent: Agent) -> int:
+    """Return after how many ticks a planner wants to decide again.
+
+    Raises:
+        AgentError: Its `interval` is no whole number of 1 to 20.
+    """
+    interval = getattr(agent, "interval", 1)
+    if not isinstance(interval, int) or not 1 <= interval <= MOST_INTERVAL:
+        message = f"interval {interval!r}: a whole number from 1 to {MOST_INTERVAL} is wanted."
+        raise AgentError(message)
+    return interval
 
 
 @runtime_checkable
@@ -241,6 +259,7 @@ def check_agent(agent: object, route: Route, observations: list[Observation]) ->
     if not all(item in set(Input) for item in agent.inputs):
         message = f"inputs {agent.inputs!r}: a frozenset of plant_bench.agent.Input is wanted."
         raise AgentError(message)
+    decision_interval(agent)
     given = route if Input.ROUTE in agent.inputs else None
     drives: list[list[Plan | Control]] = []
     for _ in range(2):

@@ -16,11 +16,11 @@ from plant_bench.agents.corridor import Corridor, corridor
 from plant_bench.agents.forecast import Forecast
 from plant_bench.errors import AgentError
 from plant_bench.world.route import Passage, Route
-from plant_bench.world.scene import EGO_LENGTH, EGO_WIDTH, Actors, EgoState, Light
+from plant_bench.world.scene import EGO_LENGTH, EGO_WIDTH, TICK, Actors, EgoState, Light
 
 Forecaster = Callable[[Observation, np.ndarray, float], Forecast]
 
-REPLAN = 2  # ticks between two decisions on the acceleration: 10 Hz
+INTERVAL = 2  # ticks between two decisions: 10 Hz
 CURVE_BRAKING = 1.8  # m/s2 towards a lower speed limit ahead
 YELLOW_BRAKING = 3.5  # m/s2 up to which the driver stops for a yellow light
 CHOICES = np.array([0.5, 0.0, -1.0, -2.0, -3.5, -5.0, -8.0])  # m/s2 tried when the first fails
@@ -42,8 +42,6 @@ class CarefulDriver:
     def __init__(self, forecaster: Forecaster) -> None:
         self._forecaster = forecaster
         self._passages: tuple[Passage, ...] = ()
-        self._ticks = 0
-        self._acceleration = 0.0
         self._waited = 0.0
 
     def reset(self, route: Route | None) -> None:
@@ -56,12 +54,10 @@ class CarefulDriver:
             message = "This driver needs the input 'route'."
             raise AgentError(message)
         self._passages = route.passages
-        self._ticks = 0
-        self._acceleration = 0.0
         self._waited = 0.0
 
     def act(self, observation: Observation) -> Control:
-        """Decide on the acceleration ten times a second, and on the steering at each tick.
+        """Decide.
 
         Raises:
             AgentError: An input is missing.
@@ -70,10 +66,8 @@ class CarefulDriver:
         if route is None or observation.actors is None:
             message = "This driver needs the inputs 'objects' and 'route'."
             raise AgentError(message)
-        if self._ticks % REPLAN == 0:
-            self._acceleration = self._decide(observation, route, observation.actors)
-        self._ticks += 1
-        return Control(self._acceleration, follow_route(observation.ego, route))
+        pull = self._decide(observation, route, observation.actors)
+        return Control(pull, follow_route(observation.ego, route))
 
     def _decide(self, observation: Observation, route: RouteAhead, actors: Actors) -> float:
         ego = observation.ego
@@ -134,7 +128,7 @@ class CarefulDriver:
         if times[0] == math.inf:
             self._waited = 0.0
             return pull
-        self._waited = self._waited + 0.1 if ego.speed < 0.5 else 0.0
+        self._waited = self._waited + INTERVAL * TICK if ego.speed < 0.5 else 0.0
         choices = np.concatenate((first, CHOICES[CHOICES < pull]))
         travel = rollout(ego.speed, choices, np.full(len(choices), target))
         times, _ = first_conflicts(ego_poses(route, past, travel), forecast, certainty)

@@ -11,6 +11,7 @@ from plant_bench.geometry.box import corners
 from plant_bench.world.scene import EGO_WIDTH, Actors
 
 CLEARANCE = 0.3  # m beside the ego that belongs to its corridor
+NEAR = 3.0  # m from the route beyond which no part of a box can stand in the corridor
 CROSSING_ANGLE = 0.7  # rad to the route from which a moving actor crosses rather than leads
 CROSSING_SPEED = 1.5  # m/s
 
@@ -66,27 +67,46 @@ def corridor(route: RouteAhead, actors: Actors, past: float) -> Corridor:
         actors: All others.
         past: Metres from the route's first point to the ego's centre.
     """
-    poses = actors.poses.astype(float)
-    points = np.concatenate(
-        (corners(poses, actors.extents.astype(float)), poses[:, None, :2]), axis=1
-    )
+    count = len(actors)
+    inside, crossing = np.zeros(count, dtype=bool), np.zeros(count, dtype=bool)
+    reach, speeds = np.full(count, math.inf), np.zeros(count)
+    line = route.points
+    dx = actors.poses[:, 0, None] - line[:, 0]
+    dy = actors.poses[:, 1, None] - line[:, 1]
+    square = dx * dx + dy * dy
+    near = np.flatnonzero(square.min(axis=1) < (0.5 * actors.extents[:, 0] + NEAR) ** 2)
+    if near.size:
+        poses = actors.poses[near].astype(float)
+        index = square[near].argmin(axis=1)
+        turn = poses[:, 2] - route.headings[index]
+        speed = actors.speeds[near].astype(float)
+        inside[near], reach[near] = _hold(route, poses, actors.extents[near].astype(float), past)
+        speeds[near] = speed * np.maximum(np.cos(turn), 0.0)
+        crosses = np.abs(np.sin(turn)) > math.sin(CROSSING_ANGLE)
+        crossing[near] = crosses & (speed > CROSSING_SPEED)
+    return Corridor(inside, crossing, reach, speeds)
+
+
+def _hold(
+    route: RouteAhead,
+    poses: Float[np.ndarray, "actors 3"],
+    extents: Float[np.ndarray, "actors 2"],
+    past: float,
+) -> tuple[Bool[np.ndarray, " actors"], Float[np.ndarray, " actors"]]:
+    """Return which boxes stand in the corridor ahead, and how far away their nearest corner is."""
+    points = np.concatenate((corners(poses, extents), poses[:, None, :2]), axis=1)
     line = route.points
     dx = points[..., 0, None] - line[:, 0]
     dy = points[..., 1, None] - line[:, 1]
     nearest = np.argmin(dx * dx + dy * dy, axis=2)
-    rows = np.ix_(range(points.shape[0]), range(points.shape[1]))
+    offset = points - line[nearest]
     cos, sin = np.cos(route.headings)[nearest], np.sin(route.headings)[nearest]
-    dx, dy = dx[(*rows, nearest)], dy[(*rows, nearest)]
-    along = nearest + cos * dx + sin * dy
-    aside = cos * dy - sin * dx
-    beyond = (along > len(line)) | (along < past)
-    half = 0.5 * EGO_WIDTH + CLEARANCE
-    near = (np.abs(aside) < half) & ~beyond
-    straddles = (aside.min(axis=1) < 0.0) & (aside.max(axis=1) > 0.0) & ~beyond.any(axis=1)
-    straddles &= np.abs(aside).min(axis=1) < 3.0
-    inside = near.any(axis=1) | straddles
-    reach = np.where(near | straddles[:, None], along, math.inf).min(axis=1) - past
-    turn = poses[:, 2] - route.headings[nearest[:, 4]]
-    speeds = actors.speeds * np.maximum(np.cos(turn), 0.0)
-    crossing = (np.abs(np.sin(turn)) > math.sin(CROSSING_ANGLE)) & (actors.speeds > CROSSING_SPEED)
-    return Corridor(inside, crossing, np.where(inside, reach, math.inf), speeds)
+    along = nearest + cos * offset[..., 0] + sin * offset[..., 1]
+    aside = cos * offset[..., 1] - sin * offset[..., 0]
+    ahead = (along <= len(line)) & (along >= past)
+    beside = (np.abs(aside) < 0.5 * EGO_WIDTH + CLEARANCE) & ahead
+    astride = (aside.min(axis=1) < 0.0) & (aside.max(axis=1) > 0.0) & ahead.all(axis=1)
+    astride &= np.abs(aside).min(axis=1) < NEAR
+    distance = np.where(beside | astride[:, None], along, math.inf).min(axis=1) - past
+    inside = beside.any(axis=1) | astride
+    return inside, np.where(inside, distance, math.inf)

@@ -1,6 +1,7 @@
 """Live progress on the terminal: one bar for each worker and one for the whole run."""
 
-from types import TracebackType
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 from rich.console import Console
 from rich.progress import (
@@ -49,20 +50,14 @@ class RunProgress:
         self._bars: dict[int, TaskID] = {}
         self._running: dict[int, float] = {}
 
-    def __enter__(self) -> "RunProgress":
-        self._progress.start()
-        self._refresh()
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        for bar in self._bars.values():
-            self._progress.remove_task(bar)
-        self._progress.stop()
+    @contextmanager
+    def shown(self) -> Iterator[None]:
+        """Show the bars as long as the context lasts."""
+        with self._progress:
+            self._refresh()
+            yield
+            for bar in self._bars.values():
+                self._progress.remove_task(bar)
 
     def __call__(self, event: SuiteEvent) -> None:
         """Show what has happened."""

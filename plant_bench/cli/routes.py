@@ -26,7 +26,7 @@ def build(
 ) -> None:
     """Choose a suite's routes again; the same seed gives the same routes.
 
-    Examples:
+    For instance:
 
         plant-bench routes build --check
 
@@ -54,7 +54,8 @@ def list_routes(
 ) -> None:
     """List a suite's routes; the number is what `plant-bench score --routes` takes."""
     from plant_bench.reports.tables import print_rows
-    from plant_bench.towns.routes import describe_suite, save_suite_pictures
+    from plant_bench.towns.route_picture import save_suite_pictures
+    from plant_bench.towns.routes import describe_suite
     from plant_bench.world.route import load_suite
 
     routes = load_suite(suite)

@@ -13,7 +13,7 @@ def rescore_run(
 
     The new records are in RUN/rescored. Exit code 1 where one differs.
 
-    Example:
+    For instance:
 
         plant-bench rescore reports/expert-longest6
     """
@@ -47,7 +47,7 @@ def compare_runs(
     Episodes are paired by route and seed, so that both have driven in the same traffic. Exit code 1
     on a regression: where the whole interval of the difference in driving score is below zero.
 
-    Example:
+    For instance:
 
         plant-bench compare reports/rule-based-longest6 reports/my_agent.py_MyAgent-longest6
     """

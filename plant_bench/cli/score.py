@@ -1,16 +1,10 @@
 """`plant-bench score`."""
 
 import os
-import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
-
-if TYPE_CHECKING:
-    from plant_bench.runner.run import Run
-
-EXIT_INTERRUPTED = 130
 
 
 def _cores() -> int:
@@ -37,7 +31,7 @@ def score(
         int, typer.Option(help="Processes; scores do not depend on it.", min=1)
     ] = _cores(),
     out: Annotated[
-        Path | None, typer.Option(help="The run's folder; reports/<agent>-<suite> without it.")
+        Path | None, typer.Option(help="The run's folder; reports/AGENT-SUITE without it.")
     ] = None,
     overwrite: Annotated[
         bool, typer.Option("--overwrite", help="Run again what is finished.")
@@ -51,7 +45,7 @@ def score(
     The same command again runs only what is missing, so a run may be stopped with Ctrl-C at any
     time. An episode that crashes is recorded and stays in every mean.
 
-    Examples:
+    For instance:
 
         plant-bench score --agent expert --routes 0 --repetitions 1
 
@@ -59,46 +53,9 @@ def score(
 
         plant-bench score --agent my_agent.py:MyAgent --routes 0,3-5 --out reports/first-try
     """
-    from plant_bench.cli.progress import RunProgress
-    from plant_bench.runner.run import ScoreRequest, open_run
-    from plant_bench.runner.suite import run_suite
+    from plant_bench.cli.drive import drive
+    from plant_bench.runner.run import ScoreRequest
 
     request = ScoreRequest(agent, suite, routes, repetitions, seed, density)
-    run = open_run(request, out, overwrite=overwrite)
-    for note in run.notes:
-        typer.echo(note, err=True)
-    start = time.monotonic()
-    try:
-        with RunProgress(run.jobs, run.missing) as progress:
-            run_suite(
-                run.missing,
-                run.folder,
-                workers=workers,
-                recordings=recordings,
-                on_event=progress,
-            )
-    except KeyboardInterrupt:
-        _say_stopped(run)
-        raise typer.Exit(EXIT_INTERRUPTED) from None
-    _report(run, workers, time.monotonic() - start)
-
-
-def _say_stopped(run: "Run") -> None:
-    left = sum(run.folder.record(job) is None for job in run.jobs)
-    typer.echo(
-        f"Stopped. {len(run.jobs) - left} of {len(run.jobs)} episodes are finished and kept in "
-        f"{run.folder.path}. The same command again runs the other {left}.",
-        err=True,
-    )
-
-
-def _report(run: "Run", workers: int, wall_s: float) -> None:
-    from plant_bench.reports.tables import print_latency, print_speed, print_summary
-    from plant_bench.runner.summary import write_summary
-
-    summary = write_summary(run.folder)
-    print_summary(summary)
-    timings = run.folder.timings()
-    print_latency(timings)
-    print_speed(run.folder.timings_of(run.missing), timings, workers=workers, wall_s=wall_s)
-    typer.echo(f"Records: {run.folder.path}")
+    code = drive(request, out, overwrite=overwrite, workers=workers, recordings=recordings)
+    raise typer.Exit(code)

@@ -1,6 +1,6 @@
 """`plant-bench towns`."""
 
-from dataclasses import fields
+from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated
 
@@ -24,7 +24,7 @@ def build(
 ) -> None:
     """Build towns again from spec and seed; the same seed gives the same bytes.
 
-    Examples:
+    For instance:
 
         plant-bench towns build --check
 
@@ -39,7 +39,8 @@ def build(
             faults.extend(f"{name}: {fault}" for fault in found)
             typer.echo(f"{name}: {'sound' if not found else f'{len(found)} faults'}")
         else:
-            typer.echo(f"{name}: {build_town(name, seed=seed, out=out)}")
+            folder = None if out is None else out / name
+            typer.echo(f"{name}: {build_town(name, seed=seed, out=folder)}")
     for fault in faults:
         typer.echo(fault, err=True)
     if faults:
@@ -57,15 +58,16 @@ def list_towns(
     from plant_bench.towns.generate import describe_town, town_names
     from plant_bench.towns.picture import save_town_picture
 
-    summaries = [describe_town(name) for name in town_names()]
-    if summaries:
-        heads = [field.name.replace("_", " ") for field in fields(summaries[0])]
-        columns = [
-            [getattr(summary, field.name) for field in fields(summary)] for summary in summaries
-        ]
-        print_rows("Towns", heads, columns, transposed=True)
+    towns = [asdict(describe_town(name)) for name in town_names()]
+    heads = ["", *(str(town["name"]) for town in towns)]
+    kinds = [kind for kind in towns[0] if kind != "name"] if towns else []
+    print_rows("Towns", heads, [[_words(k), *(town[k] for town in towns)] for k in kinds])
     if pictures is not None:
         pictures.mkdir(parents=True, exist_ok=True)
-        for summary in summaries:
-            save_town_picture(summary.name, pictures / f"{summary.name}.png")
+        for town in towns:
+            save_town_picture(str(town["name"]), pictures / f"{town['name']}.png")
         typer.echo(f"Pictures are in {pictures}.")
+
+
+def _words(name: str) -> str:
+    return name.replace("_", " ").replace(" km", " (km)").replace("extent", "extent (m)")

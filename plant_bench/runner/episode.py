@@ -10,7 +10,15 @@ from pathlib import Path
 import numpy as np
 from pydantic import BaseModel, ConfigDict
 
-from plant_bench.agent import Agent, Control, Input, Observation, Plan, check_action
+from plant_bench.agent import (
+    Agent,
+    Control,
+    Input,
+    Observation,
+    Plan,
+    check_action,
+    decision_interval,
+)
 from plant_bench.agents.control import follow_plan
 from plant_bench.agents.registry import load_agent
 from plant_bench.data.recording import Recorder
@@ -208,20 +216,24 @@ def _drive(
     """Drive until the referee ends the episode, or the agent fails."""
     inputs = agent.inputs
     privileged = Input.PRIVILEGED in inputs
+    interval = decision_interval(agent)
     scene = simulation.scene
     referee.judge(scene)
     _reset(agent, route if Input.ROUTE in inputs else None)
+    control = Control(0.0, 0.0)
     watch.lap("start_up")
     while referee.status is None:
-        facts = simulation.privileged() if privileged else None
-        watch.lap("privileged")
-        observation = observe(scene, route, referee.progress, referee.offset, inputs, facts)
-        watch.lap("simulation")
-        action = _act(agent, observation)
-        watch.lap("agent")
+        action: Plan | Control | None = None
+        if scene.tick % interval == 0:
+            facts = simulation.privileged() if privileged else None
+            watch.lap("privileged")
+            observation = observe(scene, route, referee.progress, referee.offset, inputs, facts)
+            watch.lap("simulation")
+            action = _act(agent, observation)
+            watch.lap("agent")
+            control = action if isinstance(action, Control) else follow_plan(action, scene.ego)
         if recorder is not None:
             recorder.add(scene, action)
-        control = action if isinstance(action, Control) else follow_plan(action, scene.ego)
         scene = simulation.step(control)
         watch.lap("simulation")
         referee.judge(scene)

@@ -1,6 +1,7 @@
 """What an agent is given of a scene: what it declared, and nothing else."""
 
 import math
+from bisect import bisect_right
 
 import numpy as np
 
@@ -66,10 +67,11 @@ def _locked(values: np.ndarray) -> np.ndarray:
 
 def _next_light(scene: Scene, route: Route, progress: float) -> NextLight | None:
     front = progress + 0.5 * EGO_LENGTH
-    for passage, state in zip(route.signal_passages, scene.lights, strict=True):
-        distance = passage.entry - front
+    index = bisect_right(route.signal_entries, front - EGO_LENGTH)
+    for place in range(index, len(route.signal_entries)):
+        distance = route.signal_entries[place] - front
         if distance > LIGHT_RANGE:
             return None
-        if distance > -EGO_LENGTH and state != Light.UNKNOWN:
-            return NextLight(Light(int(state)), distance)
+        if scene.lights[place] != Light.UNKNOWN:
+            return NextLight(Light(int(scene.lights[place])), distance)
     return None

@@ -11,6 +11,7 @@ from plant_bench.runner.episode import Job
 from plant_bench.runner.jobs import make_jobs, select_routes
 from plant_bench.runner.provenance import Provenance, provenance
 from plant_bench.runner.run_folder import RunFolder
+from plant_bench.sim.traffic import density_of
 from plant_bench.world.route import Route, load_suite
 
 
@@ -90,6 +91,7 @@ def open_run(request: ScoreRequest, out: Path | None, *, overwrite: bool = False
     suite = load_suite(request.suite)
     chosen = select_routes(suite, request.routes)
     load_agent(request.agent)
+    density_of(request.density)
     now = provenance(
         request.agent,
         agent_checksum(request.agent),
@@ -115,7 +117,9 @@ def open_run(request: ScoreRequest, out: Path | None, *, overwrite: bool = False
 
 
 def _check_same_run(folder: RunFolder, earlier: Provenance, now: Provenance) -> None:
-    other = [f"{name} {value}" for name, value in earlier.identity if (name, value) not in now.identity]
+    other = [
+        f"{name} {value}" for name, value in earlier.identity if (name, value) not in now.identity
+    ]
     if other:
         message = (
             f"{folder.path} holds another run ({', '.join(other)}). Choose another folder with "

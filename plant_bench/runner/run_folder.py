@@ -1,12 +1,12 @@
 """The folder of one run: one record an episode, and all that is derived from the records.
 
-    run.json                         what it was made with (`Provenance`)
-    episodes/<route>_r<n>_<key>.json one `EpisodeResult` each: nothing here depends on the clock
-    timing/<the same>.json           one `Timing` each: all that depends on the clock
-    recordings/<the same>.parquet    every tick, for rescoring and replays
-    summary.json, summary.csv        derived from episodes/ alone
-    superseded/                      records of an earlier agent, town, route or protocol
-    logs/                            what the workers printed
+run.json: what it was made with (`Provenance`).
+episodes/<route>_r<repetition>_<key>.json: an `EpisodeResult`; nothing of it depends on the clock.
+timing/<the same>.json: a `Timing`; all that depends on the clock.
+recordings/<the same>.parquet: every tick, for rescoring and replays.
+summary.json, summary.csv: derived from the records alone.
+superseded/: episodes of an earlier agent, town, route or protocol.
+logs/: what the workers printed.
 """
 
 import os
@@ -146,10 +146,11 @@ class RunFolder:
         found = [re.search(r"_r(\d+)_[0-9a-f]+$", name) for name in names]
         return max((int(match[1]) + 1 for match in found if match), default=0)
 
-    def timings(self) -> list[Timing]:
-        """Return all timings that can be read."""
+    def timings(self, jobs: Iterable[Job]) -> list[Timing]:
+        """Return the timings of those of the jobs that have one."""
         found = []
-        for path in sorted((self.path / "timing").glob("*.json")):
+        for job in jobs:
+            path = self.path / "timing" / f"{stem(job)}.json"
             try:
                 found.append(Timing.model_validate_json(path.read_text(encoding="utf-8")))
             except (OSError, ValidationError):
@@ -194,4 +195,3 @@ def stem(job: Job) -> str:
     """Return the name of an episode's files."""
     route = re.sub(r"[^\w.-]", "_", job.route.id)
     return f"{route}_r{job.repetition}_{job.key[:_KEY_LENGTH]}"
-

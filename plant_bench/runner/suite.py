@@ -20,8 +20,6 @@ from plant_bench.runner.run_folder import RunFolder
 from plant_bench.runner.worker import Report
 from plant_bench.scoring.infractions import Status
 from plant_bench.scoring.results import EpisodeResult
-from plant_bench.world.route import PROTOCOL
-from plant_bench.world.town import town_checksum
 
 RUN_EPISODE = "plant_bench.runner.episode:run_episode"
 
@@ -80,7 +78,7 @@ def run_suite(
     *,
     workers: int,
     recordings: bool = True,
-    on_event: Callable[[SuiteEvent], None] = lambda event: None,
+    on_event: Callable[[SuiteEvent], None],
     run_episode: str = RUN_EPISODE,
 ) -> None:
     """Run jobs and write each one's record the moment it ends.
@@ -134,23 +132,13 @@ def _run_task(task: _Task, report: Report) -> Episode:
 
 def crashed_result(job: Job, reason: str) -> EpisodeResult:
     """Return the record of an episode that the simulator never brought to an end."""
+    header = job.header(load_agent(job.agent).inputs)
     return EpisodeResult(
-        protocol=PROTOCOL,
-        agent=job.agent,
-        agent_checksum=job.agent_checksum,
-        inputs=tuple(sorted(load_agent(job.agent).inputs)),
-        route=job.route.id,
-        town=job.route.town,
-        scenario=job.scenario.key,
-        repetition=job.repetition,
-        seed=job.seed,
-        density=job.density,
+        **header.model_dump(),
         status=Status.SIMULATION_CRASHED,
         reason=reason,
         route_length=job.route.length,
         completion=0.0,
         distance=0.0,
         duration=0.0,
-        town_checksum=town_checksum(job.route.town),
-        route_checksum=job.route.checksum,
     )

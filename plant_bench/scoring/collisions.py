@@ -1,13 +1,11 @@
 """What counts as a collision, and who ran into whom (CARLA leaderboard 1.0)."""
 
 import math
+from collections.abc import Iterator
 from typing import NamedTuple
 
-import numpy as np
-
-from plant_bench.geometry.box import overlap_one
 from plant_bench.scoring.infractions import InfractionKind
-from plant_bench.world.scene import EGO_EXTENT, TICK, ActorKind, EgoState, Scene
+from plant_bench.world.scene import EGO_EXTENT, TICK, ActorKind, Actors, EgoState, Scene
 
 # CollisionTest of scenario_runner 1.0, atomic_criteria.py.
 SAME_PLACE = 3.0  # m: a contact this near an earlier one is the same (MIN_AREA_OF_COLLISION)
@@ -50,13 +48,10 @@ class Collisions:
         """Return the collisions that begin in this scene, in the order of the actors."""
         ego, actors = scene.ego, scene.actors
         self._forget(scene.tick, ego)
-        hit = overlap_one(ego.pose, EGO_EXTENT, actors.poses, actors.extents)
-        if not hit.any():
-            return []
         return [
-            self._collision(scene, int(index))
-            for index in np.flatnonzero(hit)
-            if self._counts(scene, int(index))
+            self._collision(scene, index)
+            for index in touching(ego, actors)
+            if self._counts(scene, index)
         ]
 
     def _forget(self, tick: int, ego: EgoState) -> None:
@@ -96,6 +91,25 @@ class Collisions:
         )
 
 
+def touching(ego: EgoState, actors: Actors) -> list[int]:
+    """Return which actors' boxes overlap the ego's (touching edges do not).
+
+    Plain Python on purpose: few actors are near, and this runs at every tick.
+    """
+    x, y, near = ego.x, ego.y, 0.5 * sum(EGO_EXTENT)
+    found = []
+    boxes = zip(actors.poses.tolist(), actors.extents.tolist(), strict=True)
+    for index, ((px, py, yaw), (length, width)) in enumerate(boxes):
+        reach = near + 0.5 * (length + width)
+        if (
+            -reach < px - x < reach
+            and -reach < py - y < reach
+            and all(side.depth > 0.0 for side in _sides(ego, (px, py, yaw), (length, width)))
+        ):
+            found.append(index)
+    return found
+
+
 def cause_of(
     ego: EgoState, pose: tuple[float, float, float], extent: tuple[float, float], speed: float
 ) -> str:
@@ -112,7 +126,7 @@ def cause_of(
     """
     if ego.speed < STANDING:
         return "other"
-    nx, ny = _contact_normal(ego.pose, pose, extent)
+    nx, ny = _contact_normal(ego, pose, extent, speed)
     ahead = nx * math.cos(ego.yaw) + ny * math.sin(ego.yaw)
     if ahead > FRONT:
         return "ego"
@@ -121,19 +135,41 @@ def cause_of(
 
 
 def _contact_normal(
-    ego: tuple[float, float, float], other: tuple[float, float, float], extent: tuple[float, float]
+    ego: EgoState, other: tuple[float, float, float], extent: tuple[float, float], speed: float
 ) -> tuple[float, float]:
-    """Return the direction from the ego to the other in which the boxes overlap least."""
-    dx, dy = other[0] - ego[0], other[1] - ego[1]
-    best, normal = math.inf, (1.0, 0.0)
-    for yaw in (ego[2], ego[2] + 0.5 * math.pi, other[2], other[2] + 0.5 * math.pi):
+    """Return the direction from the ego to the other in which the boxes came to overlap last.
+
+    Of the boxes' four axes it is the one where the overlap, at the speed of closing, is youngest.
+    """
+    vx = ego.speed * math.cos(ego.yaw) - speed * math.cos(other[2])
+    vy = ego.speed * math.sin(ego.yaw) - speed * math.sin(other[2])
+    youngest = min(
+        _sides(ego, other, extent),
+        key=lambda side: side.depth / max(vx * side.nx + vy * side.ny, 1e-6),
+    )
+    return youngest.nx, youngest.ny
+
+
+class _Side(NamedTuple):
+    """How deep two boxes overlap along one axis, which points from the ego to the other."""
+
+    nx: float
+    ny: float
+    depth: float
+
+
+def _sides(
+    ego: EgoState, other: tuple[float, float, float], extent: tuple[float, float]
+) -> Iterator[_Side]:
+    """Yield the four axes that can part two boxes: those of the ego and those of the other."""
+    dx, dy = other[0] - ego.x, other[1] - ego.y
+    for yaw in (ego.yaw, ego.yaw + 0.5 * math.pi, other[2], other[2] + 0.5 * math.pi):
         nx, ny = math.cos(yaw), math.sin(yaw)
         apart = dx * nx + dy * ny
-        depth = _reach(ego[2] - yaw, EGO_EXTENT) + _reach(other[2] - yaw, extent) - abs(apart)
-        if depth < best:
-            sign = 1.0 if apart >= 0.0 else -1.0
-            best, normal = depth, (sign * nx, sign * ny)
-    return normal
+        if apart < 0.0:
+            nx, ny, apart = -nx, -ny, -apart
+        depth = _reach(ego.yaw - yaw, EGO_EXTENT) + _reach(other[2] - yaw, extent) - apart
+        yield _Side(nx, ny, depth)
 
 
 def _reach(turn: float, extent: tuple[float, float]) -> float:

@@ -32,7 +32,7 @@ class LaneMap:
         self._internal = np.repeat([lane.junction is not None for lane in lanes], counts)
         self._reach = float(self._limit.max())
         ends = np.stack((self._start[:, :2], (self._start + self._delta)[:, :2]), axis=1)
-        self._segments = shapely.STRtree(shapely.linestrings(ends))
+        self._segments = shapely.STRtree(np.asarray(shapely.linestrings(ends)))
         outlines = [item.outline for item in town.junctions.values() if len(item.outline) > 2]
         self._junctions = shapely.STRtree([shapely.Polygon(outline) for outline in outlines])
 

@@ -60,6 +60,11 @@ class Crash:
     status: Status
     reason: str
 
+    @property
+    def metadata(self) -> dict[str, str]:
+        """What a recording keeps of it: `recorder.close(**crash.metadata)`."""
+        return {"status": self.status.value, "reason": self.reason}
+
 
 class EpisodeResult(EpisodeHeader):
     """One episode of one agent on one route; scores are properties, never stored.
@@ -90,7 +95,7 @@ class EpisodeResult(EpisodeHeader):
     @property
     def infraction_score(self) -> float:
         """IS: the product of all penalties (CARLA leaderboard 1.0)."""
-        return math.prod(infraction.factor for infraction in self.infractions)
+        return math.prod((item.factor for item in self.infractions), start=1.0)
 
     @property
     def driving_score(self) -> float:

@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 from plant_bench.agent import PATH_POSES, PATH_STEP, Privileged
 from plant_bench.geometry.polyline import arc_lengths
@@ -14,27 +14,32 @@ from plant_bench.world.town import Lane, Town
 
 REFRESH = 4  # ticks between two looks at a vehicle's links: the drivers' own action step
 BEHIND = 8.0  # m of path kept behind the lane's begin: a vehicle's rear hangs over it
-REACH = BEHIND + (PATH_POSES + 2) * PATH_STEP  # m of path from the present lane's begin, at least
+STRETCH = 200.0  # m: longer lanes are kept in stretches of this length
+FINENESS = 2  # samples kept for each pose asked for: a place is met within 0.25 m
+REACH = PATH_POSES * PATH_STEP  # m of path ahead, at least
+PATH_SAMPLES = FINENESS * int((BEHIND + STRETCH + REACH) / PATH_STEP + 2.0)
 LANE_CHANGE_SPEED = 0.05  # m/s sideways, above which a vehicle is changing lanes
 STOPPED = 0.1  # m/s
-OPEN_STATES = "GgMmOo=wsZ"  # SUMO's link states other than red and yellow
 
 
-@dataclass
+@dataclass(slots=True)
 class _Track:
     """What is remembered of one vehicle; mutable."""
 
     lane: str
-    poses: Float[np.ndarray, "samples 3"]
-    stop: float
-    refreshed: int
+    stretch: int
     factor: float
+    path: int = 0
+    stop: float = math.inf
+    refreshed: int = -REFRESH - 1
     behind: str | None = None
     stopped_since: int | None = None
 
 
 class LanePaths:
     """Follows the watched vehicles and tells the privileged facts of each; mutable.
+
+    Paths are kept by their lanes, since many vehicles share them.
 
     Args:
         sumo: The running simulation.
@@ -45,57 +50,74 @@ class LanePaths:
         self._sumo = sumo
         self._town = town
         self._tracks: dict[int, _Track] = {}
+        self._known: dict[tuple[str | None, tuple[str, ...], int], int] = {}
+        self._paths = np.empty((64, PATH_SAMPLES, 3))
 
-    def facts(
-        self, tick: int, actors: Actors, states: dict[int, VehicleState]
-    ) -> Privileged:
+    def facts(self, tick: int, actors: Actors, states: dict[int, VehicleState]) -> Privileged:
         """Return the facts of the actors of one scene, in their order."""
-        ids = actors.ids.tolist()
-        count = len(ids)
-        paths = np.empty((count, PATH_POSES, 3))
-        stops, limits = np.empty(count), np.empty(count)
-        waited = np.zeros(count)
-        lengths = actors.extents[:, 0].tolist()
-        for row, (vehicle, length) in enumerate(zip(ids, lengths, strict=True)):
-            state = states[vehicle]
-            track = self._track(tick, vehicle, state)
-            lane = self._town.lanes[state.lane] if state.lane in self._town.lanes else None
-            at = state.lane_position * self._scale(lane)
-            paths[row] = _ahead(track.poses, at - 0.5 * length)
-            stops[row] = track.stop - at
+        count = len(states)
+        which, at = [0] * count, [0.0] * count
+        stops, limits, waited = [0.0] * count, [0.0] * count, [0.0] * count
+        half_lengths = (0.5 * actors.extents[:, 0]).tolist()
+        changing: list[tuple[int, VehicleState]] = []
+        lanes = self._town.lanes
+        for row, (vehicle, state) in enumerate(states.items()):
+            lane = lanes.get(state.lane)
+            front = state.lane_position * self._scale(lane)
+            track = self._track(tick, vehicle, state, int(front / STRETCH))
+            which[row] = track.path
+            at[row] = front % STRETCH - half_lengths[row]
+            stops[row] = track.stop - front
             limits[row] = track.factor * (lane.speed_limit if lane else state.speed)
-            waited[row] = self._waited(tick, track, state)
+            if state.speed < STOPPED or track.stopped_since is not None:
+                waited[row] = self._waited(tick, track, state)
             if abs(state.lateral) > LANE_CHANGE_SPEED:
-                _shift(paths[row], actors.poses[row], state, lane)
+                changing.append((row, state))
+        paths = _ahead(self._paths, np.array(which, np.intp), np.array(at))
+        for row, state in changing:
+            _shift(paths[row], actors.poses[row], state, lanes.get(state.lane))
         self._forget(tick)
         return Privileged(
             paths=paths,
-            accelerations=np.array([states[vehicle].acceleration for vehicle in ids]),
-            desired_speeds=limits,
-            stop_distances=stops,
-            stopped_for=waited,
+            accelerations=np.array([state.acceleration for state in states.values()]),
+            desired_speeds=np.array(limits),
+            stop_distances=np.array(stops),
+            stopped_for=np.array(waited),
         )
 
     def _scale(self, lane: Lane | None) -> float:
         return lane.length / self._sumo.lane_length(lane.id) if lane else 1.0
 
-    def _track(self, tick: int, vehicle: int, state: VehicleState) -> _Track:
+    def _track(self, tick: int, vehicle: int, state: VehicleState, stretch: int) -> _Track:
         track = self._tracks.get(vehicle)
-        due = track is None or (tick + vehicle) % REFRESH == 0 or tick - track.refreshed > REFRESH
-        if track is not None and track.lane == state.lane and not due:
-            return track
+        if track is None:
+            factor = self._sumo.desired_speed_factor(vehicle)
+            track = self._tracks[vehicle] = _Track(state.lane, stretch, factor)
+        elif track.lane == state.lane and track.stretch == stretch:
+            if tick - track.refreshed < REFRESH:
+                return track
+        elif track.lane == state.lane:
+            track.stretch = stretch
+        else:
+            follows = state.lane in self._successors(track.lane)
+            track.behind = track.lane if follows else None
+            track.lane, track.stretch = state.lane, stretch
         links = self._sumo.next_links(vehicle)
-        behind = None if track is None else track.behind
-        if track is not None and track.lane != state.lane:
-            behind = track.lane if state.lane in self._successors(track.lane) else None
         lanes = self._lanes(state.lane, links)
-        poses = self._poses(behind, lanes)
-        factor = track.factor if track else self._sumo.desired_speed_factor(vehicle)
-        since = track.stopped_since if track else None
-        stop = self._stop(state, lanes, links)
-        track = _Track(state.lane, poses, stop, tick, factor, behind, since)
-        self._tracks[vehicle] = track
+        track.path = self._path(track.behind, lanes, stretch)
+        track.stop = self._stop(state, lanes, links)
+        track.refreshed = tick
         return track
+
+    def _path(self, behind: str | None, lanes: tuple[str, ...], stretch: int) -> int:
+        """Return where the path along some lanes is kept, after making it if it is new."""
+        index = self._known.get((behind, lanes, stretch))
+        if index is None:
+            index = self._known[behind, lanes, stretch] = len(self._known)
+            if index == len(self._paths):
+                self._paths = np.concatenate((self._paths, np.empty_like(self._paths)))
+            self._paths[index] = self._poses(behind, lanes, stretch * STRETCH)
+        return index
 
     def _forget(self, tick: int) -> None:
         if tick % 100 == 0:
@@ -114,19 +136,23 @@ class LanePaths:
         found = self._town.lanes.get(lane)
         return found.successors if found else ()
 
-    def _lanes(self, first: str, links: list[NextLink]) -> list[str]:
+    def _lanes(self, first: str, links: list[NextLink]) -> tuple[str, ...]:
         """Return the lanes from the present one on, internal ones included."""
-        lanes = [first]
+        known = self._town.lanes
+        lanes, missing = [first], REACH
         for link in links:
-            lanes += self._through(lanes[-1], link)
-            if self._length(lanes) > REACH:
+            onward = self._through(lanes[-1], link)
+            lanes += onward
+            missing -= sum(known[lane].length for lane in onward if lane in known)
+            if missing < 0.0:
                 break
-        while self._length(lanes) < REACH:
-            onward = self._successors(lanes[-1])
-            if not onward:
+        while missing > 0.0:
+            successors = self._successors(lanes[-1])
+            if not successors:
                 break
-            lanes.append(onward[0])
-        return [lane for lane in lanes if lane in self._town.lanes]
+            lanes.append(successors[0])
+            missing -= known[successors[0]].length
+        return tuple(lane for lane in lanes if lane in known)
 
     def _through(self, source: str, link: NextLink) -> list[str]:
         inner: list[str] = []
@@ -137,24 +163,22 @@ class LanePaths:
             lane = next(iter(self._successors(lane)), "")
         return [*inner, link.target]
 
-    def _length(self, lanes: list[str]) -> float:
-        known = self._town.lanes
-        return sum(known[lane].length for lane in lanes if lane in known)
-
-    def _poses(self, behind: str | None, lanes: list[str]) -> Float[np.ndarray, "samples 3"]:
-        """Return poses every metre, the first `BEHIND` metres before the first lane's begin."""
+    def _poses(
+        self, behind: str | None, lanes: tuple[str, ...], begin: float
+    ) -> Float[np.ndarray, "samples 3"]:
+        """Return poses from `BEHIND` metres before `begin` (of the first lane) on."""
+        if not lanes:
+            return np.zeros((PATH_SAMPLES, 3))
         shapes = [self._town.lanes[lane].points[:, :2] for lane in lanes]
-        if not shapes:
-            return np.zeros((2, 3))
         points = _without_repeats(np.concatenate(shapes))
         tail = self._tail(behind, points)
         line = _without_repeats(np.concatenate((tail, points)))
         along = arc_lengths(line)
-        start = along[len(tail)] - BEHIND
-        at = start + np.arange(0.0, max(along[-1] - start, PATH_STEP), PATH_STEP)
+        start = along[len(tail)] + begin - BEHIND
+        at = start + PATH_STEP / FINENESS * np.arange(PATH_SAMPLES)
         x, y = np.interp(at, along, line[:, 0]), np.interp(at, along, line[:, 1])
         # A vehicle's body is a chord of its path: its heading is that between rear and front.
-        ahead, back = at + 2.0, at - 2.0
+        ahead, back = np.minimum(at, along[-1]) + 2.0, np.minimum(at, along[-1]) - 2.0
         dx = np.interp(ahead, along, line[:, 0]) - np.interp(back, along, line[:, 0])
         dy = np.interp(ahead, along, line[:, 1]) - np.interp(back, along, line[:, 1])
         return np.stack((x, y, np.arctan2(dy, dx)), axis=1)
@@ -175,7 +199,9 @@ class LanePaths:
         begin = shape[0] + (shape[0] - shape[1]) / max(along[1], 1e-6) * (BEHIND + 4.0)
         return np.concatenate((begin[None], shape))
 
-    def _stop(self, state: VehicleState, lanes: list[str], links: list[NextLink]) -> float:
+    def _stop(
+        self, state: VehicleState, lanes: tuple[str, ...], links: list[NextLink]
+    ) -> float:
         """Return the arc length from the present lane's begin at which the front must stop."""
         lane = self._town.lanes.get(state.lane)
         if lane is None or not links:
@@ -197,18 +223,16 @@ def _without_repeats(points: Float[np.ndarray, "points 2"]) -> Float[np.ndarray,
     return points[np.concatenate(([True], steps > 1e-3))]
 
 
-def _ahead(poses: Float[np.ndarray, "samples 3"], at: float) -> Float[np.ndarray, "steps 3"]:
-    """Return `PATH_POSES` poses from an arc length (of the first lane) on, the last one repeated."""
-    index, share = divmod((at + BEHIND) / PATH_STEP, 1.0)
-    first = min(max(int(index), 0), len(poses) - 2)
-    piece = poses[first : first + PATH_POSES + 1]
-    moved = piece[:-1, :2] + share * (piece[1:, :2] - piece[:-1, :2])
-    out = np.empty((PATH_POSES, 3))
-    count = min(len(moved), PATH_POSES)
-    out[:count, :2] = moved[:count]
-    out[:count, 2] = piece[:count, 2]
-    out[count:] = out[count - 1]
-    return out
+def _ahead(
+    paths: Float[np.ndarray, "paths samples 3"],
+    which: Int[np.ndarray, " actors"],
+    at: Float[np.ndarray, " actors"],
+) -> Float[np.ndarray, "actors steps 3"]:
+    """Return `PATH_POSES` poses from an arc length (of the first lane) on, for each actor."""
+    most = PATH_SAMPLES - FINENESS * PATH_POSES
+    place = np.clip((at + BEHIND) * (FINENESS / PATH_STEP) + 0.5, 0.0, most)
+    rows = place.astype(np.intp)[:, None] + FINENESS * np.arange(PATH_POSES)
+    return paths[which[:, None], rows]
 
 
 def _shift(

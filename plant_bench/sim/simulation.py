@@ -1,6 +1,7 @@
 """A scenario in motion: controls in, scenes out."""
 
 import math
+from bisect import bisect_right
 from functools import lru_cache
 from typing import Self
 
@@ -53,10 +54,8 @@ class Simulation:
         self._sumo = Sumo(networks_dir() / route.town / "town.net.xml", scenario.seed)
         self._cursor = Cursor(route.points)
         self._elevations = route.elevations.tolist()
-        self._lights = [
-            (passage.signal, passage.signal_index, passage.entry)
-            for passage in route.signal_passages
-        ]
+        self._signals = route.signal_passages
+        self._entries = route.signal_entries
         self._traffic = Traffic(self._sumo, streets, density, scenario.seed)
         self._paths = LanePaths(self._sumo, self.town)
         self._states: dict[int, VehicleState] = {}
@@ -143,13 +142,11 @@ class Simulation:
 
     def _see_lights(self) -> np.ndarray:
         at = self._cursor.progress
-        lights = np.zeros(len(self._lights), np.uint8)
-        for index, (signal, link, entry) in enumerate(self._lights):
-            ahead = entry - at
-            if ahead > LIGHT_SIGHT:
-                break
-            if ahead > -LIGHT_BEHIND and signal is not None:
-                lights[index] = self._sumo.light(signal, link)
+        lights = np.zeros(len(self._entries), np.uint8)
+        first = bisect_right(self._entries, at - LIGHT_BEHIND)
+        last = bisect_right(self._entries, at + LIGHT_SIGHT)
+        for index in range(first, last):
+            passage = self._signals[index]
+            if passage.signal is not None:
+                lights[index] = self._sumo.light(passage.signal, passage.signal_index)
         return lights
-
-

@@ -17,16 +17,16 @@ from plant_bench.sim.sumo import Sumo
 from plant_bench.world.scene import ActorKind
 from plant_bench.world.town import Lane, Town
 
-DENSITIES = {"empty": 0.0, "light": 4.0, "medium": 8.0, "dense": 12.0}  # vehicles per lane-km
+DENSITIES = {"empty": 0.0, "light": 4.0, "medium": 8.0, "dense": 20.0}  # vehicles per lane-km
 SIGHT = 80.0  # m: what the ego may see, and nothing appears or vanishes in
 ENTRY_RADIUS = 110.0  # m: nearest place to enter; a car at 20 m/s is seen after more than a second
-FILL_RADIUS = 200.0  # m: the density is kept within this distance of the ego
-EXIT_RADIUS = 230.0  # m: beyond it vehicles are taken away
+FILL_RADIUS = 160.0  # m: the density is kept within this distance of the ego
+EXIT_RADIUS = 190.0  # m: beyond it vehicles are taken away
 JAM_TIME = 45.0  # s of standing out of sight until a vehicle is taken away
 MANAGE_INTERVAL = 10  # ticks between two looks at the population: 0.5 s
 ENTRIES = 6  # vehicles that may enter at one look
 SAMPLE_SPACING = 10.0  # m between the places at which vehicles may enter
-ROUTE_AHEAD = 1500.0  # m of random walk that a vehicle is given at a time
+ROUTE_AHEAD = 500.0  # m of random walk that a vehicle is given at a time
 STRAIGHT_WEIGHT = 3.0  # how much likelier a vehicle goes straight on than into one of the turns
 COMFORTABLE_BRAKING = 2.5  # m/s2 that an entering vehicle must not exceed before its lane's end
 
@@ -160,7 +160,7 @@ class Traffic:
 
     def _lengthen(self, vehicle: int) -> None:
         edges = self._sumo.remaining_route(vehicle)
-        if len(edges) < 6:
+        if len(edges) < 5:
             onward = self._streets.walk(edges[-1], self._draw, ROUTE_AHEAD)
             self._sumo.set_route(vehicle, (*edges, *onward))
 

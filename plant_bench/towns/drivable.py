@@ -1,11 +1,15 @@
 """Can a car drive every path? A kinematic bicycle follows each lane and each turn."""
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from plant_bench.towns.streets import Shape, arc_lengths, join, resample, tightest_radius
 from plant_bench.world.town import Link, Town
+
+Indices = NDArray[np.int_]
 
 WHEELBASE_M = 2.86
 STEERING_MAX = float(np.radians(35))
@@ -68,7 +72,7 @@ def _turn_path(town: Town, link: Link) -> tuple[Shape, float, float]:
     """The path of a link (n 2), the largest gap between its lanes, its lowest speed limit."""
     lanes = [town.lanes[name] for name in (link.source, *link.via, link.target)]
     shapes = [lane.points[:, :2] for lane in lanes]
-    pairs = zip(shapes, shapes[1:], strict=False)
+    pairs = itertools.pairwise(shapes)
     gap = max(float(np.hypot(*(b[0] - a[-1]))) for a, b in pairs)
     shapes[0] = _cut(shapes[0], lanes[0].length - RUN_IN_M, lanes[0].length)
     shapes[-1] = _cut(shapes[-1], 0.0, RUN_IN_M)
@@ -114,7 +118,7 @@ def _pursue(shapes: list[Shape], speeds: Shape) -> Shape:
     return worst
 
 
-def _across(padded: Shape, at: Shape, xy: Shape, rows: Shape) -> Shape:
+def _across(padded: Shape, at: Indices, xy: Shape, rows: Indices) -> Shape:
     """The distance of each bicycle from its path, across the path."""
     last = padded.shape[1] - 1
     tangent = padded[rows, np.minimum(at + 1, last)] - padded[rows, np.maximum(at - 1, 0)]

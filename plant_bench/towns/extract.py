@@ -57,16 +57,17 @@ def _lanes(
         onward = connection.get("via", f"{connection.attrib['to']}_{connection.attrib['toLane']}")
         if start in driving and onward in driving and onward not in followers[start]:
             followers[start].append(onward)
-    return {name: _lane(*driving[name], tuple(followers[name]), driving) for name in driving}
+    return {name: _lane(*driving[name], followers, driving) for name in driving}
 
 
 def _lane(
     edge: Element,
     lane: Element,
-    successors: tuple[str, ...],
+    followers: dict[str, list[str]],
     driving: dict[str, tuple[Element, Element]],
 ) -> Lane:
     edge_id, index = edge.attrib["id"], int(lane.attrib["index"])
+    successors = tuple(followers[lane.attrib["id"]])
     left, right = f"{edge_id}_{index + 1}", f"{edge_id}_{index - 1}"
     internal = edge.get("function") == "internal"
     return Lane(
@@ -80,7 +81,7 @@ def _lane(
         successors=successors,
         left=left if left in driving and not internal else None,
         right=right if right in driving and not internal else None,
-        acceleration=lane.get("acceleration") == "1",
+        acceleration=not successors and any(followers.get(side) for side in (left, right)),
     )
 
 

@@ -1,6 +1,5 @@
 """Making towns: spec and seed in, `town.net.xml` and `town.json` out, whole or not at all."""
 
-import os
 import tempfile
 from pathlib import Path
 
@@ -10,12 +9,19 @@ from plant_bench.data_files import networks_dir
 from plant_bench.errors import InputError
 from plant_bench.towns.characters import CHARACTERS
 from plant_bench.towns.extract import extract_town
-from plant_bench.towns.netconvert import convert
+from plant_bench.towns.netconvert import complaints_of_sumo, convert
+from plant_bench.towns.picture import save_picture
 from plant_bench.towns.soundness import find_faults
 from plant_bench.towns.spec import TownSpec, read_spec
-from plant_bench.world.town import Town
+from plant_bench.towns.summary import TownSummary, summarise
+from plant_bench.world.town import Town, load_town
 
-NET_FILE, TOWN_FILE, SPEC_FILE = "town.net.xml", "town.json", "spec.toml"
+SPEC_FILE, NET_FILE, TOWN_FILE, PICTURE_FILE = (
+    "spec.toml",
+    "town.net.xml",
+    "town.json",
+    "picture.png",
+)
 ATTEMPTS = 12
 
 
@@ -47,7 +53,7 @@ def make_town(spec: TownSpec, seed: int) -> tuple[str, Town]:
             faults = [str(error)]
             continue
         town = extract_town(net, spec.name)
-        faults = find_faults(town, spec.requires)
+        faults = [*find_faults(town, spec.requires), *complaints_of_sumo(net)]
         if not faults:
             return net, town
     raise InputError(
@@ -57,12 +63,15 @@ def make_town(spec: TownSpec, seed: int) -> tuple[str, Town]:
 
 
 def build_town(name: str, *, seed: int | None = None, out: Path | None = None) -> Path:
-    """Build a town from its spec into a folder and return the folder.
+    """Build a town from its spec into a folder, with its picture, and return the folder.
 
     Args:
         name: A town of `town_names()`.
         seed: In place of the spec's own seed.
         out: The folder to write to; by default the town's own in `networks/`.
+
+    Raises:
+        InputError: There is no such town, or the seed gives no sound one; nothing is written then.
     """
     spec = town_spec(name)
     folder = out if out is not None else networks_dir() / name
@@ -71,20 +80,26 @@ def build_town(name: str, *, seed: int | None = None, out: Path | None = None) -
     with tempfile.TemporaryDirectory(dir=folder, prefix=".building-") as work:
         for file, text in ((NET_FILE, net), (TOWN_FILE, town.to_json())):
             (Path(work) / file).write_text(text, encoding="utf-8", newline="\n")
-        for file in (NET_FILE, TOWN_FILE):
-            os.replace(Path(work) / file, folder / file)
+        save_picture(town, Path(work) / PICTURE_FILE)
+        for file in (NET_FILE, TOWN_FILE, PICTURE_FILE):
+            (Path(work) / file).replace(folder / file)
     return folder
 
 
 def check_town(name: str) -> list[str]:
     """Build a town anew and tell how its files differ from those stored; empty if they do not."""
+    spec = town_spec(name)
+    net, town = make_town(spec, spec.seed)
     differences = []
-    with tempfile.TemporaryDirectory() as work:
-        fresh = build_town(name, out=Path(work))
-        for file in (NET_FILE, TOWN_FILE):
-            stored = networks_dir() / name / file
-            if not stored.is_file():
-                differences.append(f"{name}/{file} is missing; build the town.")
-            elif stored.read_bytes() != (fresh / file).read_bytes():
-                differences.append(f"{name}/{file} is not what its spec and seed give.")
+    for file, text in ((NET_FILE, net), (TOWN_FILE, town.to_json())):
+        stored = networks_dir() / name / file
+        if not stored.is_file():
+            differences.append(f"{file} is missing; build the town.")
+        elif stored.read_bytes() != text.encode():
+            differences.append(f"{file} is not what the town's spec and seed give.")
     return differences
+
+
+def describe_town(name: str) -> TownSummary:
+    """Count what a town of `networks/` contains."""
+    return summarise(load_town(name))

@@ -80,9 +80,10 @@ class Carriageway:
         return float(self._along[np.hypot(self.line[:, 0] - x, self.line[:, 1] - y).argmin()])
 
     def cut(self, begin: float, end: float, left: float | Shape = 0.0, step: float = 1.0) -> Shape:
-        """A stretch of the carriageway (n 3), `left` of its left border."""
+        """A stretch of the carriageway (n 3), `left` of its left border (one value or n)."""
         length = (end - begin) % self.total
-        count = max(2, int(np.ceil(length / step)) + 1)
+        even = max(2, int(np.ceil(length / step)) + 1)
+        count = len(left) if isinstance(left, np.ndarray) else even
         places = (begin + np.linspace(-step, length + step, count + 2)) % self.total
         places[1:-1] = (begin + np.linspace(0.0, length, count)) % self.total
         line = np.stack([np.interp(places, self._along, column) for column in self.line.T], axis=1)
@@ -131,7 +132,7 @@ class Carriageway:
                 plan.connect(branch.edge, carrier, [(0, lane)])
 
     def _ends_at(self, place: float, side: str) -> bool:
-        """Whether the extra lane of a side ends (or begins) at a place, so that none runs through."""
+        """Whether no extra lane of a side runs through a place."""
         reach = [b for b in self.branches if b.side == side and b.covers(place + 0.01, self.total)]
         return not any(b.covers(place - 0.01, self.total) for b in reach)
 
@@ -147,7 +148,9 @@ class Carriageway:
             out = branch.leads == "out"
             far = branch.at - branch.lane_length if out else branch.at + branch.lane_length
             stops.append((branch.at % self.total, self.node_at(branch.edge)))
-            stops.append((far % self.total, self.node_at(branch.edge) + ("_begin" if out else "_end")))
+            stops.append(
+                (far % self.total, self.node_at(branch.edge) + ("_begin" if out else "_end"))
+            )
         return sorted(stops)
 
 

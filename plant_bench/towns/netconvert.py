@@ -1,4 +1,4 @@
-"""The door to SUMO's netconvert: a street plan goes in, the text of a net comes out."""
+"""The door to SUMO's programs: a street plan goes in, the text of a net comes out."""
 
 import os
 import re
@@ -24,15 +24,7 @@ def convert(plan: StreetPlan, spec: TownSpec, seed: int) -> str:
     """
     with tempfile.TemporaryDirectory() as folder:
         plan.write(Path(folder))
-        run = subprocess.run(
-            [str(Path(sumo.SUMO_HOME) / "bin" / "netconvert"), *_options(spec)],
-            cwd=folder,
-            env={**os.environ, "SUMO_HOME": sumo.SUMO_HOME, "LC_ALL": "C"},
-            capture_output=True,
-            text=True,
-            check=False,
-            timeout=TIMEOUT_S,
-        )
+        run = _run("netconvert", _options(spec), folder)
         if run.returncode != 0 or run.stderr.strip():
             raise InputError(
                 f"netconvert does not accept the plan of {spec.name} (seed {seed}): "
@@ -40,6 +32,28 @@ def convert(plan: StreetPlan, spec: TownSpec, seed: int) -> str:
             )
         text = (Path(folder) / "town.net.xml").read_text(encoding="utf-8")
     return _with_offsets(_without_header(text), spec, seed)
+
+
+def complaints_of_sumo(net: str) -> list[str]:
+    """What SUMO itself says against a net (XML text) when it loads it and runs a little."""
+    with tempfile.TemporaryDirectory() as folder:
+        (Path(folder) / "town.net.xml").write_text(net, encoding="utf-8")
+        options = ["-n", "town.net.xml", "--end", "130", "--no-step-log", "true"]
+        run = _run("sumo", options, folder)
+    lines = [line for line in run.stderr.splitlines() if line.strip()]
+    return lines or ([f"SUMO ends with code {run.returncode}"] if run.returncode else [])
+
+
+def _run(program: str, options: list[str], folder: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [str(Path(sumo.SUMO_HOME) / "bin" / program), *options],
+        cwd=folder,
+        env={**os.environ, "SUMO_HOME": sumo.SUMO_HOME, "LC_ALL": "C"},
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=TIMEOUT_S,
+    )
 
 
 def _options(spec: TownSpec) -> list[str]:
@@ -70,11 +84,9 @@ def _without_header(text: str) -> str:
 
 def _with_offsets(text: str, spec: TownSpec, seed: int) -> str:
     """The net with every fixed-time signal started at a moment of its own."""
-    if spec.signals.program == "actuated":
-        return text
     rng = np.random.default_rng([seed, 7])
 
     def moved(match: re.Match[str]) -> str:
-        return f"{match[1]}{int(rng.integers(0, spec.signals.cycle))}.00{match[2]}"
+        return f"{match[1]}{rng.integers(0, int(spec.signals.cycle))}.00{match[2]}"
 
-    return re.sub(r'(<tlLogic [^>]*offset=")[\d.]+(")', moved, text)
+    return re.sub(r'(<tlLogic [^>]*type="static"[^>]*offset=")[\d.]+(")', moved, text)

@@ -1,5 +1,6 @@
 """A picture of a town, drawn from its Town alone."""
 
+import itertools
 from pathlib import Path
 
 import numpy as np
@@ -40,7 +41,11 @@ def draw_town(town: Town, ax: Axes) -> None:
 
 def save_town_picture(name: str, path: Path) -> None:
     """Draw a town of `networks/` into a PNG file."""
-    town = load_town(name)
+    save_picture(load_town(name), path)
+
+
+def save_picture(town: Town, path: Path) -> None:
+    """Draw a town into a PNG file."""
     width, height = (side + 2 * MARGIN_M for side in town.extent)
     scale = LONG_SIDE_IN / max(width, height)
     figure = Figure(figsize=(width * scale, height * scale), dpi=150)
@@ -95,8 +100,10 @@ def _draw_surface(town: Town, ax: Axes) -> None:
         roads = [_ribbon(line, lane.width + 0.3) for lane, line in pieces]
         if upper:
             ax.add_collection(PolyCollection(kerbs, facecolors=KERB, linewidths=0, zorder=zorder))
-        ax.add_collection(PolyCollection(roads, facecolors=ASPHALT, linewidths=0, zorder=zorder + 1))
-        _draw_markings(town, pieces, ax, zorder + 2)
+        ax.add_collection(
+            PolyCollection(roads, facecolors=ASPHALT, linewidths=0, zorder=zorder + 1)
+        )
+        _draw_markings(pieces, ax, zorder + 2)
     _draw_stop_lines(town, ax)
 
 
@@ -114,16 +121,14 @@ def _level(lane: Lane, upper: bool) -> list[Shape]:
     here = high[:-1] | high[1:] if upper else ~(high[:-1] & high[1:])
     cuts = np.flatnonzero(np.diff(here.astype(int))) + 1
     bounds = [0, *cuts.tolist(), len(here)]
-    return [
-        line[a : b + 1, :2] for a, b in zip(bounds, bounds[1:], strict=False) if here[a] and b > a
-    ]
+    return [line[a : b + 1, :2] for a, b in itertools.pairwise(bounds) if here[a] and b > a]
 
 
 def _ribbon(line: Shape, width: float) -> Shape:
     return np.concatenate([offset(line, width / 2), offset(line, -width / 2)[::-1]])
 
 
-def _draw_markings(town: Town, pieces: list[tuple[Lane, Shape]], ax: Axes, zorder: int) -> None:
+def _draw_markings(pieces: list[tuple[Lane, Shape]], ax: Axes, zorder: int) -> None:
     borders: dict[str, list[Shape]] = {"middle": [], "edge": [], "between": []}
     for lane, line in pieces:
         if lane.junction is not None:
@@ -152,7 +157,11 @@ def _draw_stop_lines(town: Town, ax: Axes) -> None:
 
 
 def _draw_signals(town: Town, ax: Axes) -> None:
-    for control, colour, size in (("signal", SIGNAL, 16.0), ("stop", RULED, 9.0), ("allway", RULED, 9.0)):
+    for control, colour, size in (
+        ("signal", SIGNAL, 16.0),
+        ("stop", RULED, 9.0),
+        ("allway", RULED, 9.0),
+    ):
         places = [
             offset(lane.points[-2:, :2], -lane.width / 2 - 1.2)[-1]
             for source, links in town.links_from.items()
@@ -167,11 +176,13 @@ def _draw_scale(ax: Axes, left: float, low: float, width: float) -> None:
     length = 50.0 if width < 300 else 100.0
     x, y = left + 6, low + 5
     ax.plot([x, x + length], [y, y], color="#333333", linewidth=2, solid_capstyle="butt", zorder=20)
-    ax.text(x + length + 4, y, f"{length:.0f} m", va="center", fontsize=7, color="#333333", zorder=20)
+    ax.text(
+        x + length + 4, y, f"{length:.0f} m", va="center", fontsize=7, color="#333333", zorder=20
+    )
 
 
 def _shrink(path: Path) -> None:
-    """Store the picture with a palette of 96 colours: a third of the bytes."""
+    """Store the picture with a palette of 200 colours: half the bytes."""
     with Image.open(path) as image:
-        small = image.convert("RGB").quantize(96, method=Image.Quantize.MAXCOVERAGE)
+        small = image.convert("RGB").quantize(200, method=Image.Quantize.MAXCOVERAGE)
     small.save(path, optimize=True)

@@ -15,7 +15,8 @@ class Node:
     """A junction or the place where one edge becomes another.
 
     `control` is one of SUMO's junction types; `radius` rounds the junction's corners. Without
-    `crossings` nobody walks across the junction's arms.
+    `crossings` nobody walks across the junction's arms. Lights may be `fixed_time` where the town's
+    others are actuated.
     """
 
     id: str
@@ -25,6 +26,7 @@ class Node:
     radius: float = 8.0
     z: float = 0.0
     crossings: bool = True
+    fixed_time: bool = False
 
 
 @dataclass(frozen=True)
@@ -123,6 +125,8 @@ def _node_xml(node: Node) -> ElementTree.Element:
         "type": node.control,
         "radius": f"{node.radius:g}",
     }
+    if node.fixed_time:
+        values["tlType"] = "static"
     return ElementTree.Element("node", values)
 
 

@@ -52,7 +52,9 @@ def add_roundabout(plan: StreetPlan, spec: TownSpec, ring: Roundabout) -> None:
     arcs = {}
     for (begin, start), (finish, end) in zip(stops, stops[1:] + stops[:1], strict=True):
         shape = _arc(ring, begin, begin + (finish - begin) % (2 * np.pi))
-        arc = Edge(f"{start}-{end}", start, end, LANES, SPEED, shape, "ring", PRIORITY, centred=True)
+        arc = Edge(
+            f"{start}-{end}", start, end, LANES, SPEED, shape, "ring", PRIORITY, centred=True
+        )
         arcs[start] = plan.add_edge(arc)
     for arm in ring.arms:
         _add_arm(plan, spec, ring, arm)
@@ -84,9 +86,7 @@ def _add_arm(plan: StreetPlan, spec: TownSpec, ring: Roundabout, arm: str) -> No
         Pose(goal.x, goal.y, angle + np.pi - APPROACH),
     )
     source = ring.on_ring(angle - HALF_GAP)
-    leave = curve_between(
-        Pose(source.x, source.y, angle + APPROACH), mouth.beside(-width / 2)
-    )
+    leave = curve_between(Pose(source.x, source.y, angle + APPROACH), mouth.beside(-width / 2))
     ends = (f"{ring.name}_in_{arm}", f"{ring.name}_out_{arm}")
     for start, end, lanes, shape in (
         (arm, ends[0], inward.lanes, entry),
@@ -96,4 +96,3 @@ def _add_arm(plan: StreetPlan, spec: TownSpec, ring: Roundabout, arm: str) -> No
         plan.add_edge(Edge(name, start, end, lanes, inward.speed, shape, "ring", 3, centred=True))
     plan.connect(inward.id, f"{arm}-{ends[0]}", [(k, k) for k in range(inward.lanes)])
     plan.connect(f"{ends[1]}-{arm}", outward.id, [(0, k) for k in range(outward.lanes)])
-

@@ -2,17 +2,19 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from plant_bench.errors import InputError
-from plant_bench.towns.route_graph import StreetGraph
+from plant_bench.towns.route_graph import END_MARGIN, START_AFTER, StreetGraph
 from plant_bench.towns.route_lanes import LanePlan, plan_lanes
 from plant_bench.towns.route_making import count_manoeuvres, make_route
-from plant_bench.towns.route_paths import END_MARGIN, START_AFTER, can_end, random_path
+from plant_bench.towns.route_paths import random_path
 from plant_bench.world.route import Route
 
 MAX_SHARE = 0.66  # of the shorter of two routes' length that they may have in common
+SHORTEST = 0.93  # of the longest draft: shorter ones are not looked at
 LENGTH_TOLERANCE = 0.03  # a draft this much shorter than the longest is as good as it
 NOVELTY = 1.0  # worth of a manoeuvre that the town's routes do not have yet
 VARIETY = 0.25  # worth of each kind of manoeuvre
@@ -42,6 +44,12 @@ class Draft:
         return make_route(graph, self.plan, name=name, start=START_AFTER, end=self.end)
 
 
+class _Cut(NamedTuple):
+    last: int
+    end: float
+    length: float
+
+
 def draft_paths(graph: StreetGraph, count: int, rng: np.random.Generator) -> list[LanePlan]:
     """Draw random edge paths and plan their lanes; those without room for it are left out."""
     paths = (random_path(graph, rng) for _ in range(count))
@@ -51,25 +59,34 @@ def draft_paths(graph: StreetGraph, count: int, rng: np.random.Generator) -> lis
 
 def shorten(graph: StreetGraph, plan: LanePlan, longest: float) -> Draft | None:
     """Cut a plan to the longest draft of at most `longest` metres; None if nothing is left."""
-    lanes = graph.town.lanes
+    cut = _cut(graph, plan, longest)
+    return None if cut is None else _draft(graph, plan, cut)
+
+
+def _cut(graph: StreetGraph, plan: LanePlan, longest: float) -> _Cut | None:
+    lanes, ends = graph.town.lanes, set(graph.ends)
     at, best = -START_AFTER, None
     for index, (edge, entered) in enumerate(zip(plan.edges, plan.entered, strict=True)):
         end = min(lanes[entered].length - END_MARGIN, longest - at)
-        if index > 0 and can_end(graph, edge) and end >= END_MARGIN:
-            best = index, end, at + end
+        if longest - at < END_MARGIN:
+            break
+        if index > 0 and edge in ends and end >= END_MARGIN:
+            best = _Cut(index, end, at + end)
         if index < len(plan.links):
             at += 0.5 * (lanes[entered].length + lanes[plan.left[index]].length)
             at += sum(lanes[via].length for via in plan.links[index].via)
-    if best is None:
-        return None
-    index, end, length = best
-    replanned = plan_lanes(graph, plan.edges[: index + 1])
+    return best
+
+
+def _draft(graph: StreetGraph, plan: LanePlan, cut: _Cut) -> Draft | None:
+    replanned = plan_lanes(graph, plan.edges[: cut.last + 1])
     if replanned is None:
         return None
+    end = min(cut.end, graph.town.lanes[replanned.left[-1]].length - END_MARGIN)
     driven = {edge: graph.lengths[edge] for edge in replanned.edges}
     driven[replanned.edges[0]] -= START_AFTER
     driven[replanned.edges[-1]] = end
-    return Draft(replanned, end, length, driven)
+    return Draft(replanned, end, cut.length, driven)
 
 
 def share(one: Mapping[str, float], other: Mapping[str, float]) -> float:
@@ -101,7 +118,7 @@ def choose(graph: StreetGraph, plans: list[LanePlan], limits: Sequence[float]) -
     """
     chosen: list[Draft] = []
     for limit in limits:
-        drafts = [draft for plan in plans if (draft := shorten(graph, plan, limit)) is not None]
+        drafts = _longest(graph, plans, limit)
         overlaps = [max((share(d.driven, c.driven) for c in chosen), default=0.0) for d in drafts]
         pairs = [pair for pair in zip(drafts, overlaps, strict=True) if pair[1] <= MAX_SHARE]
         if not pairs:
@@ -118,6 +135,14 @@ def choose(graph: StreetGraph, plans: list[LanePlan], limits: Sequence[float]) -
         ]
         chosen.append(pairs[int(np.argmax(worths))][0])
     return chosen
+
+
+def _longest(graph: StreetGraph, plans: list[LanePlan], limit: float) -> list[Draft]:
+    """The drafts of at most the length `limit` that are not much shorter than the longest one."""
+    cuts = [(plan, cut) for plan in plans if (cut := _cut(graph, plan, limit)) is not None]
+    enough = SHORTEST * max((cut.length for _, cut in cuts), default=0.0)
+    drafts = (_draft(graph, plan, cut) for plan, cut in cuts if cut.length >= enough)
+    return [draft for draft in drafts if draft is not None]
 
 
 def _kinds(graph: StreetGraph, draft: Draft) -> set[str]:

@@ -1,12 +1,16 @@
 """A town's edges as a graph: where each leads, and which places matter to a route."""
 
 from collections import defaultdict
+from functools import cached_property
 
 import numpy as np
 
 from plant_bench.geometry.polyline import headings
 from plant_bench.world.town import Lane, Link, Town
 
+START_AFTER = 10.0  # m from the last junction to a route's start
+ROOM_AHEAD = 25.0  # m of the first edge that remain ahead of the start
+END_MARGIN = 15.0  # m from the destination to the junctions before and behind it
 EXIT_SPEED = 16.0  # m/s: slower roads have turn-offs, not exits
 U_TURN_ANGLE = 2.5  # rad that a U-turn's edge turns by at least
 U_TURN_LENGTH = 120.0  # m: longer edges are bends of the road
@@ -15,8 +19,13 @@ U_TURN_LENGTH = 120.0  # m: longer edges are bends of the road
 class StreetGraph:
     """What routes need to know of a town's edges and junctions; built once a town.
 
-    Args:
+    Attributes:
         town: The town.
+        lengths: Metres of each edge (of its rightmost lane).
+        ring_edges: The edges of roundabouts.
+        u_turns: The edges that turn back, as over a median.
+        onward: The edges that each edge leads to.
+        junctions: The junction each edge ends at.
     """
 
     def __init__(self, town: Town) -> None:
@@ -24,14 +33,14 @@ class StreetGraph:
         self.lengths = {edge: lanes[0].length for edge, lanes in town.edges.items()}
         self.ring_edges = frozenset(edge for ring in town.roundabouts for edge in ring)
         self.onward: dict[str, tuple[str, ...]] = dict.fromkeys(town.edges, ())
-        self.ends: dict[str, str] = {}
+        self.junctions: dict[str, str] = {}
         self._links: dict[tuple[str, str], list[Link]] = defaultdict(list)
         arriving: dict[str, set[str]] = defaultdict(set)
         leaving: dict[str, set[str]] = defaultdict(set)
         for link in town.links:
             before, after = town.lanes[link.source].edge, town.lanes[link.target].edge
             self._links[before, after].append(link)
-            self.ends[before] = link.junction
+            self.junctions[before] = link.junction
             arriving[link.junction].add(before)
             leaving[link.junction].add(after)
         for before, after in self._links:
@@ -55,7 +64,7 @@ class StreetGraph:
 
     def is_exit(self, before: str, after: str) -> bool:
         """Tell whether the way from one edge to another leaves a fast road on its right."""
-        junction = self.ends[before]
+        junction = self.junctions[before]
         others = self._leaving[junction] - {after}
         if len(self._arriving[junction]) > 1 or not others or before in self.ring_edges:
             return False
@@ -70,7 +79,7 @@ class StreetGraph:
         """Tell whether a lane of the edge is an acceleration lane."""
         return any(lane.acceleration for lane in self.town.edges[edge])
 
-    @property
+    @cached_property
     def sights(self) -> tuple[str, ...]:
         """The edges worth a detour: rings, U-turns, acceleration lanes and exits, in order."""
         exits = {after for before, after in self._links if self.is_exit(before, after)}
@@ -81,6 +90,32 @@ class StreetGraph:
             or edge in self.u_turns
             or edge in exits
             or self.has_acceleration(edge)
+        )
+
+    @cached_property
+    def starts(self) -> tuple[str, ...]:
+        """The edges a route may start on: not where an exit has already opened."""
+        return tuple(
+            edge
+            for edge in self._plain
+            if self.lengths[edge] >= START_AFTER + ROOM_AHEAD
+            and not any(self.is_exit(edge, onward) for onward in self.onward[edge])
+        )
+
+    @cached_property
+    def ends(self) -> tuple[str, ...]:
+        """The edges a route may end on."""
+        return tuple(e for e in self._plain if self.lengths[e] > 2.0 * END_MARGIN)
+
+    @cached_property
+    def _plain(self) -> tuple[str, ...]:
+        return tuple(
+            edge
+            for edge in self.town.edges
+            if self.onward[edge]
+            and edge not in self.ring_edges
+            and edge not in self.u_turns
+            and not self.has_acceleration(edge)
         )
 
     def _turns_back(self, edge: str) -> bool:

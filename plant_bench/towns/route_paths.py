@@ -8,22 +8,9 @@ import numpy as np
 from plant_bench.towns.route_graph import StreetGraph
 
 STOPS = (1, 5)  # stops between start and destination
-START_AFTER = 10.0  # m from the last junction to the start
-END_MARGIN = 15.0  # m from the destination to the junctions before and behind it
-ROOM_AHEAD = 25.0  # m of the first edge that remain ahead of the start
 DETOUR_SPREAD = 0.6  # standard deviation of the logarithm of an edge's random weight
 REVISIT_FACTOR = 3.0  # a junction already passed makes the way to it that much longer
 SIGHT_SHARE = 0.5  # of the paths lead by a sight, where the town has any
-
-
-def can_start(graph: StreetGraph, edge: str) -> bool:
-    """Tell whether a route may start on the edge."""
-    return _is_plain(graph, edge) and graph.lengths[edge] >= START_AFTER + ROOM_AHEAD
-
-
-def can_end(graph: StreetGraph, edge: str) -> bool:
-    """Tell whether a route may end on the edge."""
-    return _is_plain(graph, edge) and graph.lengths[edge] >= 2.0 * END_MARGIN + 1.0
 
 
 def random_path(graph: StreetGraph, rng: np.random.Generator) -> tuple[str, ...] | None:
@@ -33,8 +20,7 @@ def random_path(graph: StreetGraph, rng: np.random.Generator) -> tuple[str, ...]
         The path, or None where this draw has led to none.
     """
     edges = list(graph.town.edges)
-    starts = [edge for edge in edges if can_start(graph, edge)]
-    ends = [edge for edge in edges if can_end(graph, edge)]
+    starts, ends = graph.starts, graph.ends
     stops = [edges[i] for i in rng.integers(len(edges), size=rng.integers(*STOPS, endpoint=True))]
     if graph.sights and rng.random() < SIGHT_SHARE:
         stops[int(rng.integers(len(stops)))] = graph.sights[int(rng.integers(len(graph.sights)))]
@@ -51,19 +37,13 @@ def random_path(graph: StreetGraph, rng: np.random.Generator) -> tuple[str, ...]
     return tuple(path)
 
 
-def _is_plain(graph: StreetGraph, edge: str) -> bool:
-    return not (
-        edge in graph.ring_edges or edge in graph.u_turns or graph.has_acceleration(edge)
-    ) and bool(graph.onward[edge])
-
-
 def _leg(
     graph: StreetGraph, path: list[str], goal: str, costs: dict[str, float]
 ) -> list[str] | None:
-    used, passed = set(path), {graph.ends[edge] for edge in path[:-1]}
+    used, passed = set(path), {graph.junctions[edge] for edge in path[:-1]}
 
     def cost(edge: str) -> float:
-        return costs[edge] * (REVISIT_FACTOR if graph.ends.get(edge) in passed else 1.0)
+        return costs[edge] * (REVISIT_FACTOR if graph.junctions.get(edge) in passed else 1.0)
 
     return _cheapest(graph, path[-1], goal, lambda edge: None if edge in used else cost(edge))
 

@@ -41,7 +41,8 @@ def find_dead_lanes(town: Town) -> list[str]:
     faults = []
     for edge, lanes in town.edges.items():
         for lane in lanes:
-            if lane.id not in town.links_from and not lane.acceleration:
+            merges = lane.acceleration and len(lanes) > 2 and lane in (lanes[0], lanes[-1])
+            if lane.id not in town.links_from and not merges:
                 faults.append(f"lane {lane.id} leads nowhere")
             widened = any(other.id in entered for other in lanes if other is not lane)
             if lane.id not in entered and not (widened and _is_exit_lane(town, edge, lane.index)):

@@ -44,9 +44,7 @@ class StreetMap:
         """Add a place."""
         self.places[name] = Node(name, x, y)
 
-    def link(
-        self, start: str, end: str, leave: float, arrive: float, road_class: str
-    ) -> None:
+    def link(self, start: str, end: str, leave: float, arrive: float, road_class: str) -> None:
         """Add a street."""
         self.streets.append(Street(start, end, leave, arrive, road_class))
 
@@ -100,11 +98,9 @@ class StreetMap:
             replace(s, leave=s.leave + angle, arrive=s.arrive + angle) for s in self.streets
         ]
 
-    def control(self, name: str, control: str, radius: float, crossings: bool = True) -> None:
-        """Say which rule holds at a place, how it is rounded and whether people cross there."""
-        self.places[name] = replace(
-            self.places[name], control=control, radius=radius, crossings=crossings
-        )
+    def control(self, name: str, control: str, radius: float, **more: bool) -> None:
+        """Say which rule holds at a place, how it is rounded, and more of what a Node may be."""
+        self.places[name] = replace(self.places[name], control=control, radius=radius, **more)
 
     def draw_on(self, plan: StreetPlan, spec: TownSpec) -> None:
         """Add all places and streets to the plan, each street as two edges."""

@@ -3,6 +3,7 @@
 All shapes are arrays of points (n 2) in metres; headings are radians counter-clockwise from +x.
 """
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -78,7 +79,7 @@ def curve_between(start: Pose, end: Pose, spacing: float = POINT_SPACING_M) -> S
 
 def curve_through(poses: list[Pose], spacing: float = POINT_SPACING_M) -> Shape:
     """A smooth curve through all poses in turn, without needless points on straights."""
-    pieces = [curve_between(a, b, spacing) for a, b in zip(poses, poses[1:], strict=False)]
+    pieces = [curve_between(a, b, spacing) for a, b in itertools.pairwise(poses)]
     return thin_out(join(pieces))
 
 
@@ -124,7 +125,9 @@ def corner(before: Pose, after: Pose, radius: float) -> Shape:
 
 def _round(before: Pose, after: Pose, meeting: Pose, radius: float, reach: float) -> Shape:
     leave = Pose(meeting.x, meeting.y, after.heading)
-    return curve_through([before, meeting.ahead(-radius * reach), leave.ahead(radius * reach), after])
+    return curve_through(
+        [before, meeting.ahead(-radius * reach), leave.ahead(radius * reach), after]
+    )
 
 
 def offset(shape: Shape, left: float | Shape) -> Shape:
@@ -195,4 +198,3 @@ def tightest_radius(shape: Shape, window: float = 3.0) -> float:
 def _pose_at(here: Shape, towards: Shape) -> Pose:
     heading = float(np.arctan2(towards[1] - here[1], towards[0] - here[0]))
     return Pose(float(here[0]), float(here[1]), heading)
-

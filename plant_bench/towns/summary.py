@@ -73,8 +73,8 @@ def summarise(town: Town) -> TownSummary:
         roundabouts=len(town.roundabouts),
         on_ramps=_on_ramps(town),
         off_ramps=_off_ramps(town),
-        u_turns=sum(_is_u_turn(lanes) for lanes in town.edges.values()),
-        curves=sum(BEND <= abs(turn) for turn in turns),
+        u_turns=sum(bool(_is_u_turn(lanes)) for lanes in town.edges.values()),
+        curves=sum(bool(abs(turn) >= BEND) for turn in turns),
         bridges=_bridges(town),
     )
 
@@ -96,19 +96,23 @@ def _off_ramps(town: Town) -> int:
     """Edges whose rightmost lane alone leads away, at a place where nobody yields."""
     found = 0
     for lanes in town.edges.values():
-        targets = [{l.target.rsplit("_", 1)[0] for l in town.links_from.get(x.id, ())} for x in lanes]
-        joint = all(link.control == "major" for x in lanes for link in town.links_from.get(x.id, ()))
-        if len(lanes) > 2 and joint and targets[0] and not targets[0] & set().union(*targets[1:]):
-            found += 1
+        onward = [town.links_from.get(lane.id, ()) for lane in lanes]
+        targets = [{town.lanes[link.target].edge for link in links} for links in onward]
+        joint = all(link.control == "major" for links in onward for link in links)
+        leads_away = targets[0] and not targets[0] & set().union(*targets[1:])
+        found += bool(len(lanes) > 2 and joint and leads_away)
     return found
 
 
 def _bridges(town: Town) -> int:
     """Pairs of edges whose lines cross in the plane, metres apart in height."""
     lines = [(edge, lanes[0].points) for edge, lanes in town.edges.items()]
-    tall = [(edge, points) for edge, points in lines if np.ptp(points[:, 2]) > 1 or points[0, 2] > 1]
+    high = [(edge, points) for edge, points in lines if points[:, 2].max() > 1]
     return sum(
-        _cross_apart(points, other) for edge, points in tall for name, other in lines if name != edge
+        _cross_apart(points, other)
+        for edge, points in high
+        for name, other in lines
+        if name != edge
     )
 
 

@@ -108,6 +108,11 @@ class Route:
         """The passages that have a traffic light, in order; `Scene.lights` follows them."""
         return tuple(passage for passage in self.passages if passage.signal is not None)
 
+    @cached_property
+    def signal_entries(self) -> tuple[float, ...]:
+        """Arc lengths of the stop lines that have a traffic light, rising."""
+        return tuple(passage.entry for passage in self.signal_passages)
+
     def to_payload(self) -> dict:
         """Return the route as JSON-able values."""
         return {

@@ -108,7 +108,18 @@ class Stage:
 
 
 def _lane(name: str, *points: tuple[float, float, float], junction: str | None = None) -> Lane:
-    return Lane(name, name.split("_")[0], 0, np.array(points, dtype=float), 3.5, 13.9, junction, (), None, None)
+    return Lane(
+        name,
+        name.split("_")[0],
+        0,
+        np.array(points, dtype=float),
+        3.5,
+        13.9,
+        junction,
+        (),
+        None,
+        None,
+    )
 
 
 def straight_road() -> Town:

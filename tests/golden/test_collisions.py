@@ -1,5 +1,6 @@
 """Collisions: fires, just misses, fires once; and who ran into whom."""
 
+import dataclasses
 import math
 
 import pytest
@@ -147,10 +148,25 @@ def test_a_car_runs_into_the_side_of_the_ego(stage):
 
 
 def test_ego_swerves_into_the_car_beside_it(stage):
-    stage.drive(46.0).drive(46.5, yaw=0.2, others=[stage.other(46.0, 2.1, speed=10.0)])
+    stage.drive(46.0).drive(46.5, yaw=0.2, others=[stage.other(48.5, 2.4, speed=10.0)])
     assert cause(stage) == "ego"
 
 
 def test_a_car_swerves_into_the_ego(stage):
-    stage.drive(46.0).drive(46.5, others=[stage.other(46.0, 2.1, yaw=-0.2, speed=10.0)])
+    stage.drive(46.0).drive(46.5, others=[stage.other(44.5, 2.3, yaw=-0.2, speed=10.0)])
+    assert cause(stage) == "other"
+
+
+def test_ego_runs_over_a_pedestrian_who_steps_out(stage):
+    walker = stage.other(50.0, 1.2, yaw=-math.pi / 2, speed=1.4, kind=ActorKind.PEDESTRIAN)
+    walker = dataclasses.replace(walker, extent=(0.5, 0.5))
+    stage.drive(47.0).drive(47.5, others=[walker])
+    assert cause(stage) == "ego"
+
+
+def test_a_pedestrian_walks_into_the_side_of_the_ego(stage):
+    walker = stage.other(46.0, 1.2, yaw=-math.pi / 2, speed=1.4, kind=ActorKind.PEDESTRIAN)
+    stage.drive(46.0).drive(
+        46.2, speed=4.0, others=[dataclasses.replace(walker, extent=(0.5, 0.5))]
+    )
     assert cause(stage) == "other"

@@ -57,7 +57,7 @@ def test_not_blocked_at_180_seconds(stage):
 
 
 def test_not_blocked_when_it_moves_in_between(stage):
-    stage.stand(BLOCKED_TICKS // 2).stand(1, speed=0.1).stand(BLOCKED_TICKS)
+    stage.stand(BLOCKED_TICKS // 3).stand(1, speed=0.1).stand(BLOCKED_TICKS)
     assert stage.verdict().status is None
     assert stage.stand(1).verdict().status is Status.BLOCKED
 

@@ -26,9 +26,7 @@ def lay_out_lattice(spec: TownSpec, rng: np.random.Generator) -> StreetPlan:
     return plan
 
 
-def lattice_streets(
-    spec: TownSpec, layout: LatticeLayout, rng: np.random.Generator
-) -> StreetMap:
+def lattice_streets(spec: TownSpec, layout: LatticeLayout, rng: np.random.Generator) -> StreetMap:
     """The streets of the lattice, some left out, each place moved a little."""
     streets = StreetMap(layout.corner_radius)
     across = spread(spec.extent[0], layout.columns, layout.jitter, rng)

@@ -18,10 +18,18 @@ from plant_bench.towns.highway import (
 from plant_bench.towns.plan import Edge, Node, StreetPlan
 from plant_bench.towns.spec import LongHighwayLayout, TownSpec
 from plant_bench.towns.street_map import EAST, NORTH, SOUTH, WEST, add_street
-from plant_bench.towns.streets import Pose, Shape, curve_through, end_pose, fillet, resample, thin_out
+from plant_bench.towns.streets import (
+    Pose,
+    Shape,
+    curve_through,
+    end_pose,
+    fillet,
+    resample,
+    thin_out,
+)
 from plant_bench.towns.turns import connect_junction
 
-RAMP_REACH_M = 150.0
+RAMP_REACH_M = 135.0
 SERVICE_LENGTH_M = 280.0
 SERVICE_AWAY_M = 16.0
 POCKET_M = 90.0
@@ -45,9 +53,7 @@ class _Site:
         self.width, self.height = spec.extent
         highway = spec.road("highway")
         self.margin = layout.median / 2 + (highway.lanes + 0.5) * spec.lane_width
-        ways = two_carriageways(
-            self._ring(), layout.median, highway, spec.lane_width
-        )
+        ways = two_carriageways(self._ring(), layout.median, highway, spec.lane_width)
         self.outer, self.inner = ways
         self.plan = StreetPlan()
         self.ramps: list[Edge] = []
@@ -84,8 +90,8 @@ class _Site:
 
     def _road_nodes(self) -> tuple[Node, Node]:
         y = self.height / 2 + self._jitter() / 2
-        west = Node("west", 0.31 * self.width + self._jitter(), y, "traffic_light", 10.0)
-        east = Node("east", 0.69 * self.width + self._jitter(), y, "traffic_light", 10.0)
+        west = Node("west", 0.36 * self.width + self._jitter(), y, "traffic_light", 10.0)
+        east = Node("east", 0.64 * self.width + self._jitter(), y, "traffic_light", 10.0)
         return west, east
 
     def _ramp_pair(self, tag: str, node: Node, side: float) -> None:
@@ -124,9 +130,9 @@ class _Site:
         south, north = self.margin, self.height - self.margin
         spots = (
             (self.outer, self.inner, 0.33, south),
-            (self.inner, self.outer, 0.70, south),
+            (self.inner, self.outer, 0.64, south),
             (self.outer, self.inner, 0.67, north),
-            (self.inner, self.outer, 0.30, north),
+            (self.inner, self.outer, 0.36, north),
         )
         for number, (way, other, share, y) in enumerate(spots[: self.layout.u_turns]):
             x = share * self.width + self._jitter()

@@ -1,5 +1,7 @@
 """A small town of T-junctions: rows of streets and staggered cross streets between them."""
 
+import itertools
+
 import numpy as np
 
 from plant_bench.towns.characters.lattice import spread
@@ -43,7 +45,7 @@ def _streets(spec: TownSpec, layout: SmallTownLayout, rng: np.random.Generator) 
         for tag, x in stops:
             sway = rng.uniform(-0.4, 0.4) * layout.jitter if inner and tag not in "we" else 0.0
             streets.place(f"r{row}{tag}", x, y + sway)
-        for (a, _), (b, _) in zip(stops, stops[1:], strict=False):
+        for (a, _), (b, _) in itertools.pairwise(stops):
             kind = "street" if inner else "main"
             streets.link(f"r{row}{a}", f"r{row}{b}", EAST, EAST, kind)
     for band, xs in enumerate(links):

@@ -2,6 +2,7 @@
 
 import os
 import signal
+import sys
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -19,6 +20,45 @@ class Step:
     marker: Path | None = None
 
 
+def fail(error: Exception) -> Callable[[Step], int]:
+    def act(step: Step) -> int:
+        raise error
+
+    return act
+
+
+def give(step: Step) -> int:
+    return step.value
+
+
+def kill(step: Step) -> int:
+    os.kill(os.getpid(), signal.SIGKILL)
+    return step.value
+
+
+def talk(step: Step) -> int:
+    sys.stdout.write("seen in the log\n")
+    return step.value
+
+
+def sleep(step: Step) -> int:
+    time.sleep(60)
+    return step.value
+
+
+ACTS: dict[str, Callable[[Step], int]] = {
+    "exit": lambda step: os._exit(7),
+    "kill": kill,
+    "simulation-error": fail(SimulationError("the ego was lost")),
+    "bug": fail(ZeroDivisionError("of a bug")),
+    "input-error": fail(InputError("no such town")),
+    "disk": fail(OSError(28, "No space left on device")),
+    "sleep": sleep,
+    "threads": lambda step: int(os.environ["OMP_NUM_THREADS"]),
+    "print": talk,
+}
+
+
 def do(step: Step, report: Callable[[float], None]) -> int:
     report(0.5)
     tried = step.marker is not None and step.marker.exists()
@@ -26,23 +66,4 @@ def do(step: Step, report: Callable[[float], None]) -> int:
         step.marker.touch()
     if step.act.endswith("once") and tried:
         return step.value
-    match step.act.partition(" ")[0]:
-        case "exit":
-            os._exit(7)
-        case "kill":
-            os.kill(os.getpid(), signal.SIGKILL)
-        case "simulation-error":
-            raise SimulationError("the ego was lost")
-        case "bug":
-            raise ZeroDivisionError("of a bug")
-        case "input-error":
-            raise InputError("no such town")
-        case "disk":
-            raise OSError(28, "No space left on device")
-        case "sleep":
-            time.sleep(60)
-        case "threads":
-            return int(os.environ["OMP_NUM_THREADS"])
-        case "print":
-            print("seen in the log")
-    return step.value
+    return ACTS.get(step.act.partition(" ")[0], give)(step)

@@ -1,0 +1,36 @@
+.PHONY: install check test test-all format reproduce docs clean
+
+BIN := .venv/bin
+
+install:  ## an environment with the pinned versions, and the hooks
+	python3 -m venv .venv
+	$(BIN)/pip install -c constraints.txt -e ".[dev]"
+	$(BIN)/pre-commit install
+
+check:  ## what CI checks
+	$(BIN)/ruff format --check
+	$(BIN)/ruff check
+	$(BIN)/lint-imports
+	$(BIN)/basedpyright --pythonpath $(BIN)/python
+	$(BIN)/codespell
+
+test:  ## all tests but the slow ones
+	$(BIN)/pytest -n 2 -m "not slow"
+
+test-all:  ## all tests
+	$(BIN)/pytest -n 2
+
+format:
+	$(BIN)/ruff check --fix
+	$(BIN)/ruff format
+
+reproduce:  ## the table in the README
+	for agent in expert rule-based cruise; do $(BIN)/plant-bench score --agent $$agent --repetitions 3 || exit; done
+
+docs:  ## pictures of all towns and routes, into docs/pictures
+	$(BIN)/plant-bench towns list --pictures docs/pictures/towns
+	$(BIN)/plant-bench routes list --pictures docs/pictures/routes
+
+clean:  ## what can be made again; reports stay
+	rm -rf dist .pytest_cache .ruff_cache .import_linter_cache .hypothesis
+	find . -name __pycache__ -not -path './.venv/*' -prune -exec rm -rf {} +

@@ -1,0 +1,56 @@
+"""What `plant-bench score` does: drive what is missing, show it, and sum up all there is."""
+
+import time
+from pathlib import Path
+
+import typer
+
+from plant_bench.cli.progress import RunProgress
+from plant_bench.reports.tables import print_latency, print_speed, print_summary
+from plant_bench.runner.run import Run, ScoreRequest, open_run
+from plant_bench.runner.suite import run_suite
+from plant_bench.runner.summary import write_summary
+
+EXIT_INTERRUPTED = 130
+
+
+def drive(
+    request: ScoreRequest, out: Path | None, *, overwrite: bool, workers: int, recordings: bool
+) -> int:
+    """Drive a run to its end, or until Ctrl-C.
+
+    Returns:
+        The exit code.
+
+    Raises:
+        PlantBenchError: The run cannot be started or cannot go on.
+    """
+    run = open_run(request, out, overwrite=overwrite)
+    for note in run.notes:
+        typer.echo(note, err=True)
+    progress = RunProgress(run.jobs, run.missing)
+    start = time.monotonic()
+    try:
+        with progress.shown():
+            run_suite(
+                run.missing, run.folder, workers=workers, recordings=recordings, on_event=progress
+            )
+    except KeyboardInterrupt:
+        _say_stopped(run)
+        return EXIT_INTERRUPTED
+    print_summary(write_summary(run.folder))
+    print_latency(run.folder.timings(run.jobs))
+    print_speed(run.folder.timings(run.missing), wall_s=time.monotonic() - start, workers=workers)
+    typer.echo(f"Records: {run.folder.path}")
+    return 0
+
+
+def _say_stopped(run: Run) -> None:
+    left = sum(run.folder.record(job) is None for job in run.jobs)
+    if left < len(run.jobs):
+        write_summary(run.folder, missing=left)
+    typer.echo(
+        f"Stopped. {len(run.jobs) - left} of {len(run.jobs)} episodes are finished and kept in "
+        f"{run.folder.path}. The same command again runs the other {left}.",
+        err=True,
+    )

@@ -1,0 +1,29 @@
+"""Records written by older versions load for ever, and mean what they meant."""
+
+from pathlib import Path
+
+import pytest
+
+from plant_bench.scoring.infractions import InfractionKind, Status
+from plant_bench.scoring.results import EpisodeResult
+
+RECORDS = Path(__file__).parent / "records"
+
+
+@pytest.mark.parametrize("path", sorted(RECORDS.glob("*.json")), ids=lambda path: path.stem)
+def test_every_record_loads_and_is_written_as_it_was(path):
+    assert EpisodeResult.load(path).to_json() == path.read_text(encoding="utf-8")
+
+
+def test_format_1():
+    result = EpisodeResult.load(RECORDS / "format_1.json")
+    assert result.status is Status.BLOCKED
+    assert result.route_completion == pytest.approx(62.5)
+    assert [item.kind for item in result.infractions] == [
+        InfractionKind.COLLISION_VEHICLE,
+        InfractionKind.RED_LIGHT,
+        InfractionKind.BLOCKED,
+        InfractionKind.OUTSIDE_LANES,
+    ]
+    assert result.infraction_score == pytest.approx(0.6 * 0.7 * 0.95)
+    assert result.driving_score == pytest.approx(62.5 * 0.6 * 0.7 * 0.95)

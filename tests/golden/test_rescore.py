@@ -1,0 +1,108 @@
+"""A recording is scored again from its scenes alone, and comes to the same bytes."""
+
+import dataclasses
+
+import pytest
+
+from plant_bench.data.recording import Recorder, Recording
+from plant_bench.errors import InputError
+from plant_bench.scoring.infractions import Status
+from plant_bench.scoring.referee import Referee, result_of
+from plant_bench.scoring.rescore import rescore
+from plant_bench.scoring.results import Crash, EpisodeHeader
+from plant_bench.world.scene import ActorKind, Light
+
+
+@pytest.fixture
+def header(stage):
+    return EpisodeHeader(
+        protocol="longest6-sumo-v0",
+        agent="scripted",
+        agent_checksum="0" * 64,
+        inputs=("objects", "route"),
+        route=stage.route.id,
+        town=stage.town.name,
+        scenario="0123456789abcdef",
+        repetition=0,
+        seed=3,
+        density="dense",
+        town_checksum="1" * 64,
+        route_checksum=stage.route.checksum,
+    )
+
+
+@pytest.fixture
+def eventful(stage):
+    """A drive with an infraction of every kind that does not end it."""
+    stage.drive(40.0, others=[stage.other(40.123, 1.3, 0.3, 2.0, kind=ActorKind.PEDESTRIAN)])
+    stage.drive(80.0, y=3.3, others=[stage.other(80.0, 3.1, id=2), stage.other(70.0, -3.0, id=3)])
+    stage.drive(170.0, light=Light.RED)
+    return stage.drive(247.0, others=[stage.other(250.0, 0.77, kind=ActorKind.STATIC, id=4)])
+
+
+def judged(stage, path, header, *, crash=None):
+    """Do as the runner does."""
+    referee = Referee(stage.town, stage.route)
+    recorder = Recorder(path, header.model_dump(mode="json"))
+    for scene in stage.scenes:
+        referee.judge(scene)
+        recorder.add(scene)
+    recorder.close(**(crash.metadata if crash else {}))
+    return result_of(referee, header, crash=crash)
+
+
+def test_gives_the_same_bytes(eventful, header, tmp_path):
+    eventful.drive(300.0)
+    original = judged(eventful, tmp_path / "episode.parquet", header)
+    again = rescore(Recording.load(tmp_path / "episode.parquet"), eventful.town, eventful.route)
+    assert again.to_json() == original.to_json()
+    assert [str(item.kind) for item in again.infractions] == [
+        "collision_pedestrian",
+        "collision_vehicle",
+        "red_light",
+        "collision_static",
+        "outside_lanes",
+    ]
+    assert again.status is Status.COMPLETED
+
+
+def test_a_crash_is_taken_from_the_metadata(eventful, header, tmp_path):
+    crash = Crash(Status.AGENT_CRASHED, "ValueError: no plan")
+    original = judged(eventful, tmp_path / "episode.parquet", header, crash=crash)
+    again = rescore(Recording.load(tmp_path / "episode.parquet"), eventful.town, eventful.route)
+    assert again.to_json() == original.to_json()
+    assert again.status is Status.AGENT_CRASHED
+    assert again.reason == "ValueError: no plan"
+
+
+def test_a_crash_before_the_first_scene_is_a_record_too(stage, header, tmp_path):
+    crash = Crash(Status.AGENT_CRASHED, "reset failed")
+    original = judged(stage, tmp_path / "episode.parquet", header, crash=crash)
+    again = rescore(Recording.load(tmp_path / "episode.parquet"), stage.town, stage.route)
+    assert again.to_json() == original.to_json()
+    assert (again.completion, again.duration, again.infractions) == (0.0, 0.0, ())
+
+
+def test_a_crash_after_the_end_does_not_change_the_end(stage, header):
+    referee = stage.drive(300.0).verdict()
+    result = result_of(referee, header, crash=Crash(Status.SIMULATION_CRASHED, "on closing"))
+    assert (result.status, result.reason) == (Status.COMPLETED, "")
+
+
+def test_an_episode_that_is_not_over_has_no_result(stage, header):
+    with pytest.raises(InputError, match="not over"):
+        result_of(stage.drive(100.0).verdict(), header)
+
+
+def test_another_route_is_refused(stage, header, tmp_path):
+    stage.drive(300.0)
+    judged(stage, tmp_path / "episode.parquet", header)
+    other = dataclasses.replace(stage.route, id="stage-1")
+    with pytest.raises(InputError, match="not of stage-1"):
+        rescore(Recording.load(tmp_path / "episode.parquet"), stage.town, other)
+
+
+def test_a_recording_without_a_header_is_refused(stage, tmp_path):
+    Recorder(tmp_path / "bare.parquet", {}).close()
+    with pytest.raises(InputError, match="does not say"):
+        rescore(Recording.load(tmp_path / "bare.parquet"), stage.town, stage.route)

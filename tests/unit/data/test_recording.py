@@ -1,0 +1,138 @@
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+
+from plant_bench.agent import Control, Plan, same_action
+from plant_bench.data.recording import Recorder, Recording
+from plant_bench.errors import InputError
+from plant_bench.world.scene import ActorKind, Actors, EgoState, Scene
+
+METADATA = {"agent": "somebody", "seed": 3, "inputs": ["route"], "share": 0.1}
+
+
+def some_scenes(counts=(3, 0, 5, 1)):
+    rng = np.random.default_rng(0)
+    return [
+        Scene(
+            tick,
+            EgoState(*rng.normal(scale=1e3, size=6).tolist()),
+            Actors(
+                rng.integers(0, 2**40, count),
+                rng.normal(size=(count, 3)).astype(np.float32),
+                rng.normal(size=count).astype(np.float32),
+                rng.normal(size=(count, 2)).astype(np.float32),
+                rng.integers(0, len(ActorKind), count).astype(np.uint8),
+            ),
+            rng.integers(0, 4, 2).astype(np.uint8),
+        )
+        for tick, count in enumerate(counts)
+    ]
+
+
+def write(path, scenes, actions=None):
+    recorder = Recorder(path, METADATA)
+    for index, scene in enumerate(scenes):
+        recorder.add(scene, actions[index] if actions else None)
+    recorder.close()
+    return path
+
+
+def assert_same(one, other):
+    assert one.tick == other.tick
+    assert one.ego == other.ego
+    assert one.lights.dtype == other.lights.dtype
+    np.testing.assert_array_equal(one.lights, other.lights)
+    for name in ("ids", "poses", "speeds", "extents", "kinds"):
+        left, right = getattr(one.actors, name), getattr(other.actors, name)
+        assert left.dtype == right.dtype
+        assert left.shape == right.shape
+        np.testing.assert_array_equal(left, right)
+
+
+def test_scenes_come_back_bit_for_bit(tmp_path):
+    scenes = some_scenes()
+    recording = Recording.load(write(tmp_path / "episode.parquet", scenes))
+    assert len(recording) == len(scenes)
+    for read, written in zip(recording, scenes, strict=True):
+        assert_same(read, written)
+    assert_same(recording[-1], scenes[-1])
+    with pytest.raises(IndexError):
+        recording[len(scenes)]
+
+
+def test_actions_come_back(tmp_path):
+    plan = Plan(np.random.default_rng(0).normal(size=(4, 2)))
+    actions = [Control(0.1, -0.2), plan, None, Control(0.0, 0.0)]
+    recording = Recording.load(write(tmp_path / "episode.parquet", some_scenes(), actions))
+    for read, written in zip(recording.actions, actions, strict=True):
+        assert read is written is None or same_action(read, written)
+
+
+def test_metadata_comes_back_with_the_outcome(tmp_path):
+    recorder = Recorder(tmp_path / "new" / "episode.parquet", METADATA)
+    recorder.close(status="Failed - Agent crashed", reason="no plan")
+    assert Recording.load(tmp_path / "new" / "episode.parquet").metadata == {
+        **METADATA,
+        "status": "Failed - Agent crashed",
+        "reason": "no plan",
+    }
+
+
+@pytest.mark.parametrize("counts", [(), (0,), (0, 0), (1,)])
+def test_few_scenes(tmp_path, counts):
+    scenes = some_scenes(counts)
+    recording = Recording.load(write(tmp_path / "episode.parquet", scenes))
+    for read, written in zip(recording, scenes, strict=True):
+        assert_same(read, written)
+
+
+def test_equal_episodes_give_equal_bytes(tmp_path):
+    actions = [Control(0.1, -0.2), Plan(np.zeros((4, 2))), None, None]
+    one = write(tmp_path / "one.parquet", some_scenes(), actions).read_bytes()
+    assert write(tmp_path / "other.parquet", some_scenes(), actions).read_bytes() == one
+
+
+def test_nothing_unfinished_is_left(tmp_path):
+    write(tmp_path / "episode.parquet", some_scenes())
+    assert [path.name for path in tmp_path.iterdir()] == ["episode.parquet"]
+
+
+def test_a_file_is_replaced_whole(tmp_path):
+    path = write(tmp_path / "episode.parquet", some_scenes())
+    before = path.read_bytes()
+    recorder = Recorder(path, METADATA)
+    recorder.add(some_scenes((2,))[0])
+    assert path.read_bytes() == before
+    recorder.close()
+    assert len(Recording.load(path)) == 1
+
+
+def test_wider_numbers_than_a_scene_has_are_refused(tmp_path):
+    scene = some_scenes((2,))[0]
+    actors = scene.actors
+    wide = Actors(
+        actors.ids, actors.poses.astype(float), actors.speeds, actors.extents, actors.kinds
+    )
+    recorder = Recorder(tmp_path / "episode.parquet", METADATA)
+    recorder.add(Scene(0, scene.ego, wide, scene.lights))
+    with pytest.raises(TypeError, match="float64"):
+        recorder.close()
+
+
+def test_a_missing_file_is_an_input_error(tmp_path):
+    with pytest.raises(InputError, match=r"Not a recording: .*nowhere\.parquet"):
+        Recording.load(tmp_path / "nowhere.parquet")
+
+
+def test_a_cut_file_is_an_input_error(tmp_path):
+    path = write(tmp_path / "episode.parquet", some_scenes())
+    path.write_bytes(path.read_bytes()[:-100])
+    with pytest.raises(InputError, match="Not a recording"):
+        Recording.load(path)
+
+
+def test_a_foreign_parquet_file_is_an_input_error(tmp_path):
+    path = write(tmp_path / "episode.parquet", some_scenes())
+    pq.write_table(pq.ParquetFile(path).read().replace_schema_metadata({}), path)
+    with pytest.raises(InputError, match="format 1 is wanted"):
+        Recording.load(path)

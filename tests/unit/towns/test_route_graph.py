@@ -1,0 +1,70 @@
+"""What a town's edges are to routes: exits, U-turns, places to start and end."""
+
+import numpy as np
+
+from plant_bench.towns.route_graph import StreetGraph
+from plant_bench.towns.route_paths import random_path
+from plant_bench.world.town import Junction, Lane, Link, Town, load_town
+
+
+def lane(edge, index, points, *, speed=22.0, acceleration=False):
+    return Lane(
+        id=f"{edge}_{index}",
+        edge=edge,
+        index=index,
+        points=np.array([[*point, 0.0] for point in points], dtype=float),
+        width=3.5,
+        speed_limit=speed,
+        junction=None,
+        successors=(),
+        left=None,
+        right=None,
+        acceleration=acceleration,
+    )
+
+
+def make_town(speed):
+    """A road of two lanes whose right one leaves for a ramp and whose left one goes on."""
+    bend = [(np.sin(a) * 8.0 + 400.0, 8.0 - 8.0 * np.cos(a)) for a in np.linspace(0.0, np.pi, 20)]
+    lanes = [
+        lane("road", 0, [(0, 0), (200, 0)], speed=speed),
+        lane("road", 1, [(0, 3.5), (200, 3.5)], speed=speed),
+        lane("ramp", 0, [(200, 0), (300, -50)]),
+        lane("main", 0, [(200, 3.5), (400, 3.5)]),
+        lane("back", 0, bend),
+    ]
+    links = (
+        Link("road_0", "ramp_0", (), "fork", "right", "major"),
+        Link("road_1", "main_0", (), "fork", "straight", "major"),
+        Link("main_0", "back_0", (), "end", "straight", "major"),
+    )
+    junctions = {name: Junction(name, "joint", 0.0, 0.0, 3, ()) for name in ("fork", "end")}
+    return Town("hand_made", {item.id: item for item in lanes}, links, junctions, {})
+
+
+def test_an_exit_leaves_a_fast_road_on_the_right():
+    graph = StreetGraph(make_town(22.0))
+    assert graph.is_exit("road", "ramp")
+    assert not graph.is_exit("road", "main")
+    assert not StreetGraph(make_town(13.89)).is_exit("road", "ramp")
+    assert graph.starts == ("main",)
+
+
+def test_a_u_turn_is_a_short_edge_that_turns_back():
+    graph = StreetGraph(make_town(22.0))
+    assert graph.u_turns == {"back"}
+    assert graph.sights == ("ramp", "back")
+    assert graph.is_joint("fork")
+    assert not graph.is_crossing("fork")
+
+
+def test_paths_are_linked_and_take_no_edge_twice():
+    graph = StreetGraph(load_town("town02"))
+    rng = np.random.default_rng(5)
+    paths = [path for _ in range(40) if (path := random_path(graph, rng)) is not None]
+    assert len(paths) > 20
+    for path in paths:
+        assert len(set(path)) == len(path)
+        assert path[0] in graph.starts
+        assert path[-1] in graph.ends
+        assert all(b in graph.onward[a] for a, b in zip(path, path[1:], strict=False))

@@ -7,7 +7,9 @@ import typer
 
 from plant_bench.cli.progress import RunProgress
 from plant_bench.reports.tables import print_latency, print_speed, print_summary
+from plant_bench.runner.jobs import episode_name
 from plant_bench.runner.run import Run, ScoreRequest, open_run
+from plant_bench.runner.speed import read_timings, speed_of
 from plant_bench.runner.suite import run_suite
 from plant_bench.runner.summary import write_summary
 
@@ -39,14 +41,17 @@ def drive(
         _say_stopped(run)
         return EXIT_INTERRUPTED
     print_summary(write_summary(run.folder))
-    print_latency(run.folder.timings(run.jobs))
-    print_speed(run.folder.timings(run.missing), wall_s=time.monotonic() - start, workers=workers)
+    print_latency(speed_of(read_timings(run.folder, map(episode_name, run.jobs))))
+    now = speed_of(read_timings(run.folder, map(episode_name, run.missing)))
+    print_speed(now, wall_s=time.monotonic() - start, workers=workers)
+    if not run.missing:
+        typer.echo("Nothing was left to drive: these episodes were finished before.")
     typer.echo(f"Records: {run.folder.path}")
     return 0
 
 
 def _say_stopped(run: Run) -> None:
-    left = sum(run.folder.record(job) is None for job in run.jobs)
+    left = run.unfinished()
     if left < len(run.jobs):
         write_summary(run.folder, missing=left)
     typer.echo(

@@ -55,9 +55,11 @@ class RunProgress:
         """Show the bars as long as the context lasts."""
         with self._progress:
             self._refresh()
-            yield
-            for bar in self._bars.values():
-                self._progress.remove_task(bar)
+            try:
+                yield
+            finally:
+                for bar in self._bars.values():
+                    self._progress.remove_task(bar)
 
     def __call__(self, event: SuiteEvent) -> None:
         """Show what has happened."""
@@ -78,8 +80,11 @@ class RunProgress:
         self._running.pop(event.worker, None)
         self._metres += event.job.route.length
         self._ended += 1
-        if event.result.status in (Status.SIMULATION_CRASHED, Status.AGENT_CRASHED):
-            self._say(event.job, f"{event.result.status}: {event.result.reason}")
+        result = event.result
+        if result.status in (Status.SIMULATION_CRASHED, Status.AGENT_CRASHED):
+            self._say(event.job, f"{result.status}: {result.reason}")
+        elif not self._progress.console.is_terminal:
+            self._say(event.job, f"{result.status}, DS {result.driving_score:.1f}")
 
     def _show(self, worker: int, text: str) -> None:
         description = f"worker {worker}: {text}"

@@ -60,8 +60,9 @@ def list_routes(
 
     routes = load_suite(suite)
     frame = describe_suite(routes)
+    heads = [str(column).replace("_", " ") for column in frame.columns]
     rows = [[number, *row] for number, row in enumerate(frame.itertuples(index=False))]
-    print_rows(f"Suite {suite}", ["number", *map(str, frame.columns)], rows)
+    print_rows(f"Suite {suite}", ["number", *heads], rows)
     if pictures is not None:
         pictures.mkdir(parents=True, exist_ok=True)
         save_suite_pictures(routes, pictures)

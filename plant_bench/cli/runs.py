@@ -53,11 +53,10 @@ def compare_runs(
     """
     from plant_bench.reports.tables import print_difference
     from plant_bench.runner.run_folder import RunFolder
-    from plant_bench.scoring.metrics import paired_difference
+    from plant_bench.scoring.comparison import paired_difference
 
-    difference = paired_difference(
-        RunFolder.open(first).results(), RunFolder.open(second).results()
-    )
+    base, new = RunFolder.open(first).results(), RunFolder.open(second).results()
+    difference = paired_difference(new, base)
     print_difference(difference, str(first), str(second))
     if difference.high < 0:
         raise typer.Exit(1)

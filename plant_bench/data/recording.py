@@ -5,7 +5,6 @@ What is read is what was recorded, bit for bit, so that the referee comes to the
 """
 
 import json
-import os
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
@@ -67,10 +66,10 @@ class Recorder:
             compression="zstd",
             compression_level=COMPRESSION_LEVEL,
             use_dictionary=False,
-            use_byte_stream_split=_float_columns(table.schema),
+            use_byte_stream_split=_float_columns(table.schema),  # pyright: ignore[reportArgumentType]
             write_statistics=False,
         )
-        os.replace(unfinished, self._path)  # noqa: PTH105 - atomic on every system
+        unfinished.replace(self._path)
 
 
 class Recording:

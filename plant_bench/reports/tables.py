@@ -1,23 +1,28 @@
 """Tables on the terminal: of a run, of its speed, and of two runs compared."""
 
 import math
+import sys
 from collections.abc import Sequence
 
+from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
-from plant_bench.runner.episode import Timing
+from plant_bench.runner.speed import Speed
+from plant_bench.scoring.comparison import PairedDifference
 from plant_bench.scoring.infractions import InfractionKind
-from plant_bench.scoring.metrics import Difference, Scores, Spread, Summary
+from plant_bench.scoring.metrics import Scores, Spread, Summary
 
 DEADLINE = "50 ms"  # a tick: 20 decisions a second
-_console = Console(highlight=False)
+PIPED_WIDTH = 140  # columns where the output is no terminal
+_console = Console(highlight=False, width=None if sys.stdout.isatty() else PIPED_WIDTH)
 
 
 def print_summary(summary: Summary) -> None:
     """Print the scores, in all and by town, the infractions and how the episodes ended."""
     count = f"{summary.episodes}/{summary.expected} episodes"
-    table = Table(title=f"{summary.agent}, {summary.protocol}, {count}", title_justify="left")
+    _console.print(f"{summary.agent}, {summary.protocol}, {count}", style="bold")
+    table = Table()
     table.add_column("town")
     for head in ("DS", "RC %", "IS", "CV /km"):
         table.add_column(head, justify="right")
@@ -27,7 +32,7 @@ def print_summary(summary: Summary) -> None:
     table.add_row("all", *_cells(summary.scores), style="bold")
     _console.print(table)
     print_rows(
-        f"Infractions per km ({summary.km:.2f} km along the routes)",
+        f"Infractions ({summary.km:.1f} km)",
         ["kind", "per km"],
         [
             [_kind_name(kind), f"{rate:.3f}"]
@@ -41,59 +46,68 @@ def print_summary(summary: Summary) -> None:
     _console.print(f"Episodes: {'; '.join(endings)}")
 
 
-def print_latency(timings: Sequence[Timing]) -> None:
+def print_latency(speed: Speed) -> None:
     """Print how long the planner took to decide; it is no part of the score."""
-    ticks = sum(timing.ticks for timing in timings)
-    if not ticks:
-        return
-
-    def mean(name: str) -> float:
-        return sum(getattr(timing, name) * timing.ticks for timing in timings) / ticks
-
-    _console.print(
-        f"Decision time (not scored): p50 {mean('latency_p50_ms'):.2f} ms, "
-        f"p95 {mean('latency_p95_ms'):.2f} ms, p99 {mean('latency_p99_ms'):.2f} ms "
-        f"(means of the episodes'), {mean('late_share'):.2%} over {DEADLINE}"
-    )
+    if speed.episodes:
+        _console.print(
+            f"Decision time (not scored): p50 {speed.p50_ms:.2f} ms, p95 {speed.p95_ms:.2f} ms, "
+            f"p99 {speed.p99_ms:.2f} ms (means over episodes); "
+            f"{speed.late_share:.2%} later than {DEADLINE}"
+        )
 
 
-def print_speed(timings: Sequence[Timing], *, wall_s: float, workers: int) -> None:
-    """Print how fast this command drove.
+def print_speed(speed: Speed, *, wall_s: float, workers: int) -> None:
+    """Print how fast a command drove.
 
     Args:
-        timings: Of the episodes driven by it.
+        speed: Of the episodes driven by it.
         wall_s: From start to end.
         workers: Number of processes.
     """
-    if not timings:
-        _console.print("Nothing was left to drive: all episodes were finished before.")
+    if not speed.episodes:
         return
-    simulated = sum(timing.simulated_s for timing in timings)
-    spent = {
-        "simulation": sum(timing.simulation_s + timing.privileged_s for timing in timings),
-        "planner": sum(timing.agent_s for timing in timings),
-        "referee": sum(timing.referee_s for timing in timings),
-    }
-    whole = sum(timing.wall_s for timing in timings)
-    parts = [f"{name} {seconds / whole:.0%}" for name, seconds in spent.items()]
-    rest = 1.0 - sum(spent.values()) / whole
+    parts = ", ".join(f"{name} {share:.0%}" for name, share in speed.shares.items())
     _console.print(
-        f"Driven now: {len(timings)} episodes, {simulated / 3600:.2f} h simulated in "
-        f"{wall_s / 60:.1f} min with {workers} workers, {simulated / wall_s:.0f} x real time "
-        f"({', '.join(parts)}, rest {rest:.0%})"
+        f"Driven now: {speed.episodes} episodes, {speed.simulated_s / 3600:.2f} h simulated in "
+        f"{wall_s / 60:.1f} min with {workers} workers: {speed.simulated_s / wall_s:.0f} x real "
+        f"time ({parts})"
     )
 
 
-def print_difference(difference: Difference, first: str, second: str) -> None:
-    """Print by how much the second run is better than the first."""
-    _console.print(str(difference), first, second)
+def print_difference(difference: PairedDifference, first: str, second: str) -> None:
+    """Print by how much the second run is better than the first.
+
+    Args:
+        difference: Of the second run from the first.
+        first: What the first is called.
+        second: What the second is called.
+    """
+    _console.print(
+        f"{second} against {first}: DS {difference.mean:+.2f}, "
+        f"95 % interval {difference.low:+.2f} to {difference.high:+.2f} "
+        f"({difference.pairs} pairs of episodes on {difference.routes} routes)"
+    )
+    if difference.unmatched_a or difference.unmatched_b:
+        _console.print(
+            f"Without a partner: {difference.unmatched_b} episodes of {first}, "
+            f"{difference.unmatched_a} of {second}"
+        )
+    _console.print(_verdict(difference))
+
+
+def _verdict(difference: PairedDifference) -> str:
+    if difference.high < 0:
+        return "Worse: the whole interval is below zero."
+    if difference.low > 0:
+        return "Better: the whole interval is above zero."
+    return "No difference is shown: the interval holds zero."
 
 
 def print_rows(title: str, heads: Sequence[str], rows: Sequence[Sequence[object]]) -> None:
     """Print a plain table; numbers to the right."""
     if not rows:
         return
-    table = Table(title=title, title_justify="left")
+    table = Table(title=title, title_justify="left", box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
     for place, head in enumerate(heads):
         numeric = all(isinstance(row[place], int | float) for row in rows)
         table.add_column(head, justify="right" if numeric or place else "left")

@@ -22,6 +22,7 @@ from plant_bench.errors import InputError, SimulationError
 from plant_bench.runner.worker import Done, Failed, Message, Ready, Share, Work, serve
 
 TRIES = 2  # a task that fails this often is lost
+STARTS = 3  # workers that die in a row before they are ready end the run
 _THREAD_LIMITS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 
@@ -95,7 +96,7 @@ def run_tasks(
 
     Raises:
         InputError: A worker raised one, or met an error such as a full disk.
-        SimulationError: A worker process does not start at all.
+        SimulationError: Worker processes do not start.
     """
     pool = _Pool(tasks, work, on_event, logs)
     try:
@@ -129,6 +130,7 @@ class _Pool:
         self._workers: list[_Worker] = []
         self._waiting = deque(range(len(tasks)))
         self._failures: Counter[int] = Counter()
+        self._stillborn = 0  # workers in a row that died before they were ready
 
     def start(self, number: int) -> None:
         context = get_context("spawn")
@@ -168,6 +170,7 @@ class _Pool:
         task = worker.task
         if isinstance(message, Ready):
             worker.ready = True
+            self._stillborn = 0
             self._give(worker)
         elif isinstance(message, Share) and task is not None:
             self._on_event(Progressed(worker.number, task, message.share))
@@ -206,9 +209,11 @@ class _Pool:
         worker.process.join()
         reason = _cause_of_death(worker.process.exitcode or 0)
         if not worker.ready:
-            where = "" if self._logs is None else f" See {self._logs}."
-            message = f"A worker process does not start. {reason}{where}"
-            raise SimulationError(message)
+            self._stillborn += 1
+            if self._stillborn >= STARTS:
+                where = "" if self._logs is None else f" See {self._logs}."
+                message = f"Worker processes do not start. {reason}{where}"
+                raise SimulationError(message)
         self._fail(worker, reason)
         self._replace(worker)
 

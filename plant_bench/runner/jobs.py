@@ -2,11 +2,14 @@
 
 import difflib
 import hashlib
+import re
 from collections.abc import Sequence
 
 from plant_bench.errors import InputError
 from plant_bench.runner.episode import Job
 from plant_bench.world.route import Route
+
+KEY_LENGTH = 8  # characters of a job's key in the name of its files
 
 
 def repetition_seed(seed: int, route: str, repetition: int) -> int:
@@ -87,3 +90,9 @@ def make_jobs(
         for route in routes
         for repetition in range(repetitions)
     ]
+
+
+def episode_name(job: Job) -> str:
+    """Return the name of an episode's files, which tells all that the episode depends on."""
+    route = re.sub(r"[^\w.-]", "_", job.route.id)
+    return f"{route}_r{job.repetition}_{job.key[:KEY_LENGTH]}"

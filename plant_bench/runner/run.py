@@ -8,7 +8,7 @@ from pathlib import Path
 from plant_bench.agents.registry import agent_checksum, load_agent
 from plant_bench.errors import InputError
 from plant_bench.runner.episode import Job
-from plant_bench.runner.jobs import make_jobs, select_routes
+from plant_bench.runner.jobs import episode_name, make_jobs, select_routes
 from plant_bench.runner.provenance import Provenance, provenance
 from plant_bench.runner.run_folder import RunFolder
 from plant_bench.sim.traffic import density_of
@@ -73,6 +73,10 @@ class Run:
     missing: list[Job]
     notes: list[str]
 
+    def unfinished(self) -> int:
+        """Return how many of the jobs have no record now."""
+        return sum(self.folder.record(episode_name(job)) is None for job in self.jobs)
+
 
 def open_run(request: ScoreRequest, out: Path | None, *, overwrite: bool = False) -> Run:
     """Find out what there is to do, and write `run.json`.
@@ -108,10 +112,12 @@ def open_run(request: ScoreRequest, out: Path | None, *, overwrite: bool = False
     folder.create()
     notes = _set_aside(folder, request, now.agent_checksum, suite)
     jobs = request.jobs(now.agent_checksum, chosen, request.repetitions)
-    missing = jobs if overwrite else [job for job in jobs if folder.record(job) is None]
+    missing = (
+        jobs if overwrite else [job for job in jobs if folder.record(episode_name(job)) is None]
+    )
     if earlier is not None and len(missing) < len(jobs):
         notes += _changed_versions(earlier, now)
-    folder.save_model("run.json", now)
+    folder.write("run.json", now.model_dump_json(indent=1) + "\n")
     by_length = sorted(missing, key=lambda job: (-job.route.length, job.route.id, job.repetition))
     return Run(folder, jobs, by_length, notes)
 
@@ -132,7 +138,7 @@ def _set_aside(
     folder: RunFolder, request: ScoreRequest, checksum: str, suite: Sequence[Route]
 ) -> list[str]:
     repetitions = max(request.repetitions, folder.repetitions())
-    moved = folder.set_aside(request.jobs(checksum, suite, repetitions))
+    moved = folder.set_aside(map(episode_name, request.jobs(checksum, suite, repetitions)))
     if not moved:
         return []
     where = folder.path / "superseded"

@@ -15,14 +15,12 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel
 
 from plant_bench.errors import InputError
-from plant_bench.runner.episode import Job, Timing
 from plant_bench.runner.provenance import Provenance
 from plant_bench.scoring.results import EpisodeResult
 
-_KEY_LENGTH = 8  # characters of the key in a file name
 _PARTS = {"episodes": ".json", "timing": ".json", "recordings": ".parquet"}
 
 
@@ -83,35 +81,29 @@ class RunFolder:
         """Return the paths of all records, by name."""
         return sorted((self.path / "episodes").glob("*.json"))
 
-    def record_path(self, job: Job) -> Path:
-        """Return where an episode's record lies once it has ended."""
-        return self.path / "episodes" / f"{stem(job)}.json"
-
-    def recording_path(self, job: Job) -> Path:
+    def recording_path(self, name: str) -> Path:
         """Return where an episode's recording lies."""
-        return self.path / "recordings" / f"{stem(job)}.parquet"
+        return self.path / "recordings" / f"{name}.parquet"
 
-    def record(self, job: Job) -> EpisodeResult | None:
-        """Return an episode's record if it is there, whole, and of this very job."""
-        path = self.record_path(job)
+    def record(self, name: str) -> EpisodeResult | None:
+        """Return an episode's record if it is there and whole."""
+        path = self.path / "episodes" / f"{name}.json"
         if not path.is_file():
             return None
         try:
-            result = EpisodeResult.load(path)
+            return EpisodeResult.load(path)
         except InputError:
             return None  # broken: it is made again
-        same = result.scenario == job.scenario.key and result.agent_checksum == job.agent_checksum
-        return result if same else None
 
-    def save(self, job: Job, result: EpisodeResult, timing: Timing | None) -> None:
+    def save(self, name: str, result: EpisodeResult, timing: BaseModel | None) -> None:
         """Write an episode's files, each whole or not at all; the record last.
 
         Raises:
             InputError: The disk is full, or the folder has gone.
         """
         if timing is not None:
-            self.write(f"timing/{stem(job)}.json", timing.model_dump_json(indent=1) + "\n")
-        self.write(f"episodes/{stem(job)}.json", result.to_json())
+            self.write(f"timing/{name}.json", timing.model_dump_json(indent=1) + "\n")
+        self.write(f"episodes/{name}.json", result.to_json())
 
     def write(self, name: str, text: str) -> None:
         """Write a text file, whole or not at all.
@@ -146,24 +138,13 @@ class RunFolder:
         found = [re.search(r"_r(\d+)_[0-9a-f]+$", name) for name in names]
         return max((int(match[1]) + 1 for match in found if match), default=0)
 
-    def timings(self, jobs: Iterable[Job]) -> list[Timing]:
-        """Return the timings of those of the jobs that have one."""
-        found = []
-        for job in jobs:
-            path = self.path / "timing" / f"{stem(job)}.json"
-            try:
-                found.append(Timing.model_validate_json(path.read_text(encoding="utf-8")))
-            except (OSError, ValidationError):
-                continue  # a timing is never worth an error
-        return found
-
-    def set_aside(self, keep: Iterable[Job]) -> int:
-        """Move the episodes that are none of the given jobs to `superseded/`.
+    def set_aside(self, keep: Iterable[str]) -> int:
+        """Move all episodes but the named ones to `superseded/`.
 
         Returns:
             How many records were moved.
         """
-        kept = {stem(job) for job in keep}
+        kept = set(keep)
         stale = [path.stem for path in self.record_files() if path.stem not in kept]
         for name in stale:
             for part, suffix in _PARTS.items():
@@ -181,17 +162,3 @@ class RunFolder:
             InputError: The note is broken.
         """
         return Provenance.load(self.run_file) if self.run_file.is_file() else None
-
-    def save_model(self, name: str, model: BaseModel) -> None:
-        """Write a model as JSON.
-
-        Raises:
-            InputError: The disk is full, or the folder has gone.
-        """
-        self.write(name, model.model_dump_json(indent=1) + "\n")
-
-
-def stem(job: Job) -> str:
-    """Return the name of an episode's files."""
-    route = re.sub(r"[^\w.-]", "_", job.route.id)
-    return f"{route}_r{job.repetition}_{job.key[:_KEY_LENGTH]}"

@@ -16,6 +16,7 @@ from plant_bench.runner.executors import (
     Started,
     run_tasks,
 )
+from plant_bench.runner.jobs import episode_name
 from plant_bench.runner.run_folder import RunFolder
 from plant_bench.runner.worker import Report
 from plant_bench.scoring.infractions import Status
@@ -99,7 +100,8 @@ def run_suite(
         SimulationError: Worker processes do not start.
     """
     tasks = [
-        _Task(job, folder.recording_path(job) if recordings else None, run_episode) for job in jobs
+        _Task(job, folder.recording_path(episode_name(job)) if recordings else None, run_episode)
+        for job in jobs
     ]
 
     def listen(event: Event) -> None:
@@ -117,7 +119,7 @@ def run_suite(
                 _end(event.worker, job, crashed_result(job, event.reason), None)
 
     def _end(worker: int, job: Job, result: EpisodeResult, timing: Timing | None) -> None:
-        folder.save(job, result, timing)
+        folder.save(episode_name(job), result, timing)
         on_event(EpisodeEnded(worker, job, result, timing))
 
     run_tasks(tasks, _run_task, workers=workers, on_event=listen, logs=folder.path / "logs")

@@ -13,7 +13,7 @@ INTERVAL = (2.5, 97.5)  # percentiles of the bootstrap: a 95 % interval
 
 @dataclass(frozen=True)
 class PairedDifference:
-    """By how much the first agent's driving score is above the second's.
+    """By how much the second agent's driving score is above the first's.
 
     Attributes:
         mean: Over all pairs.
@@ -43,7 +43,7 @@ def paired_difference(
     since they are not independent.
 
     Args:
-        a: Episodes of the first agent.
+        a: Episodes of the first agent, the one to compare with.
         b: Episodes of the second agent.
         seed: Of the bootstrap.
         samples: Of the bootstrap.
@@ -64,7 +64,7 @@ def paired_difference(
         raise InputError(message)
     differences: dict[str, list[float]] = {}
     for key in common:
-        gain = first[key].driving_score - second[key].driving_score
+        gain = second[key].driving_score - first[key].driving_score
         differences.setdefault(first[key].route, []).append(gain)
     sums = np.array([sum(values) for values in differences.values()])
     counts = np.array([len(values) for values in differences.values()])

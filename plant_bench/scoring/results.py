@@ -50,7 +50,7 @@ class EpisodeHeader(BaseModel):
 
 @dataclass(frozen=True)
 class Crash:
-    """Why an episode ended that no rule of the road ended.
+    """Why an episode ended that no rule ended; a recording keeps it: `close(**vars(crash))`.
 
     Attributes:
         status: `Status.AGENT_CRASHED` or `Status.SIMULATION_CRASHED`.
@@ -59,11 +59,6 @@ class Crash:
 
     status: Status
     reason: str
-
-    @property
-    def metadata(self) -> dict[str, str]:
-        """What a recording keeps of it: `recorder.close(**crash.metadata)`."""
-        return {"status": self.status.value, "reason": self.reason}
 
 
 class EpisodeResult(EpisodeHeader):

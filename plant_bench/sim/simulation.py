@@ -10,6 +10,7 @@ import numpy as np
 from plant_bench.agent import Control, Privileged
 from plant_bench.data_files import networks_dir
 from plant_bench.geometry.polyline import Cursor
+from plant_bench.sim.deadlocks import Deadlocks
 from plant_bench.sim.ego import advance
 from plant_bench.sim.lane_paths import LanePaths
 from plant_bench.sim.sumo import Sumo, VehicleState
@@ -58,6 +59,7 @@ class Simulation:
         self._entries = route.signal_entries
         self._traffic = Traffic(self._sumo, streets, density, scenario.seed)
         self._paths = LanePaths(self._sumo, self.town)
+        self._deadlocks = Deadlocks(self._sumo)
         self._states: dict[int, VehicleState] = {}
         self._warm_up()
         self.scene = self._look(0, self._start())
@@ -86,6 +88,9 @@ class Simulation:
         self._sumo.step()
         self._cursor.advance(ego.x, ego.y)
         self.scene = self._look(tick, ego)
+        if self._deadlocks.due(tick, ego):
+            facts = self.privileged()
+            self._deadlocks.look(tick, ego, self.scene.actors, facts, self._states)
         return self.scene
 
     def privileged(self) -> Privileged:

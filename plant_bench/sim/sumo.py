@@ -5,6 +5,7 @@ front bumper; above this module all is radians counter-clockwise from +x and box
 libsumo holds one simulation per process.
 """
 
+import contextlib
 import math
 import os
 from pathlib import Path
@@ -205,6 +206,12 @@ class Sumo:
             str(vehicle), route, typeID=kind,
             departLane=str(lane), departPos=f"{at:.2f}", departSpeed=f"{speed:.2f}",
         )  # fmt: skip
+
+    def ignore_ego(self, vehicle: int, *, ignore: bool) -> None:
+        """Have a driver take no notice of the ego on junctions, or notice it again."""
+        with contextlib.suppress(libsumo.TraCIException):  # it may have left
+            name = EGO_ID if ignore else ""
+            libsumo.vehicle.setParameter(str(vehicle), "junctionModel.ignoreIDs", name)
 
     def remove(self, vehicle: int) -> None:
         """Take a vehicle off the road."""

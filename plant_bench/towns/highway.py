@@ -23,6 +23,8 @@ from plant_bench.towns.streets import (
     tightest_radius,
 )
 
+Leads = Literal["out", "in"]
+
 LATERAL_ACCELERATION = 3.0
 NODE_RADIUS_M = 2.0
 DIVERGE_M = 70.0
@@ -42,7 +44,7 @@ class Branch:
     edge: str
     at: float
     side: Literal["right", "left"]
-    leads: Literal["out", "in"]
+    leads: Leads
     lane_length: float
 
     def covers(self, place: float, total: float) -> bool:

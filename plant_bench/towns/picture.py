@@ -109,7 +109,7 @@ def _draw_surface(town: Town, ax: Axes) -> None:
 
 def _is_flat(town: Town, junction: str) -> bool:
     heights = [lane.points[:, 2].max() for lane in town.lanes.values() if lane.junction == junction]
-    return bool(heights) and max(heights) < UPPER_LEVEL_M
+    return bool(heights) and bool(max(heights) < UPPER_LEVEL_M)
 
 
 def _level(lane: Lane, upper: bool) -> list[Shape]:

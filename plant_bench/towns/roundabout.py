@@ -11,8 +11,8 @@ from plant_bench.towns.streets import Pose, Shape, curve_between
 LANES = 2
 SPEED = 8.33
 PRIORITY = 10
-HALF_GAP = np.radians(21)
-APPROACH = np.radians(27)
+HALF_GAP = float(np.radians(21))
+APPROACH = float(np.radians(27))
 ARM_LENGTH_M = 34.0
 NODE_RADIUS_M = 6.0
 

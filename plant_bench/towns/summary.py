@@ -7,8 +7,8 @@ import numpy as np
 from plant_bench.towns.streets import end_pose, start_pose, wrap
 from plant_bench.world.town import Lane, Town
 
-BEND = np.radians(45)
-TIGHT_TURN = np.radians(150)
+BEND = float(np.radians(45))
+TIGHT_TURN = float(np.radians(150))
 LEVELS_APART_M = 4.5
 
 
@@ -73,8 +73,8 @@ def summarise(town: Town) -> TownSummary:
         roundabouts=len(town.roundabouts),
         on_ramps=_on_ramps(town),
         off_ramps=_off_ramps(town),
-        u_turns=sum(bool(_is_u_turn(lanes)) for lanes in town.edges.values()),
-        curves=sum(bool(abs(turn) >= BEND) for turn in turns),
+        u_turns=sum(_is_u_turn(lanes) for lanes in town.edges.values()),
+        curves=sum(abs(turn) >= BEND for turn in turns),
         bridges=_bridges(town),
     )
 

@@ -5,8 +5,8 @@ import numpy as np
 from plant_bench.towns.plan import Edge, StreetPlan
 from plant_bench.towns.streets import end_pose, start_pose, wrap
 
-REVERSING = np.radians(155)
-SLIGHT = np.radians(30)
+REVERSING = float(np.radians(155))
+SLIGHT = float(np.radians(30))
 
 
 def connect_junction(plan: StreetPlan, node: str) -> None:
@@ -29,10 +29,11 @@ def _targets(plan: StreetPlan, edge: Edge) -> list[Edge]:
 
 
 def _is_reverse(edge: Edge, target: Edge) -> bool:
+    """Whether the target leads straight back: the same street, or nearly a half turn."""
     same_street = target.end == edge.start and len(edge.shape) == len(target.shape)
-    return (same_street and bool(np.allclose(edge.shape, target.shape[::-1]))) or abs(
-        turn_angle(edge, target)
-    ) > REVERSING
+    if same_street and np.allclose(edge.shape, target.shape[::-1]):
+        return True
+    return abs(turn_angle(edge, target)) > REVERSING
 
 
 def turn_angle(edge: Edge, target: Edge) -> float:

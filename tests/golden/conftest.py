@@ -2,7 +2,8 @@
 
     y = 3.5   <---- west ----            oncoming lane, 3.5 m wide
     y = 0     ---- east ---->[junction]----> east again; the route, from x = 0 to x = 300
-                             ^ x = 150: stop line and signal; the junction ends at x = 170
+                             ^ x = 150: stop line and signal; the lanes through the
+                                       junction end at x = 170, its outline at x = 172
 
 From x = 200 to x = 230 a bridge crosses the road 6 m above it (`over`, heading north).
 """
@@ -133,7 +134,7 @@ def straight_road() -> Town:
         _lane("west_0", (150, 3.5, 0), (-50, 3.5, 0)),
         _lane("over_0", (215, -100, 6), (215, 100, 6)),
     ]
-    outline = ((150.0, -2.0), (170.0, -2.0), (170.0, 5.5), (150.0, 5.5))
+    outline = ((150.0, -2.0), (172.0, -2.0), (172.0, 5.5), (150.0, 5.5))
     junction = Junction("junction", "signal", 160.0, 1.75, 2, outline)
     return Town(
         "stage", {lane.id: lane for lane in lanes}, (), {"junction": junction}, {"light": 1}

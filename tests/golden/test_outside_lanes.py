@@ -33,6 +33,12 @@ def test_fires_once_however_often(stage):
     assert stage.verdict().infractions[0].time == pytest.approx(stage.scenes[-1].time)
 
 
+def test_finishing_twice_counts_once(stage):
+    verdict = stage.drive(10.0).drive(20.0, y=-4.0).verdict()
+    verdict.finish()
+    assert [str(item.kind) for item in verdict.infractions] == ["outside_lanes"]
+
+
 def test_fires_in_the_oncoming_lane(stage):
     stage.drive(50.0).drive(60.0, y=3.5)
     assert stage.kinds() == ["outside_lanes"]
@@ -53,7 +59,17 @@ def test_wrong_way_begins_at_120_degrees(stage, degrees, expected):
 def test_direction_is_not_tested_inside_a_junction(stage):
     stage.drive(150.1).drive(169.9, y=3.5)
     assert stage.kinds() == []
-    assert stage.drive(172.0, y=3.5).kinds() == ["outside_lanes"]
+
+
+def test_nor_on_its_lanes_beyond_its_outline(stage):
+    stage.drive(150.1).drive(169.9, y=5.8)
+    assert stage.kinds() == []
+
+
+def test_nor_within_its_outline_beyond_its_lanes(stage):
+    stage.drive(170.1).drive(171.9, y=3.5)
+    assert stage.kinds() == []
+    assert stage.drive(172.4, y=3.5).kinds() == ["outside_lanes"]
 
 
 def test_lanes_on_another_level_do_not_count(stage):

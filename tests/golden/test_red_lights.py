@@ -35,7 +35,7 @@ def test_red_after_the_rear_has_crossed_is_free(stage):
 
 
 def test_red_before_the_rear_has_crossed_counts(stage):
-    stage.drive(FAR_REAR - 0.6).drive(200.0, light=Light.RED)
+    stage.drive(FAR_REAR - 0.01).drive(200.0, light=Light.RED)
     assert stage.kinds() == ["red_light"]
 
 

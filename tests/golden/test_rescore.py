@@ -47,7 +47,7 @@ def judged(stage, path, header, *, crash=None):
     for scene in stage.scenes:
         referee.judge(scene)
         recorder.add(scene)
-    recorder.close(**(crash.metadata if crash else {}))
+    recorder.close(**({} if crash is None else vars(crash)))
     return result_of(referee, header, crash=crash)
 
 

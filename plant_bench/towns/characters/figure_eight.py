@@ -13,6 +13,7 @@ import numpy as np
 from plant_bench.towns.highway import (
     Branch,
     Carriageway,
+    Leads,
     entry_shape,
     exit_shape,
     two_carriageways,
@@ -148,10 +149,10 @@ def _inner_ramps(
         x, y = Pose(*eight.town, angle).ahead(layout.town_radius).point
         return inner.nearest(float(x), float(y))
 
-    spots = (
+    spots: tuple[tuple[str, float, str, float, Leads], ...] = (
         ("off_w", on_circle(eight.enters) - 162.0, "w", WEST, "out"),
-        ("off_n", on_circle(np.radians(132)), "n", NORTH, "out"),
-        ("on_n", on_circle(np.radians(48)), "n", NORTH, "in"),
+        ("off_n", on_circle(float(np.radians(132))), "n", NORTH, "out"),
+        ("on_n", on_circle(float(np.radians(48))), "n", NORTH, "in"),
         ("on_s", on_circle(eight.leaves) + 135.0, "s", SOUTH, "in"),
     )
     ramps = []
@@ -162,8 +163,9 @@ def _inner_ramps(
         arm = Pose(node.x, node.y, side).ahead(ARM_M).beside(-spec.lane_width / 2)
         into = Pose(node.x, node.y, side).ahead(ARM_M).reversed().beside(-spec.lane_width / 2)
         shape = exit_shape(inner, at, into) if leads == "out" else entry_shape(inner, at, arm)
-        ends = (inner.node_at(name), place)
-        ramps.append(_ramp(spec, name, ends if leads == "out" else ends[::-1], shape))
+        gate = inner.node_at(name)
+        ends = (gate, place) if leads == "out" else (place, gate)
+        ramps.append(_ramp(spec, name, ends, shape))
     return ramps
 
 
@@ -184,7 +186,11 @@ def _interchange(
     into = Pose(x, y - ARM_M, NORTH).beside(-half)
     away = Pose(x, y + ARM_M, NORTH).beside(-half)
     ramps = []
-    for name, at, leads in (("off_e", foot - reach, "out"), ("on_e", foot + reach, "in")):
+    spots: tuple[tuple[str, float, Leads], ...] = (
+        ("off_e", foot - reach, "out"),
+        ("on_e", foot + reach, "in"),
+    )
+    for name, at, leads in spots:
         outer.branches.append(Branch(name, at, "right", leads, layout.ramp_lane))
         if leads == "out":
             shape = exit_shape(outer, at, into, height)

@@ -9,6 +9,7 @@ import numpy as np
 from plant_bench.towns.highway import (
     Branch,
     Carriageway,
+    Leads,
     entry_shape,
     exit_shape,
     service_shape,
@@ -61,10 +62,9 @@ class _Site:
     def plan_all(self) -> StreetPlan:
         """Lay everything out."""
         west, east = self._road_nodes()
-        self._ramp_pair("w", west, WEST)
-        self._ramp_pair("n", west, NORTH)
-        self._ramp_pair("e", east, EAST)
-        self._ramp_pair("s", east, SOUTH)
+        pairs = (("w", west, WEST), ("n", west, NORTH), ("e", east, EAST), ("s", east, SOUTH))
+        for tag, node, side in pairs[: self.layout.ramp_pairs]:
+            self._ramp_pair(tag, node, side)
         self._u_turns()
         self._services()
         for way in (self.outer, self.inner):
@@ -104,7 +104,11 @@ class _Site:
         into = arm.reversed().beside(-width / 2)
         out = arm.beside(-width / 2)
         start, end = exit_shape(self.inner, off, into), entry_shape(self.inner, on, out)
-        for name, at, leads in ((f"off_{tag}", off, "out"), (f"on_{tag}", on, "in")):
+        spots: tuple[tuple[str, float, Leads], ...] = (
+            (f"off_{tag}", off, "out"),
+            (f"on_{tag}", on, "in"),
+        )
+        for name, at, leads in spots:
             self.inner.branches.append(Branch(name, at, "right", leads, self.layout.ramp_lane))
         off_node, on_node = (self.inner.node_at(f"{kind}_{tag}") for kind in ("off", "on"))
         self._add_ramp(f"off_{tag}", off_node, node.id, start, ramp.speed)
@@ -112,7 +116,7 @@ class _Site:
 
     def _foot(self, arm: Pose) -> float:
         """The place on the inner carriageway straight ahead of an arm."""
-        ahead = [arm.ahead(distance).point for distance in range(20, int(self.width), 2)]
+        ahead = [arm.ahead(float(d)).point for d in range(20, int(self.width), 2)]
         nearest = min(ahead, key=lambda p: self._distance(float(p[0]), float(p[1])))
         return self.inner.nearest(float(nearest[0]), float(nearest[1]))
 

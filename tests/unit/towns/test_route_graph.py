@@ -1,5 +1,7 @@
 """What a town's edges are to routes: exits, U-turns, places to start and end."""
 
+from itertools import pairwise
+
 import numpy as np
 
 from plant_bench.towns.route_graph import StreetGraph
@@ -67,4 +69,4 @@ def test_paths_are_linked_and_take_no_edge_twice():
         assert len(set(path)) == len(path)
         assert path[0] in graph.starts
         assert path[-1] in graph.ends
-        assert all(b in graph.onward[a] for a, b in zip(path, path[1:], strict=False))
+        assert all(b in graph.onward[a] for a, b in pairwise(path))

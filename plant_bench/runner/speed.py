@@ -1,0 +1,91 @@
+"""How fast a run went and how long its planner took to decide: summed up apart from the score."""
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from plant_bench.runner.run_folder import RunFolder
+
+
+class EpisodeTiming(BaseModel):
+    """What is read of an episode's `Timing` (`plant_bench.runner.episode` says what it means)."""
+
+    model_config = ConfigDict(frozen=True, extra="ignore")
+
+    wall_s: float
+    simulation_s: float
+    privileged_s: float
+    agent_s: float
+    referee_s: float
+    simulated_s: float
+    ticks: int
+    latency_p50_ms: float
+    latency_p95_ms: float
+    latency_p99_ms: float
+    late_share: float
+
+
+@dataclass(frozen=True)
+class Speed:
+    """The speed of some episodes together.
+
+    Attributes:
+        episodes: How many.
+        simulated_s: Simulated time.
+        wall_s: Wall time in the workers, added up.
+        shares: Of that wall time: in the simulation, the planner, the referee and all the rest.
+        p50_ms: Time of one decision: the mean of the episodes' medians, weighted by ticks.
+        p95_ms: As p50, of the 95th percentiles.
+        p99_ms: As p50, of the 99th percentiles.
+        late_share: Share of all decisions that took longer than a tick.
+    """
+
+    episodes: int
+    simulated_s: float
+    wall_s: float
+    shares: dict[str, float]
+    p50_ms: float
+    p95_ms: float
+    p99_ms: float
+    late_share: float
+
+
+def read_timings(folder: RunFolder, names: Iterable[str]) -> list[EpisodeTiming]:
+    """Return the timings of the named episodes, of those that have one."""
+    found = []
+    for name in names:
+        path = folder.path / "timing" / f"{name}.json"
+        try:
+            found.append(EpisodeTiming.model_validate_json(path.read_text(encoding="utf-8")))
+        except (OSError, ValidationError):
+            continue  # a timing is never worth an error
+    return found
+
+
+def speed_of(timings: Sequence[EpisodeTiming]) -> Speed:
+    """Sum up timings."""
+    ticks = sum(timing.ticks for timing in timings)
+    wall = sum(timing.wall_s for timing in timings)
+
+    def mean(name: str) -> float:
+        whole = sum(getattr(timing, name) * timing.ticks for timing in timings)
+        return whole / ticks if ticks else math.nan
+
+    spent = {
+        "simulation": sum(timing.simulation_s + timing.privileged_s for timing in timings),
+        "planner": sum(timing.agent_s for timing in timings),
+        "referee": sum(timing.referee_s for timing in timings),
+    }
+    spent["rest"] = wall - sum(spent.values())
+    return Speed(
+        episodes=len(timings),
+        simulated_s=sum(timing.simulated_s for timing in timings),
+        wall_s=wall,
+        shares={name: seconds / wall if wall else math.nan for name, seconds in spent.items()},
+        p50_ms=mean("latency_p50_ms"),
+        p95_ms=mean("latency_p95_ms"),
+        p99_ms=mean("latency_p99_ms"),
+        late_share=mean("late_share"),
+    )

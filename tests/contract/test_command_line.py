@@ -1,0 +1,98 @@
+"""What the command line promises: its commands, exit codes and messages; run as a user runs it."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+
+
+def plant_bench(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-m", "plant_bench", *arguments],
+        cwd=cwd,
+        env=os.environ | {"NO_COLOR": "1", "TERM": "dumb", "COLUMNS": "200"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+def test_version(tmp_path):
+    from plant_bench import __version__
+
+    assert plant_bench("--version", cwd=tmp_path).stdout == f"plant-bench {__version__}\n"
+
+
+@pytest.mark.parametrize(
+    "command",
+    ["", "score", "rescore", "compare", "agents", "towns", "towns build", "towns list"]
+    + ["routes", "routes build", "routes list"],
+)
+def test_help_teaches(command, tmp_path):
+    done = plant_bench(*command.split(), "--help", cwd=tmp_path)
+
+    assert done.returncode == 0
+    assert f"plant-bench {command}".strip() in done.stdout
+    assert "Usage" in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["score", "--agent", "exprt"], "Did you mean 'expert'?"),
+        (["score", "--agent", "nowhere.py:Agent"], "There is no file"),
+        (["score", "--agent", "cruise", "--suite", "longest7"], "Suites here: longest6"),
+        (["score", "--agent", "cruise", "--routes", "99"], "numbers 0 to 35"),
+        (["score", "--agent", "cruise", "--routes", "twon01-0"], "Did you mean town01-0?"),
+        (["score", "--agent", "cruise", "--density", "thick"], "There is no density 'thick'"),
+        (["score", "--agent", "cruise", "--routes", "0", "--out", "file/run"], "Cannot write to"),
+        (["score", "--agent", "cruise", "--suite", "broken.json"], "Cannot use the routes file"),
+        (["score", "--agent", "cruise", "--repetitions", "0"], "--repetitions"),
+        (["score"], "--agent"),
+        (["rescore", "nowhere"], "is no run of plant-bench"),
+        (["compare", "nowhere", "file"], "is no run of plant-bench"),
+        (["towns", "build", "--town", "town99", "--check"], "town99"),
+        (["routes", "list", "--suite", "longest7"], "Suites here: longest6"),
+        (["scroe"], "score"),
+    ],
+)
+def test_bad_input_is_one_message_and_exit_code_2(arguments, words, tmp_path):
+    (tmp_path / "file").touch()
+    (tmp_path / "broken.json").write_text('{"format": 1, "routes": [{"id": "x"}]}')
+
+    done = plant_bench(*arguments, cwd=tmp_path)
+
+    assert done.returncode == 2, done.stderr
+    assert words in done.stderr
+    assert "Traceback" not in done.stderr
+    assert not (tmp_path / "reports").exists()
+
+
+def test_agents_are_listed_with_what_they_are_given(tmp_path):
+    from plant_bench.agents.registry import AGENTS
+
+    lines = plant_bench("agents", cwd=tmp_path).stdout.splitlines()
+
+    assert [line.split()[0] for line in lines[::2]] == list(AGENTS)
+    assert all("is given:" in line for line in lines[1::2])
+
+
+def test_routes_are_listed_with_their_numbers(tmp_path):
+    done = plant_bench("routes", "list", cwd=tmp_path)
+
+    assert done.returncode == 0
+    assert "town06-5" in done.stdout
+    assert any(line.split()[:2] == ["35", "town06-5"] for line in done.stdout.splitlines())
+
+
+def test_rescore_and_compare_load_no_simulator():
+    code = (
+        "import sys, plant_bench.cli, plant_bench.runner.rescoring, plant_bench.reports.tables;"
+        "sys.exit(bool({'libsumo', 'torch'} & sys.modules.keys()))"
+    )
+
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

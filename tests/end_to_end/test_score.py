@@ -1,0 +1,113 @@
+"""From the command line to the tables, with SUMO: one short drive, resumed, rescored, compared."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+pytestmark = pytest.mark.sumo
+
+STOPPING = """
+from plant_bench.agent import Control
+
+
+class Stops:
+    inputs = frozenset()
+
+    def reset(self, route):
+        self.ticks = 0
+
+    def act(self, observation):
+        self.ticks += 1
+        if self.ticks > 60:
+            raise ValueError("enough")
+        return Control(1.0, 0.0)
+"""
+
+
+def plant_bench(*arguments: str, cwd: Path, code: int = 0) -> str:
+    done = subprocess.run(
+        [sys.executable, "-m", "plant_bench", *arguments],
+        cwd=cwd,
+        env=os.environ | {"NO_COLOR": "1", "TERM": "dumb"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == code, done.stdout + done.stderr
+    return done.stdout
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory):
+    """A folder with a run of the example agent in it."""
+    folder = tmp_path_factory.mktemp("place")
+    agent = f"{ROOT / 'examples' / 'my_agent.py'}:MyAgent"
+    plant_bench(*score(agent, "one", workers=1), cwd=folder)
+    return folder
+
+
+def score(agent: str, out: str, *, workers: int) -> list[str]:
+    fixed = ["--routes", "town01-5,town02-5", "--repetitions", "1", "--density", "light"]
+    return ["score", "--agent", agent, *fixed, "--out", out, "--workers", str(workers)]
+
+
+def records(folder: Path) -> dict[str, bytes]:
+    return {path.name: path.read_bytes() for path in (folder / "episodes").iterdir()}
+
+
+def test_the_example_agent_gets_somewhere(place):
+    rows = [json.loads(text) for text in records(place / "one").values()]
+
+    assert len(rows) == 2
+    assert all(row["completion"] > 0.2 for row in rows)
+    assert (place / "one" / "summary.csv").read_text().count("\n") == 3
+    assert json.loads((place / "one" / "run.json").read_text())["versions"]["libsumo"]
+
+
+def test_records_and_recordings_do_not_depend_on_the_number_of_workers(place):
+    agent = f"{ROOT / 'examples' / 'my_agent.py'}:MyAgent"
+    plant_bench(*score(agent, "two", workers=2), cwd=place)
+
+    assert records(place / "one") == records(place / "two")
+    for path in (place / "one" / "recordings").iterdir():
+        assert path.read_bytes() == (place / "two" / "recordings" / path.name).read_bytes()
+
+
+def test_the_same_command_again_drives_nothing(place):
+    agent = f"{ROOT / 'examples' / 'my_agent.py'}:MyAgent"
+    before = records(place / "one")
+
+    said = plant_bench(*score(agent, "one", workers=1), cwd=place)
+
+    assert "Nothing was left to drive" in said
+    assert records(place / "one") == before
+
+
+def test_rescoring_gives_the_same_records(place):
+    assert "2 of 2 records are equal" in plant_bench("rescore", "one", cwd=place)
+
+
+def test_a_changed_record_is_found_by_rescoring(place, tmp_path):
+    agent = f"{ROOT / 'examples' / 'my_agent.py'}:MyAgent"
+    plant_bench(*score(agent, str(tmp_path / "run"), workers=2), cwd=place)
+    path = sorted((tmp_path / "run" / "episodes").iterdir())[0]
+    record = json.loads(path.read_text())
+    path.write_text(json.dumps(record | {"distance": record["distance"] / 2}))
+
+    assert "1 of 2 records" in plant_bench("rescore", "run", cwd=tmp_path, code=1)
+
+
+def test_an_agent_that_crashes_is_scored_and_compared(place):
+    (place / "stops.py").write_text(STOPPING)
+
+    said = plant_bench(*score("stops.py:Stops", "crash", workers=2), cwd=place)
+
+    assert "2 Failed - Agent crashed" in said
+    plant_bench("rescore", "crash", cwd=place)
+    assert "Worse" in plant_bench("compare", "one", "crash", cwd=place, code=1)
+    assert "Better" in plant_bench("compare", "crash", "one", cwd=place)

@@ -11,7 +11,8 @@ from plant_bench.errors import AgentError
 STEP = 0.25  # s between two instants of a forecast
 STEPS = 20  # instants, the first now: 4.75 s
 TIMES = np.arange(STEPS) * STEP
-GENTLE_ACCELERATION = 1.0  # m/s2 that a driver who is free to go is expected to use at least
+STANDING = 0.1  # m/s
+GENTLE_ACCELERATION = 1.0  # m/s2 that a moving driver who is free to go may use
 
 
 class Forecast(NamedTuple):
@@ -45,12 +46,13 @@ def along_true_lanes(observation: Observation, keep: np.ndarray, certainty: floa
     pull = facts.accelerations[keep][:, None]
     top = np.maximum(facts.desired_speeds[keep][:, None], speed)
     room = np.maximum(facts.stop_distances[keep][:, None], 0.0)
-    early = _travel(speed, np.maximum(pull, GENTLE_ACCELERATION), top)
+    # Who stands goes on standing until it moves: two who wait for each other would wait for ever.
+    gentle = np.where(speed > STANDING, GENTLE_ACCELERATION, 0.0)
+    early = _travel(speed, np.maximum(pull, gentle), top)
     late = _travel(speed, np.minimum(pull, 0.0), top)
     early, late = np.minimum(early, room), np.minimum(late, room)
     spread = (early - late) * (1.0 - certainty)
-    middle = 0.5 * (early + late)
-    poses = _gather(facts.paths[keep], middle)
+    poses = _gather(facts.paths[keep], late + 0.5 * spread)
     extents = actors.extents[keep].astype(float)
     return Forecast(poses, extents[:, 0, None] + spread, extents[:, 1])
 

@@ -55,7 +55,7 @@ def _root(
 def main() -> None:
     """Run the command line; every error raised on purpose becomes one line here."""
     try:
-        app()
+        app(prog_name="plant-bench")
     except PlantBenchError as error:
         typer.secho(f"plant-bench: {error}", err=True, fg=typer.colors.RED)
         sys.exit(EXIT_INPUT if isinstance(error, InputError) else EXIT_FAILED)

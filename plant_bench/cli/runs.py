@@ -56,7 +56,7 @@ def compare_runs(
     from plant_bench.scoring.comparison import paired_difference
 
     base, new = RunFolder.open(first).results(), RunFolder.open(second).results()
-    difference = paired_difference(new, base)
+    difference = paired_difference(base, new)
     print_difference(difference, str(first), str(second))
     if difference.high < 0:
         raise typer.Exit(1)

@@ -89,8 +89,8 @@ def print_difference(difference: PairedDifference, first: str, second: str) -> N
     )
     if difference.unmatched_a or difference.unmatched_b:
         _console.print(
-            f"Without a partner: {difference.unmatched_b} episodes of {first}, "
-            f"{difference.unmatched_a} of {second}"
+            f"Without a partner: {difference.unmatched_a} episodes of {first}, "
+            f"{difference.unmatched_b} of {second}"
         )
     _console.print(_verdict(difference))
 

@@ -25,7 +25,7 @@ LIGHT_SIGHT = 60.0  # m ahead of the ego's centre at which a light comes into vi
 LIGHT_BEHIND = 25.0  # m behind the ego's centre until which a light is still known
 
 
-@lru_cache(maxsize=2)
+@lru_cache(maxsize=8)
 def _streets(name: str) -> tuple[Town, StreetGrid]:
     town = load_town(name)
     return town, StreetGrid(town)

@@ -95,7 +95,7 @@ def test_rescoring_gives_the_same_records(place):
 def test_a_changed_record_is_found_by_rescoring(place, tmp_path):
     agent = f"{ROOT / 'examples' / 'my_agent.py'}:MyAgent"
     plant_bench(*score(agent, str(tmp_path / "run"), workers=2), cwd=place)
-    path = sorted((tmp_path / "run" / "episodes").iterdir())[0]
+    path = min((tmp_path / "run" / "episodes").iterdir())
     record = json.loads(path.read_text())
     path.write_text(json.dumps(record | {"distance": record["distance"] / 2}))
 

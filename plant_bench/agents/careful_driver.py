@@ -76,7 +76,7 @@ class CarefulDriver:
         pull = min(idm(ego.speed, target), light_limit(ego.speed, observation.light))
         if not len(actors):
             return pull
-        ahead = corridor(route, actors, past)
+        ahead = corridor(route, actors, past, ego.speed)
         leader = ahead.leader()
         pull = min(pull, idm(ego.speed, target, leader.distance - HALF, leader.speed))
         pull = min(pull, self._clear_junction(ego, route.progress, ahead))

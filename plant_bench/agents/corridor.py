@@ -11,6 +11,8 @@ from plant_bench.geometry.box import corners
 from plant_bench.world.scene import EGO_WIDTH, Actors
 
 CLEARANCE = 0.3  # m beside the ego that belongs to its corridor
+LEAST_VIEW = 25.0  # m of route ahead that are looked at, and
+VIEW_TIME = 5.0  # s more at the ego's speed
 NEAR = 3.0  # m from the route beyond which no part of a box can stand in the corridor
 CROSSING_ANGLE = 0.7  # rad to the route from which a moving actor crosses rather than leads
 CROSSING_SPEED = 1.5  # m/s
@@ -59,18 +61,19 @@ class Corridor(NamedTuple):
         return Leader(index, float(distance[index]), float(self.speeds[index]))
 
 
-def corridor(route: RouteAhead, actors: Actors, past: float) -> Corridor:
+def corridor(route: RouteAhead, actors: Actors, past: float, speed: float) -> Corridor:
     """Hold the actors' boxes against the route ahead.
 
     Args:
         route: The route ahead.
         actors: All others.
         past: Metres from the route's first point to the ego's centre.
+        speed: The ego's, m/s.
     """
     count = len(actors)
     inside, crossing = np.zeros(count, dtype=bool), np.zeros(count, dtype=bool)
     reach, speeds = np.full(count, math.inf), np.zeros(count)
-    line = route.points
+    line = route.points[: int(LEAST_VIEW + VIEW_TIME * speed)]
     dx = actors.poses[:, 0, None] - line[:, 0]
     dy = actors.poses[:, 1, None] - line[:, 1]
     square = dx * dx + dy * dy
@@ -79,28 +82,29 @@ def corridor(route: RouteAhead, actors: Actors, past: float) -> Corridor:
         poses = actors.poses[near].astype(float)
         index = square[near].argmin(axis=1)
         turn = poses[:, 2] - route.headings[index]
-        speed = actors.speeds[near].astype(float)
-        inside[near], reach[near] = _hold(route, poses, actors.extents[near].astype(float), past)
-        speeds[near] = speed * np.maximum(np.cos(turn), 0.0)
+        moving = actors.speeds[near].astype(float)
+        extents = actors.extents[near].astype(float)
+        inside[near], reach[near] = _hold(line, route.headings[: len(line)], poses, extents, past)
+        speeds[near] = moving * np.maximum(np.cos(turn), 0.0)
         crosses = np.abs(np.sin(turn)) > math.sin(CROSSING_ANGLE)
-        crossing[near] = crosses & (speed > CROSSING_SPEED)
+        crossing[near] = crosses & (moving > CROSSING_SPEED)
     return Corridor(inside, crossing, reach, speeds)
 
 
 def _hold(
-    route: RouteAhead,
+    line: Float[np.ndarray, "steps 2"],
+    headings: Float[np.ndarray, " steps"],
     poses: Float[np.ndarray, "actors 3"],
     extents: Float[np.ndarray, "actors 2"],
     past: float,
 ) -> tuple[Bool[np.ndarray, " actors"], Float[np.ndarray, " actors"]]:
     """Return which boxes stand in the corridor ahead, and how far away their nearest corner is."""
     points = np.concatenate((corners(poses, extents), poses[:, None, :2]), axis=1)
-    line = route.points
     dx = points[..., 0, None] - line[:, 0]
     dy = points[..., 1, None] - line[:, 1]
     nearest = np.argmin(dx * dx + dy * dy, axis=2)
     offset = points - line[nearest]
-    cos, sin = np.cos(route.headings)[nearest], np.sin(route.headings)[nearest]
+    cos, sin = np.cos(headings)[nearest], np.sin(headings)[nearest]
     along = nearest + cos * offset[..., 0] + sin * offset[..., 1]
     aside = cos * offset[..., 1] - sin * offset[..., 0]
     ahead = (along <= len(line)) & (along >= past)

@@ -97,8 +97,9 @@ def _gather(
     place = np.minimum(at / PATH_STEP, PATH_POSES - 1.001)
     index = place.astype(np.intp)
     share = place - index
-    rows = np.arange(len(paths))[:, None]
-    poses = paths[rows, index]
-    onward = paths[rows, index + 1]
+    flat = paths.reshape(-1, 3)
+    index += PATH_POSES * np.arange(len(paths))[:, None]
+    poses = flat.take(index, axis=0)
+    onward = flat.take(index + 1, axis=0)
     poses[..., :2] += share[..., None] * (onward[..., :2] - poses[..., :2])
     return poses

@@ -1,7 +1,7 @@
 """Where the background vehicles will truly go: their lane paths, as poses of the box centre."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -12,7 +12,8 @@ from plant_bench.sim.sumo import NextLink, Sumo, VehicleState
 from plant_bench.world.scene import TICK, Actors
 from plant_bench.world.town import Lane, Town
 
-REFRESH = 4  # ticks between two looks at a vehicle's links: the drivers' own action step
+REFRESH = 4  # ticks between two looks at a vehicle's right of way: the drivers' own action step
+RETRACE = 20  # ticks between two looks at where it goes, on the same lane
 BEHIND = 8.0  # m of path kept behind the lane's begin: a vehicle's rear hangs over it
 STRETCH = 200.0  # m: longer lanes are kept in stretches of this length
 FINENESS = 2  # samples kept for each pose asked for: a place is met within 0.25 m
@@ -31,7 +32,9 @@ class _Track:
     factor: float
     path: int = 0
     stop: float = math.inf
-    refreshed: int = -REFRESH - 1
+    refreshed: int = 0
+    traced: int = 0
+    link_ends: list[float] = field(default_factory=list)
     behind: str | None = None
     stopped_since: int | None = None
 
@@ -93,21 +96,32 @@ class LanePaths:
         if track is None:
             factor = self._sumo.desired_speed_factor(vehicle)
             track = self._tracks[vehicle] = _Track(state.lane, stretch, factor)
-        elif track.lane == state.lane and track.stretch == stretch:
-            if tick - track.refreshed < REFRESH:
-                return track
-        elif track.lane == state.lane:
-            track.stretch = stretch
-        else:
-            follows = state.lane in self._successors(track.lane)
-            track.behind = track.lane if follows else None
+            self._trace(tick, vehicle, track)
+        elif track.lane != state.lane:
+            track.behind = track.lane if state.lane in self._successors(track.lane) else None
             track.lane, track.stretch = state.lane, stretch
-        links = self._sumo.next_links(vehicle)
-        lanes = self._lanes(state.lane, links)
-        track.path = self._path(track.behind, lanes, stretch)
-        track.stop = self._stop(state, lanes, links)
-        track.refreshed = tick
+            self._trace(tick, vehicle, track)
+        elif track.stretch != stretch or tick - track.traced >= RETRACE:
+            track.stretch = stretch
+            self._trace(tick, vehicle, track)
+        elif tick - track.refreshed >= REFRESH:
+            self._refresh(tick, vehicle, track)
         return track
+
+    def _trace(self, tick: int, vehicle: int, track: _Track) -> None:
+        """Find out where a vehicle goes."""
+        links = self._sumo.next_links(vehicle)
+        lanes, track.link_ends = self._lanes(track.lane, links)
+        track.path = self._path(track.behind, lanes, track.stretch)
+        track.traced = tick
+        self._refresh(tick, vehicle, track)
+
+    def _refresh(self, tick: int, vehicle: int, track: _Track) -> None:
+        """Find out where on its way a vehicle must stop."""
+        closed = self._sumo.closed_link(vehicle)
+        known = 0 <= closed < len(track.link_ends)
+        track.stop = track.link_ends[closed] if known else math.inf
+        track.refreshed = tick
 
     def _path(self, behind: str | None, lanes: tuple[str, ...], stretch: int) -> int:
         """Return where the path along some lanes is kept, after making it if it is new."""
@@ -136,23 +150,26 @@ class LanePaths:
         found = self._town.lanes.get(lane)
         return found.successors if found else ()
 
-    def _lanes(self, first: str, links: list[NextLink]) -> tuple[str, ...]:
-        """Return the lanes from the present one on, internal ones included."""
+    def _lanes(self, first: str, links: list[NextLink]) -> tuple[tuple[str, ...], list[float]]:
+        """Return the lanes from the present one on, and where each link's stop line lies."""
         known = self._town.lanes
-        lanes, missing = [first], REACH
+        lanes, ends = [first], []
+        along = known[first].length if first in known else 0.0
+        reach = along + REACH
         for link in links:
-            onward = self._through(lanes[-1], link)
+            ends.append(along)
+            onward = [lane for lane in self._through(lanes[-1], link) if lane in known]
             lanes += onward
-            missing -= sum(known[lane].length for lane in onward if lane in known)
-            if missing < 0.0:
+            along += sum(known[lane].length for lane in onward)
+            if along > reach:
                 break
-        while missing > 0.0:
+        while along < reach:
             successors = self._successors(lanes[-1])
             if not successors:
                 break
             lanes.append(successors[0])
-            missing -= known[successors[0]].length
-        return tuple(lane for lane in lanes if lane in known)
+            along += known[successors[0]].length
+        return tuple(lane for lane in lanes if lane in known), ends
 
     def _through(self, source: str, link: NextLink) -> list[str]:
         inner: list[str] = []
@@ -199,24 +216,6 @@ class LanePaths:
         begin = shape[0] + (shape[0] - shape[1]) / max(along[1], 1e-6) * (BEHIND + 4.0)
         return np.concatenate((begin[None], shape))
 
-    def _stop(
-        self, state: VehicleState, lanes: tuple[str, ...], links: list[NextLink]
-    ) -> float:
-        """Return the arc length from the present lane's begin at which the front must stop."""
-        lane = self._town.lanes.get(state.lane)
-        if lane is None or not links:
-            return math.inf
-        along, place = lane.length, 1
-        for link in links:
-            if not link.open and not (link.via == state.lane):
-                return along
-            while place < len(lanes):
-                along += self._town.lanes[lanes[place]].length
-                place += 1
-                if lanes[place - 1] == link.target:
-                    break
-        return math.inf
-
 
 def _without_repeats(points: Float[np.ndarray, "points 2"]) -> Float[np.ndarray, "kept 2"]:
     steps = np.hypot(*np.diff(points, axis=0).T)
@@ -231,8 +230,8 @@ def _ahead(
     """Return `PATH_POSES` poses from an arc length (of the first lane) on, for each actor."""
     most = PATH_SAMPLES - FINENESS * PATH_POSES
     place = np.clip((at + BEHIND) * (FINENESS / PATH_STEP) + 0.5, 0.0, most)
-    rows = place.astype(np.intp)[:, None] + FINENESS * np.arange(PATH_POSES)
-    return paths[which[:, None], rows]
+    first = place.astype(np.intp) + which * PATH_SAMPLES
+    return paths.reshape(-1, 3).take(first[:, None] + FINENESS * np.arange(PATH_POSES), axis=0)
 
 
 def _shift(

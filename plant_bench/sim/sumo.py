@@ -45,13 +45,10 @@ class VehicleState(NamedTuple):
 
 
 class NextLink(NamedTuple):
-    """One junction ahead on a vehicle's path: where it leads and whether it may enter."""
+    """One junction ahead on a vehicle's path: the lane it leads to, and the first one inside."""
 
     target: str
     via: str
-    priority: bool
-    open: bool
-    state: str
 
 
 class Sumo:
@@ -152,14 +149,17 @@ class Sumo:
             )  # fmt: skip
         return states
 
+    def closed_link(self, vehicle: int) -> int:
+        """Return the place among the junctions ahead of the first that must not be entered, or -1."""
+        for place, link in enumerate(libsumo.vehicle.getNextLinks(str(vehicle))):
+            if not link[2]:
+                return place
+        return -1
+
     def next_links(self, vehicle: int) -> list[NextLink]:
         """Return the junctions ahead on a vehicle's path."""
-        return [
-            NextLink(target, via, priority, is_open, state)
-            for target, priority, is_open, _, via, state, _, _ in libsumo.vehicle.getNextLinks(
-                str(vehicle)
-            )
-        ]
+        links = libsumo.vehicle.getNextLinks(str(vehicle))
+        return [NextLink(link[0], link[4]) for link in links]
 
     def light(self, signal: str, index: int) -> Light:
         """Return what a signal shows to one of its links."""

@@ -57,7 +57,7 @@ def test_help_teaches(command, tmp_path):
         (["compare", "nowhere", "file"], "is no run of plant-bench"),
         (["towns", "build", "--town", "town99", "--check"], "town99"),
         (["routes", "list", "--suite", "longest7"], "Suites here: longest6"),
-        (["scroe"], "score"),
+        (["score-all"], "score"),
     ],
 )
 def test_bad_input_is_one_message_and_exit_code_2(arguments, words, tmp_path):

@@ -1,3 +1,4 @@
+import importlib
 import multiprocessing
 import os
 import signal
@@ -7,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from plant_bench.errors import InputError
+from plant_bench.errors import InputError, SimulationError
 from plant_bench.runner.executors import Event, Finished, Lost, Retried, Started, run_tasks
 
 
@@ -110,3 +111,15 @@ def test_what_workers_print_is_in_the_log(scripted, tmp_path):
     run(scripted, [scripted.Step("print")], logs=tmp_path)
 
     assert (tmp_path / "worker0.log").read_text() == "seen in the log\n"
+
+
+def test_workers_that_cannot_start_end_the_run(tmp_path, monkeypatch):
+    (tmp_path / "gone_for_workers.py").write_text("def do(task, report):\n    return task\n")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    work = importlib.import_module("gone_for_workers").do
+    monkeypatch.undo()
+
+    with pytest.raises(SimulationError, match="Worker processes do not start"):
+        run_tasks([1], work, workers=1, on_event=lambda event: None, logs=tmp_path)
+
+    assert not multiprocessing.active_children()

@@ -1,0 +1,87 @@
+import json
+
+import pytest
+
+from plant_bench.errors import InputError
+from plant_bench.runner.provenance import installed_versions, processor_name
+from plant_bench.runner.run_folder import RunFolder
+from plant_bench.runner.speed import EpisodeTiming, read_timings, speed_of
+
+TIMING = {
+    "wall_s": 10.0,
+    "simulation_s": 4.0,
+    "privileged_s": 1.0,
+    "agent_s": 2.0,
+    "referee_s": 1.0,
+    "simulated_s": 200.0,
+    "ticks": 4000,
+    "latency_p50_ms": 1.0,
+    "latency_p95_ms": 2.0,
+    "latency_p99_ms": 3.0,
+    "late_share": 0.0,
+}
+
+
+@pytest.fixture
+def folder(tmp_path):
+    folder = RunFolder(tmp_path / "run")
+    folder.create()
+    return folder
+
+
+def test_a_file_is_written_whole_or_not_at_all(folder, monkeypatch):
+    folder.write("summary.json", "first")
+    monkeypatch.setattr("os.fsync", lambda file: (_ for _ in ()).throw(OSError(28, "Disk full")))
+
+    with pytest.raises(InputError, match="Disk full. Finished episodes are kept"):
+        folder.write("summary.json", "second")
+
+    assert (folder.path / "summary.json").read_text() == "first"
+
+
+def test_creating_a_folder_again_clears_what_was_half_written(folder):
+    (folder.path / "recordings" / "a.parquet.part").touch()
+
+    folder.create()
+
+    assert not list(folder.path.rglob("*.part"))
+
+
+def test_a_folder_without_run_json_is_no_run(folder):
+    with pytest.raises(InputError, match=r"is no run of plant-bench: it has no run\.json"):
+        RunFolder.open(folder.path)
+
+
+def test_a_broken_run_json_is_told(folder):
+    folder.write("run.json", "{}")
+
+    with pytest.raises(InputError, match=r"cannot read run\.json"):
+        RunFolder.open(folder.path).provenance()
+
+
+def test_speed_weighs_latency_by_ticks():
+    slow = EpisodeTiming(**TIMING | {"ticks": 1000, "latency_p50_ms": 6.0, "late_share": 0.5})
+
+    speed = speed_of([EpisodeTiming(**TIMING), slow])
+
+    assert speed.p50_ms == pytest.approx(2.0)
+    assert speed.late_share == pytest.approx(0.1)
+    assert speed.shares == pytest.approx(
+        {"simulation": 0.5, "planner": 0.2, "referee": 0.1, "rest": 0.2}
+    )
+
+
+def test_no_timings_have_no_speed():
+    assert speed_of([]).episodes == 0
+
+
+def test_timings_that_cannot_be_read_are_left_out(folder):
+    folder.write("timing/a.json", json.dumps(TIMING | {"more": 1}))
+    folder.write("timing/b.json", "{")
+
+    assert len(read_timings(folder, ["a", "b", "c"])) == 1
+
+
+def test_provenance_names_what_makes_the_numbers():
+    assert {"plant-bench", "python", "libsumo", "numpy"} <= installed_versions().keys()
+    assert processor_name()

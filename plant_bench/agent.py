@@ -137,7 +137,7 @@ class Observation:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Plan:
-    """Waypoints in the ego frame at 0.5, 1.0, 1.5 and 2.0 s; the benchmark's controller drives them.
+    """Waypoints in the ego frame at 0.5, 1.0, 1.5 and 2.0 s, driven by `follow_plan`.
 
     Attributes:
         waypoints: x forward, y left, metres.

@@ -1,4 +1,4 @@
-"""Where networks, routes and models live: beside the package in a checkout, inside it in a wheel."""
+"""Where networks, routes and models live: beside the package, or inside it in a wheel."""
 
 from pathlib import Path
 

@@ -1,9 +1,9 @@
 """Every error that plant-bench raises on purpose.
 
-    PlantBenchError
-    ├── InputError        what the user gave cannot be used; the command line exits with code 2
-    ├── AgentError        a planner raised, or returned something that is not a plan or a control
-    └── SimulationError   SUMO failed in a way that no input explains
+PlantBenchError
+├── InputError        what the user gave cannot be used; the command line exits with code 2
+├── AgentError        a planner raised, or returned something that is not a plan or a control
+└── SimulationError   SUMO failed in a way that no input explains
 """
 
 

@@ -129,10 +129,12 @@ class CarefulDriver:
             self._waited = 0.0
             return pull
         self._waited = self._waited + INTERVAL * TICK if ego.speed < 0.5 else 0.0
-        choices = np.concatenate((first, CHOICES[CHOICES < pull]))
+        choices = np.concatenate((first, CHOICES[pull > CHOICES]))
         travel = rollout(ego.speed, choices, np.full(len(choices), target))
         times, _ = first_conflicts(ego_poses(route, past, travel), forecast, certainty)
-        best = int(np.argmax(times))  # the first of the clear ones, or the one that is clear longest
+        best = int(
+            np.argmax(times)
+        )  # the first of the clear ones, or the one that is clear longest
         return self._at_the_line(ego, route.progress, float(choices[best]), travel[best])
 
     def _at_the_line(

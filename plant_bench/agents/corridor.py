@@ -22,12 +22,12 @@ class Leader(NamedTuple):
     """An actor on the route ahead.
 
     Attributes:
-        index: Its place in the observation's actors; -1 for none.
+        actor: Its place in the observation's actors; -1 for none.
         distance: Metres along the route from the ego's centre to its nearest corner.
         speed: m/s along the route, not below 0.
     """
 
-    index: int
+    actor: int
     distance: float
     speed: float
 

@@ -40,9 +40,7 @@ def load_agent(spec: str) -> Agent:
         message = f"The agent '{spec}' cannot be made: {type(error).__name__}: {error}"
         raise InputError(message) from error
     if not isinstance(agent, Agent):
-        message = (
-            f"'{spec}' is no agent: it must have inputs, reset and act (see plant_bench.agent.Agent)."
-        )
+        message = f"'{spec}' is no agent: inputs, reset and act are wanted (plant_bench/agent.py)."
         raise InputError(message)
     if not all(item in set(Input) for item in agent.inputs):
         message = f"'{spec}' declares inputs {agent.inputs!r}: choose from {', '.join(Input)}."

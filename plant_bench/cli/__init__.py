@@ -32,10 +32,11 @@ app.add_typer(towns_app, name="towns")
 app.add_typer(routes_app, name="routes")
 
 
-def _print_version(wanted: bool) -> None:
+def _print_version(wanted: bool) -> bool:
     if wanted:
         typer.echo(f"plant-bench {__version__}")
         raise typer.Exit
+    return wanted
 
 
 @app.callback()

@@ -24,17 +24,25 @@ def overlap(
     poses_b: Float[np.ndarray, "pairs 3"],
     extents_b: Float[np.ndarray, "pairs 2"],
 ) -> Bool[np.ndarray, " pairs"]:
-    """Tell for each pair whether the two boxes overlap (separating axes; touching is no overlap)."""
+    """Tell for each pair whether the boxes overlap (separating axes; touching is no overlap)."""
     dx, dy = poses_b[:, 0] - poses_a[:, 0], poses_b[:, 1] - poses_a[:, 1]
     turn = poses_b[:, 2] - poses_a[:, 2]
     cos, sin = np.abs(np.cos(turn)), np.abs(np.sin(turn))
     half_a, half_b = 0.5 * extents_a, 0.5 * extents_b
     cos_a, sin_a = np.cos(poses_a[:, 2]), np.sin(poses_a[:, 2])
     cos_b, sin_b = np.cos(poses_b[:, 2]), np.sin(poses_b[:, 2])
-    apart = np.abs(dx * cos_a + dy * sin_a) >= half_a[:, 0] + half_b[:, 0] * cos + half_b[:, 1] * sin
-    apart |= np.abs(dy * cos_a - dx * sin_a) >= half_a[:, 1] + half_b[:, 0] * sin + half_b[:, 1] * cos
-    apart |= np.abs(dx * cos_b + dy * sin_b) >= half_b[:, 0] + half_a[:, 0] * cos + half_a[:, 1] * sin
-    apart |= np.abs(dy * cos_b - dx * sin_b) >= half_b[:, 1] + half_a[:, 0] * sin + half_a[:, 1] * cos
+    apart = (
+        np.abs(dx * cos_a + dy * sin_a) >= half_a[:, 0] + half_b[:, 0] * cos + half_b[:, 1] * sin
+    )
+    apart |= (
+        np.abs(dy * cos_a - dx * sin_a) >= half_a[:, 1] + half_b[:, 0] * sin + half_b[:, 1] * cos
+    )
+    apart |= (
+        np.abs(dx * cos_b + dy * sin_b) >= half_b[:, 0] + half_a[:, 0] * cos + half_a[:, 1] * sin
+    )
+    apart |= (
+        np.abs(dy * cos_b - dx * sin_b) >= half_b[:, 1] + half_a[:, 0] * sin + half_a[:, 1] * cos
+    )
     return ~apart
 
 

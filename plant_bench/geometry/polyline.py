@@ -104,12 +104,12 @@ class Cursor:
         self.progress = max(self.progress, self._along[self.index])
 
 
-def distance_to(
-    points: Float[np.ndarray, "points 2"], x: float, y: float
-) -> float:
+def distance_to(points: Float[np.ndarray, "points 2"], x: float, y: float) -> float:
     """Return the distance of (x, y) from the nearest point of the polyline."""
     start, delta = points[:-1], np.diff(points, axis=0)
     square = np.maximum(np.einsum("ij,ij->i", delta, delta), 1e-12)
-    share = np.clip(((x - start[:, 0]) * delta[:, 0] + (y - start[:, 1]) * delta[:, 1]) / square, 0, 1)
+    share = np.clip(
+        ((x - start[:, 0]) * delta[:, 0] + (y - start[:, 1]) * delta[:, 1]) / square, 0, 1
+    )
     near = start + share[:, None] * delta
     return float(np.sqrt(np.min((near[:, 0] - x) ** 2 + (near[:, 1] - y) ** 2)))

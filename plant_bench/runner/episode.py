@@ -140,7 +140,7 @@ class _Stopwatch:
 
     def __init__(self) -> None:
         self.begin = self._last = time.perf_counter()
-        self.spent = dict.fromkeys(
+        self.spent: dict[str, float] = dict.fromkeys(
             ("start_up", "simulation", "privileged", "agent", "referee", "recording"), 0.0
         )
         self.decisions: list[float] = []

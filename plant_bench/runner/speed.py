@@ -67,21 +67,21 @@ def read_timings(folder: RunFolder, names: Iterable[str]) -> list[EpisodeTiming]
 def speed_of(timings: Sequence[EpisodeTiming]) -> Speed:
     """Sum up timings."""
     ticks = sum(timing.ticks for timing in timings)
-    wall = sum(timing.wall_s for timing in timings)
+    wall = math.fsum(timing.wall_s for timing in timings)
 
     def mean(name: str) -> float:
         whole = sum(getattr(timing, name) * timing.ticks for timing in timings)
         return whole / ticks if ticks else math.nan
 
     spent = {
-        "simulation": sum(timing.simulation_s + timing.privileged_s for timing in timings),
-        "planner": sum(timing.agent_s for timing in timings),
-        "referee": sum(timing.referee_s for timing in timings),
+        "simulation": math.fsum(timing.simulation_s + timing.privileged_s for timing in timings),
+        "planner": math.fsum(timing.agent_s for timing in timings),
+        "referee": math.fsum(timing.referee_s for timing in timings),
     }
     spent["rest"] = wall - sum(spent.values())
     return Speed(
         episodes=len(timings),
-        simulated_s=sum(timing.simulated_s for timing in timings),
+        simulated_s=math.fsum(timing.simulated_s for timing in timings),
         wall_s=wall,
         shares={name: seconds / wall if wall else math.nan for name, seconds in spent.items()},
         p50_ms=mean("latency_p50_ms"),

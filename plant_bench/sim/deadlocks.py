@@ -43,11 +43,7 @@ class Deadlocks:
             del self._released[vehicle]
             self._sumo.ignore_ego(vehicle, ignore=False)
         since = self._standing_since
-        return (
-            since is not None
-            and tick % LOOK_INTERVAL == 0
-            and (tick - since) * TICK >= PATIENCE
-        )
+        return since is not None and tick % LOOK_INTERVAL == 0 and (tick - since) * TICK >= PATIENCE
 
     def look(
         self,

@@ -135,7 +135,9 @@ class LanePaths:
 
     def _forget(self, tick: int) -> None:
         if tick % 100 == 0:
-            fresh = {key: track for key, track in self._tracks.items() if tick - track.refreshed < 100}
+            fresh = {
+                key: track for key, track in self._tracks.items() if tick - track.refreshed < 100
+            }
             self._tracks = fresh
 
     def _waited(self, tick: int, track: _Track, state: VehicleState) -> float:

@@ -3,7 +3,6 @@
 import math
 from bisect import bisect_right
 from functools import lru_cache
-from typing import Self
 
 import numpy as np
 
@@ -64,7 +63,7 @@ class Simulation:
         self._warm_up()
         self.scene = self._look(0, self._start())
 
-    def __enter__(self) -> Self:
+    def __enter__(self) -> "Simulation":  # noqa: PYI034 - as in sumo.py
         return self
 
     def __exit__(self, *_: object) -> None:

@@ -9,7 +9,7 @@ import contextlib
 import math
 import os
 from pathlib import Path
-from typing import NamedTuple, Self
+from typing import NamedTuple
 
 os.environ.setdefault("LIBSUMO_AS_TRACI", "quiet")  # the name misleads: no arrow warning on stdout
 
@@ -78,7 +78,7 @@ class Sumo:
         self._routes = 0
         self._lane_lengths: dict[str, float] = {}
 
-    def __enter__(self) -> Self:
+    def __enter__(self) -> "Sumo":  # noqa: PYI034 - the run-time type check knows no Self
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -150,7 +150,7 @@ class Sumo:
         return states
 
     def closed_link(self, vehicle: int) -> int:
-        """Return the place among the junctions ahead of the first that must not be entered, or -1."""
+        """Return which of the junctions ahead is the first that must not be entered, or -1."""
         for place, link in enumerate(libsumo.vehicle.getNextLinks(str(vehicle))):
             if not link[2]:
                 return place

@@ -161,7 +161,7 @@ class Traffic:
     def _lengthen(self, vehicle: int) -> None:
         edges = self._sumo.remaining_route(vehicle)
         if len(edges) < 5:
-            onward = self._streets.walk(edges[-1], self._draw, ROUTE_AHEAD)
+            onward = self._streets.walk(list(edges)[-1], self._draw, ROUTE_AHEAD)
             self._sumo.set_route(vehicle, (*edges, *onward))
 
     def _enter(self, x: float, y: float, *, inner: float, most: int) -> None:
@@ -192,7 +192,9 @@ class Traffic:
         room = math.sqrt(2.0 * COMFORTABLE_BRAKING * max(length - at - 8.0, 0.0))
         speed = min(0.8 * lane.speed_limit, room)
         gap = 9.0 + 1.2 * speed
-        nearest = np.min((taken[:, 0] - streets.x[place]) ** 2 + (taken[:, 1] - streets.y[place]) ** 2)
+        nearest = np.min(
+            (taken[:, 0] - streets.x[place]) ** 2 + (taken[:, 1] - streets.y[place]) ** 2
+        )
         if nearest < gap**2:
             return None
         self._number += 1

@@ -174,8 +174,8 @@ class Route:
         spacing = np.diff(self.along)
         if spacing.min() < 0.2 or spacing.max() > 2.0:
             message = (
-                f"Route {self.id}: points {spacing.min():.2f} to {spacing.max():.2f} m apart found, "
-                "about 1 m wanted."
+                f"Route {self.id}: points {spacing.min():.2f} to {spacing.max():.2f} m apart "
+                "found, about 1 m wanted."
             )
             raise InputError(message)
         if not self.edges or not self.lanes or self.speed_limits.min() <= 0.0:

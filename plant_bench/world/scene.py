@@ -86,7 +86,11 @@ class Actors:
     def only(self, keep: np.ndarray) -> "Actors":
         """Return the actors that a boolean mask or an index array selects."""
         return Actors(
-            self.ids[keep], self.poses[keep], self.speeds[keep], self.extents[keep], self.kinds[keep]
+            self.ids[keep],
+            self.poses[keep],
+            self.speeds[keep],
+            self.extents[keep],
+            self.kinds[keep],
         )
 
     @classmethod

@@ -70,7 +70,8 @@ class Link:
         via: The internal lanes between them, in order; empty where two edges just join.
         junction: The junction's id.
         turn: "straight", "left" or "right" (SUMO's slight turns count as the turn they are).
-        control: "signal", "major", "minor", "stop", "allway", "equal" (right before left), "zipper".
+        control: "signal", "major", "minor", "stop", "allway", "equal" (right before left) or
+            "zipper".
         signal: The signal's id, None where there is none.
         signal_index: The link's place in the signal's state string, -1 where there is none.
     """
@@ -144,7 +145,9 @@ class Town:
         for lane in self.lanes.values():
             if lane.junction is None:
                 found.setdefault(lane.edge, []).append(lane)
-        return {edge: tuple(sorted(lanes, key=lambda lane: lane.index)) for edge, lanes in found.items()}
+        return {
+            edge: tuple(sorted(lanes, key=lambda lane: lane.index)) for edge, lanes in found.items()
+        }
 
     @cached_property
     def links_from(self) -> dict[str, tuple[Link, ...]]:
@@ -205,20 +208,28 @@ class Town:
         try:
             payload = json.loads(text)
             if payload["format"] != TOWN_FORMAT:
-                message = f"Town format {payload['format']} found, {TOWN_FORMAT} wanted: build it again."
+                message = (
+                    f"Town format {payload['format']} found, {TOWN_FORMAT} wanted: build it again."
+                )
                 raise InputError(message)
             lanes = [_lane(item) for item in payload["lanes"]]
             return cls(
                 name=payload["name"],
                 lanes={lane.id: lane for lane in lanes},
-                links=tuple(Link(**{**item, "via": tuple(item["via"])}) for item in payload["links"]),
-                junctions={item["id"]: Junction(**_outlined(item)) for item in payload["junctions"]},
+                links=tuple(
+                    Link(**{**item, "via": tuple(item["via"])}) for item in payload["links"]
+                ),
+                junctions={
+                    item["id"]: Junction(**_outlined(item)) for item in payload["junctions"]
+                },
                 signals=dict(payload["signals"]),
                 roundabouts=tuple(tuple(ring) for ring in payload["roundabouts"]),
                 areas=tuple(Area(**_outlined(item)) for item in payload["areas"]),
             )
         except (ValueError, KeyError, TypeError) as error:
-            message = f"Not a town file ({type(error).__name__}: {error}). Run 'plant-bench towns build'."
+            message = (
+                f"Not a town file ({type(error).__name__}: {error}). Run 'plant-bench towns build'."
+            )
             raise InputError(message) from error
 
 

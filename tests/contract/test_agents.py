@@ -1,0 +1,114 @@
+"""Every registered planner keeps the contract, and breaking it is noticed."""
+
+import numpy as np
+import pytest
+
+from plant_bench.agent import Control, Input, Observation, Plan, check_agent
+from plant_bench.agents.registry import AGENTS, load_agent
+from plant_bench.errors import AgentError
+from plant_bench.runner.observing import observe
+from plant_bench.sim.simulation import Simulation
+from plant_bench.world.route import Route, Scenario, load_suite
+
+pytestmark = pytest.mark.sumo
+
+
+@pytest.fixture(scope="module")
+def episode() -> tuple[Route, list[Observation]]:
+    """A route and some ticks of driving straight on from its start."""
+    route = load_suite("longest6")[6]
+    observations = []
+    with Simulation(Scenario(route, 1)) as simulation:
+        for tick in range(60):
+            scene = simulation.step(Control(1.0, 0.0))
+            if tick % 10 == 0:
+                facts = simulation.privileged()
+                observations.append(
+                    observe(scene, route, scene.ego.speed, 0.0, frozenset(Input), facts)
+                )
+    return route, observations
+
+
+@pytest.mark.parametrize("name", AGENTS)
+def test_registered_agents_keep_the_contract(
+    name: str, episode: tuple[Route, list[Observation]]
+) -> None:
+    check_agent(load_agent(name), *episode)
+
+
+class Good:
+    inputs = frozenset({Input.OBJECTS})
+
+    def reset(self, route: Route | None) -> None:
+        assert route is None
+
+    def act(self, observation: Observation) -> Plan | Control:
+        return Plan(np.ones((4, 2)))
+
+
+class Forgetless(Good):
+    ticks = 0
+
+    def act(self, observation: Observation) -> Plan | Control:
+        self.ticks += 1
+        return Control(float(self.ticks), 0.0)
+
+
+class Vandal(Good):
+    def act(self, observation: Observation) -> Plan | Control:
+        assert observation.actors is not None
+        observation.actors.speeds[:] += 1.0
+        return Control(0.0, 0.0)
+
+
+class NotANumber(Good):
+    def act(self, observation: Observation) -> Plan | Control:
+        return Control(float("nan"), 0.0)
+
+
+class WrongShape(Good):
+    def act(self, observation: Observation) -> Plan | Control:
+        return Plan(np.zeros((3, 2)))
+
+
+class Nothing(Good):
+    def act(self, observation: Observation) -> Plan | Control:
+        return None  # type: ignore[return-value]
+
+
+class Hasty(Good):
+    interval = 0
+
+
+class BadRanks(Good):
+    def rank(self, observation: Observation) -> np.ndarray:
+        return np.zeros(3 + len(observation.actors or []))
+
+
+class Incomplete:
+    inputs = frozenset()
+
+
+def test_a_good_agent_passes(episode: tuple[Route, list[Observation]]) -> None:
+    check_agent(Good(), *episode)
+
+
+@pytest.mark.parametrize(
+    ("agent", "message"),
+    [
+        (Forgetless(), "must forget the past"),
+        (Vandal(), "changed its observation|read-only"),
+        (NotANumber(), "finite numbers"),
+        (WrongShape(), r"shape \(3, 2\)"),
+        (Nothing(), "a Plan or a Control is wanted"),
+        (Hasty(), "interval 0"),
+        (BadRanks(), "rank returned shape"),
+        (Incomplete(), "is no Agent"),
+    ],
+    ids=lambda value: type(value).__name__ if not isinstance(value, str) else "",
+)
+def test_broken_agents_are_told_what_is_wrong(
+    agent: object, message: str, episode: tuple[Route, list[Observation]]
+) -> None:
+    with pytest.raises((AgentError, ValueError), match=message):
+        check_agent(agent, *episode)

@@ -1,0 +1,202 @@
+"""The world in motion: repeatable, reacting to the ego, and never conjuring in its sight."""
+
+import hashlib
+import multiprocessing
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from plant_bench.agent import Control, Input
+from plant_bench.agents.registry import agent_checksum, load_agent
+from plant_bench.errors import InputError, SimulationError
+from plant_bench.runner.episode import Job, run_episode
+from plant_bench.runner.observing import observe
+from plant_bench.scoring.referee import Referee
+from plant_bench.sim.ego import advance
+from plant_bench.sim.simulation import LEVEL_GAP, Simulation
+from plant_bench.sim.traffic import SIGHT
+from plant_bench.world.route import Route, Scenario, load_suite
+from plant_bench.world.scene import TICK, Light, Scene
+from plant_bench.world.town import load_town
+
+pytestmark = pytest.mark.sumo
+
+
+def route(name: str) -> Route:
+    return next(route for route in load_suite("longest6") if route.id == name)
+
+
+def short(name: str, length: int) -> Route:
+    """The first metres of a route."""
+    whole = route(name)
+    return replace(
+        whole,
+        id=f"{name}-short",
+        points=whole.points[: length + 1],
+        elevations=whole.elevations[: length + 1],
+        speed_limits=whole.speed_limits[: length + 1],
+        passages=tuple(passage for passage in whole.passages if passage.exit < length),
+    )
+
+
+def drive(scenario: Scenario, agent: str, ticks: int) -> list[Scene]:
+    driver = load_agent(agent)
+    driver.reset(scenario.route)
+    with Simulation(scenario) as simulation:
+        referee = Referee(simulation.town, scenario.route)
+        scenes = [simulation.scene]
+        control = Control(0.0, 0.0)
+        for tick in range(ticks):
+            referee.judge(simulation.scene)
+            if tick % getattr(driver, "interval", 1) == 0:
+                action = driver.act(
+                    observe(
+                        simulation.scene,
+                        scenario.route,
+                        referee.progress,
+                        referee.offset,
+                        frozenset(Input),
+                        simulation.privileged(),
+                    )
+                )
+                assert isinstance(action, Control)
+                control = action
+            scenes.append(simulation.step(control))
+    return scenes
+
+
+def fingerprint(folder: str, name: str, seed: int) -> str:
+    """Drive an episode, and hash its record and recording."""
+    file = Path(folder) / f"{name}-{seed}.parquet"
+    job = Job("expert", agent_checksum("expert"), short(name, 200), 0, seed, "dense")
+    episode = run_episode(job, recording=file)
+    digest = hashlib.sha256(episode.result.to_json().encode())
+    digest.update(file.read_bytes())
+    return digest.hexdigest()
+
+
+def _fingerprints(folder: str, jobs: list[tuple[str, int]]) -> list[str]:
+    return [fingerprint(folder, name, seed) for name, seed in jobs]
+
+
+def test_same_scenario_gives_equal_bytes_in_another_process_and_order(tmp_path: Path) -> None:
+    jobs = [("town02-0", 1), ("town02-0", 2), ("town01-5", 1)]
+    context = multiprocessing.get_context("spawn")
+    (tmp_path / "a").mkdir()
+    (tmp_path / "b").mkdir()
+    with context.Pool(1) as one, context.Pool(1) as other:
+        first = one.apply_async(_fingerprints, (str(tmp_path / "a"), jobs))
+        second = other.apply_async(_fingerprints, (str(tmp_path / "b"), jobs[::-1]))
+        assert first.get(200) == second.get(200)[::-1]
+        assert len(set(first.get())) == 3
+
+
+def test_nothing_appears_or_vanishes_in_sight() -> None:
+    scenes = drive(Scenario(route("town05-0"), 3), "expert", 2400)
+    for before, after in pairwise(scenes):
+        for here, there in ((before, after), (after, before)):
+            odd = ~np.isin(here.actors.ids, there.actors.ids)
+            if odd.any():
+                place = here.actors.poses[odd, :2] - (here.ego.x, here.ego.y)
+                assert np.hypot(*place.T).min() > SIGHT - 6.0
+
+
+def test_the_road_is_filled_and_actors_move_as_their_speed_says() -> None:
+    scenes = drive(Scenario(route("town05-0"), 3), "expert", 1200)
+    assert np.mean([len(scene.actors) for scene in scenes]) > 6.0
+    jumps = []
+    for before, after in pairwise(scenes):
+        _, here, there = np.intersect1d(before.actors.ids, after.actors.ids, return_indices=True)
+        moved = after.actors.poses[there, :2] - before.actors.poses[here, :2]
+        jumps.append(np.hypot(*moved.T) - TICK * after.actors.speeds[there])
+    assert np.abs(np.concatenate(jumps)).max() < 0.35
+
+
+def test_followers_stop_behind_a_standing_ego() -> None:
+    scenario = Scenario(route("town05-0"), 5)
+    with Simulation(scenario) as simulation:
+        scene = simulation.scene
+        for _ in range(1200):
+            scene = simulation.step(Control(0.0, 0.0))
+    ego = scene.ego
+    forward = np.array([np.cos(ego.yaw), np.sin(ego.yaw)])
+    offset = scene.actors.poses[:, :2] - (ego.x, ego.y)
+    along, aside = offset @ forward, np.abs(offset @ (-forward[1], forward[0]))
+    behind = (along < 0.0) & (along > -12.0) & (aside < 1.0)
+    assert behind.any()
+    assert along[behind].max() < -4.5  # no box reaches the ego's
+    assert scene.actors.speeds[behind].max() < 0.1
+
+
+def test_an_empty_road_is_empty_and_an_unknown_density_is_refused() -> None:
+    assert len(drive(Scenario(route("town02-0"), 1, "empty"), "cruise", 5)[-1].actors) == 0
+    with pytest.raises(InputError, match="Densities"):
+        Simulation(Scenario(route("town02-0"), 1, "thick"))
+
+
+def test_the_process_can_go_on_after_a_scenario_that_fails() -> None:
+    broken = replace(route("town02-0"), edges=("no-such-edge",))
+    with pytest.raises(SimulationError, match="ego"):
+        Simulation(Scenario(broken, 1))
+    assert drive(Scenario(route("town02-0"), 1, "empty"), "cruise", 5)
+
+
+def test_the_ego_is_ours_and_stands_where_its_model_says() -> None:
+    scenario = Scenario(route("town02-0"), 1, "empty")
+    with Simulation(scenario) as simulation:
+        ego = simulation.scene.ego
+        for _ in range(40):
+            control = Control(2.0, 0.05)
+            ego = advance(ego, control)
+            assert simulation.step(control).ego == ego
+
+
+def test_lights_are_seen_near_and_change() -> None:
+    whole = route("town02-0")
+    passage = whole.signal_passages[0]
+    scenes = drive(Scenario(whole, 1, "empty"), "cruise", 1500)
+    shown = {int(scene.lights[0]) for scene in scenes}
+    assert {Light.UNKNOWN} < shown or passage.entry < 60.0
+    assert len(shown) > 1
+
+
+def test_privileged_paths_begin_at_the_actors_and_are_driven() -> None:
+    scenario = Scenario(route("town05-1"), 2)
+    driver = load_agent("expert")
+    driver.reset(scenario.route)
+    starts, errors = [], []
+    with Simulation(scenario) as simulation:
+        for _ in range(200):
+            simulation.step(Control(0.0, 0.0))
+        for _ in range(20):
+            scene, facts = simulation.scene, simulation.privileged()
+            starts.append(np.hypot(*(facts.paths[:, 0, :2] - scene.actors.poses[:, :2]).T))
+            later = scene
+            for _ in range(30):
+                later = simulation.step(Control(0.0, 0.0))
+            _, here, there = np.intersect1d(scene.actors.ids, later.actors.ids, return_indices=True)
+            places = later.actors.poses[there, :2]
+            paths = facts.paths[here, :, :2]
+            distance = np.hypot(*np.moveaxis(paths - places[:, None], 2, 0)).min(axis=1)
+            errors.append(distance)
+    assert np.quantile(np.concatenate(starts), 0.95) < 0.5
+    assert np.quantile(np.concatenate(errors), 0.9) < 0.6
+
+
+def test_the_other_level_of_a_crossing_is_out_of_sight() -> None:
+    """Town04's highway crosses over itself: nobody is hit through the bridge."""
+    town = load_town("town04")
+    crossing = next(
+        item
+        for item in load_suite("longest6")
+        if item.town == "town04" and np.ptp(item.elevations) > 2.0
+    )
+    assert np.ptp([lane.points[:, 2].max() for lane in town.lanes.values()]) > LEVEL_GAP
+    scenes = drive(Scenario(crossing, 4), "expert", 2400)
+    referee = Referee(town, crossing)
+    for scene in scenes:
+        referee.judge(scene)
+    assert referee.infractions == []

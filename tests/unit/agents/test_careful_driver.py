@@ -1,0 +1,193 @@
+"""What the careful driver answers to single situations, made by hand on a straight road."""
+
+import math
+
+import numpy as np
+import pytest
+
+from plant_bench.agent import Control, NextLight, Observation, Privileged, RouteAhead
+from plant_bench.agents.careful_driver import CarefulDriver, allowed_speed, light_limit
+from plant_bench.agents.corridor import corridor
+from plant_bench.agents.expert import Expert
+from plant_bench.agents.forecast import STEP, along_true_lanes, straight_on
+from plant_bench.agents.rule_based import RuleBased
+from plant_bench.errors import AgentError
+from plant_bench.world.route import LaneSpan, Passage, Route
+from plant_bench.world.scene import Actors, EgoState, Light
+
+LIMIT = 10.0
+
+
+def straight_route(*passages: Passage) -> Route:
+    points = np.stack((np.arange(201.0), np.zeros(201)), axis=1)
+    return Route(
+        id="straight",
+        town="none",
+        points=points,
+        elevations=np.zeros(201),
+        speed_limits=np.full(201, LIMIT),
+        edges=("e",),
+        lanes=(LaneSpan("e_0", 0.0, 200.0),),
+        passages=passages,
+        lane_changes=(),
+        manoeuvres={},
+    )
+
+
+def cars(*rows: tuple[float, float, float, float]) -> Actors:
+    """x, y, yaw, speed of each."""
+    table = np.array(rows, dtype=np.float32).reshape(-1, 4)
+    count = len(table)
+    return Actors(
+        np.arange(1, count + 1),
+        table[:, :3],
+        table[:, 3],
+        np.tile(np.array([4.5, 1.8], np.float32), (count, 1)),
+        np.zeros(count, np.uint8),
+    )
+
+
+def facts(actors: Actors, *, stop: float = math.inf, acceleration: float = 0.0) -> Privileged:
+    """All go straight on."""
+    along = np.arange(121.0)
+    yaw = actors.poses[:, 2].astype(float)
+    x = actors.poses[:, 0, None] + along * np.cos(yaw)[:, None]
+    y = actors.poses[:, 1, None] + along * np.sin(yaw)[:, None]
+    count = len(actors)
+    return Privileged(
+        paths=np.stack((x, y, np.broadcast_to(yaw[:, None], x.shape)), axis=2).astype(float),
+        accelerations=np.full(count, acceleration),
+        desired_speeds=np.full(count, LIMIT),
+        stop_distances=np.full(count, stop),
+        stopped_for=np.zeros(count),
+    )
+
+
+def observe(
+    actors: Actors,
+    *,
+    speed: float = LIMIT,
+    at: float = 20.0,
+    light: NextLight | None = None,
+    privileged: Privileged | None = None,
+) -> Observation:
+    route = straight_route()
+    index = int(at)
+    ahead = RouteAhead(
+        at,
+        0.0,
+        route.points[index : index + 101],
+        route.headings[index : index + 101],
+        route.speed_limits[index : index + 101],
+    )
+    ego = EgoState(at, 0.0, 0.0, speed)
+    return Observation(0.0, ego, LIMIT, actors, ahead, light, privileged or facts(actors))
+
+
+def pull(observation: Observation, *passages: Passage) -> float:
+    driver = CarefulDriver(along_true_lanes)
+    driver.reset(straight_route(*passages))
+    return driver.act(observation).acceleration
+
+
+def test_a_free_road_is_driven_at_the_limit() -> None:
+    assert pull(observe(cars())) == pytest.approx(0.0, abs=0.01)
+    assert pull(observe(cars(), speed=2.0)) > 2.0
+
+
+def test_a_standing_car_ahead_is_braked_for_and_one_beside_is_not() -> None:
+    assert pull(observe(cars((45.0, 0.0, 0.0, 0.0)))) < -2.0
+    assert pull(observe(cars((45.0, 3.5, 0.0, 0.0)))) == pytest.approx(0.0, abs=0.01)
+
+
+def test_a_car_from_the_side_is_braked_for_and_one_that_must_stop_is_not() -> None:
+    crossing = cars((50.0, -30.0, math.pi / 2, LIMIT))
+    assert pull(observe(crossing)) < -0.5
+    yields = facts(crossing, stop=20.0)
+    assert pull(observe(crossing, privileged=yields)) == pytest.approx(0.0, abs=0.01)
+
+
+def test_a_follower_is_no_reason_to_brake() -> None:
+    assert pull(observe(cars((10.0, 0.0, 0.0, 14.0)))) == pytest.approx(0.0, abs=0.01)
+
+
+def test_a_junction_that_cannot_be_cleared_is_not_entered() -> None:
+    passage = Passage("j", 40.0, 60.0, "straight", "signal")
+    queue = observe(cars((65.0, 0.0, 0.0, 0.0)), speed=5.0)
+    assert pull(queue, passage) < pull(queue) - 0.5
+    moving = observe(cars((75.0, 0.0, 0.0, 8.0)), speed=5.0)
+    assert pull(moving, passage) == pytest.approx(pull(moving))
+
+
+@pytest.mark.parametrize(
+    ("state", "distance", "speed", "stops"),
+    [
+        (Light.RED, 20.0, 8.0, True),
+        (Light.GREEN, 20.0, 8.0, False),
+        (Light.YELLOW, 20.0, 8.0, True),
+        (Light.YELLOW, 5.0, 8.0, False),
+        (Light.RED, -3.0, 8.0, False),
+    ],
+)
+def test_lights(state: Light, distance: float, speed: float, stops: bool) -> None:
+    assert (light_limit(speed, NextLight(state, distance)) < 0.0) is stops
+
+
+def test_slows_down_in_time_for_a_lower_limit() -> None:
+    limits = np.concatenate((np.full(50, 13.9), np.full(51, 4.0)))
+    points = np.stack((np.arange(101.0), np.zeros(101)), axis=1)
+    route = RouteAhead(0.0, 0.0, points, np.zeros(101), limits)
+    allowed = allowed_speed(route)
+    assert 4.0 < allowed < 13.9
+    assert allowed**2 - 4.0**2 == pytest.approx(2.0 * 1.8 * 49.0, rel=0.03)
+
+
+def test_the_leader_is_the_nearest_in_the_lane() -> None:
+    actors = cars((60.0, 0.0, 0.0, 5.0), (40.0, 0.2, 0.0, 3.0), (30.0, 3.5, 0.0, 1.0))
+    observation = observe(actors)
+    assert observation.route is not None
+    leader = corridor(observation.route, actors, 0.0, LIMIT).leader()
+    assert leader.actor == 1
+    assert leader.distance == pytest.approx(40.0 - 2.25 - 20.0, abs=0.05)
+    assert leader.speed == pytest.approx(3.0)
+
+
+def test_forecasts_agree_on_a_car_that_drives_straight_at_constant_speed() -> None:
+    actors = cars((0.0, 3.5, 0.0, LIMIT))
+    observation = observe(actors)
+    keep = np.array([0])
+    true = along_true_lanes(observation, keep, 0.0)
+    guess = straight_on(observation, keep, 0.0)
+    assert true.poses == pytest.approx(guess.poses, abs=1e-3)
+    assert guess.poses[0, 4, 0] == pytest.approx(4 * STEP * LIMIT)
+
+
+def test_the_privileged_forecast_follows_the_lane_and_stops_at_the_line() -> None:
+    actors = cars((0.0, 3.5, 0.0, LIMIT))
+    true = along_true_lanes(
+        observe(actors, privileged=facts(actors, stop=12.0)), np.array([0]), 0.0
+    )
+    assert true.poses[0, -1, 0] == pytest.approx(12.0, abs=1e-6)
+
+
+def test_what_stands_is_forecast_to_stand() -> None:
+    actors = cars((30.0, -3.0, math.pi / 2, 0.0))
+    true = along_true_lanes(observe(actors), np.array([0]), 0.0)
+    assert np.ptp(true.poses[0], axis=0) == pytest.approx([0.0, 0.0, 0.0], abs=1e-6)
+
+
+def test_without_its_inputs_a_driver_says_so() -> None:
+    with pytest.raises(AgentError, match="route"):
+        Expert().reset(None)
+    observation = observe(cars((45.0, 5.0, 0.0, 3.0)))
+    blind = Observation(0.0, observation.ego, LIMIT, None, observation.route)
+    driver = RuleBased()
+    driver.reset(straight_route())
+    with pytest.raises(AgentError, match="objects"):
+        driver.act(blind)
+
+
+def test_actions_are_controls() -> None:
+    driver = RuleBased()
+    driver.reset(straight_route())
+    assert isinstance(driver.act(observe(cars((45.0, 0.0, 0.0, 3.0)))), Control)

@@ -1,0 +1,75 @@
+"""Finding planners by name, module and file."""
+
+from pathlib import Path
+
+import pytest
+
+from plant_bench.agent import Agent
+from plant_bench.agents.registry import AGENTS, agent_checksum, load_agent
+from plant_bench.errors import InputError
+
+PLANNER = """
+from plant_bench.agent import Control, Input
+
+class Mine:
+    inputs = frozenset({Input.ROUTE})
+    def reset(self, route): ...
+    def act(self, observation): return Control(0.0, 0.0)
+
+class Odd(Mine):
+    inputs = frozenset({"everything"})
+
+class Broken(Mine):
+    def __init__(self): raise RuntimeError("no weights")
+
+class NoAgent: ...
+"""
+
+
+@pytest.fixture
+def planner(tmp_path: Path) -> Path:
+    path = tmp_path / "mine.py"
+    path.write_text(PLANNER)
+    return path
+
+
+@pytest.mark.parametrize("name", AGENTS)
+def test_all_registered_agents_load(name: str) -> None:
+    assert isinstance(load_agent(name), Agent)
+
+
+def test_a_file_is_loaded_and_hashed_by_content(planner: Path) -> None:
+    spec = f"{planner}:Mine"
+    assert isinstance(load_agent(spec), Agent)
+    before = agent_checksum(spec)
+    planner.write_text(PLANNER + "# changed\n")
+    assert agent_checksum(spec) != before
+
+
+@pytest.mark.parametrize(
+    ("spec", "message"),
+    [
+        ("expart", "Did you mean 'expert'"),
+        ("nonsense", "Agents here: cruise"),
+        ("no.such.module:Agent", "cannot be loaded"),
+        ("plant_bench.agents.expert:Exprt", "Did you mean 'Expert'"),
+        ("missing.py:Agent", "There is no file"),
+    ],
+)
+def test_typos_get_one_clear_message(spec: str, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        load_agent(spec)
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("NoAgent", "is no agent"),
+        ("Odd", "choose from"),
+        ("Broken", "no weights"),
+        ("Mien", "Mine"),
+    ],
+)
+def test_classes_that_are_no_agents(planner: Path, name: str, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        load_agent(f"{planner}:{name}")

@@ -1,0 +1,61 @@
+"""The ego's vehicle model: a reader learns it from here."""
+
+import math
+
+import pytest
+
+from plant_bench.agent import Control
+from plant_bench.sim.ego import (
+    ACCELERATION_LIMIT,
+    BRAKING_LIMIT,
+    REAR_AXLE,
+    STEERING_LIMIT,
+    WHEELBASE,
+    advance,
+)
+from plant_bench.world.scene import TICK, EgoState
+
+
+def drive(ego: EgoState, control: Control, seconds: float) -> EgoState:
+    for _ in range(round(seconds / TICK)):
+        ego = advance(ego, control)
+    return ego
+
+
+def test_straight_on_covers_speed_times_time() -> None:
+    ego = drive(EgoState(0.0, 0.0, 0.0, 20.0), Control(0.0, 0.0), 2.0)
+    assert (ego.x, ego.y) == pytest.approx((40.0, 0.0))
+
+
+def test_constant_steering_is_a_circle_of_wheelbase_over_tangent() -> None:
+    steering = 0.3
+    radius = WHEELBASE / math.tan(steering)
+    start = EgoState(REAR_AXLE, 0.0, 0.0, 5.0, steering=steering)
+    around = 2.0 * math.pi * radius / (5.0 * TICK)
+    ego = start
+    for _ in range(round(around)):
+        ego = advance(ego, Control(0.0, steering))
+    rear = ego.x - REAR_AXLE * math.cos(ego.yaw), ego.y - REAR_AXLE * math.sin(ego.yaw)
+    assert math.hypot(rear[0], rear[1] - radius) == pytest.approx(radius, abs=1e-3)
+    assert math.hypot(*rear) < 5.0 * TICK
+
+
+def test_full_braking_stops_and_never_reverses() -> None:
+    ego = drive(EgoState(0.0, 0.0, 0.0, 16.0), Control(-100.0, 0.0), 4.0)
+    assert ego.speed == 0.0
+    ideal = 16.0**2 / (2.0 * BRAKING_LIMIT)
+    assert ideal < ego.x < ideal + 16.0 * 0.25  # the brakes take 0.2 s to build up
+    assert drive(ego, Control(-100.0, 0.0), 1.0).x == ego.x
+
+
+def test_actuators_have_limits_and_take_time() -> None:
+    ego = EgoState(0.0, 0.0, 0.0, 5.0)
+    assert advance(ego, Control(0.0, 9.0)).steering == pytest.approx(1.0 * TICK)
+    ego = drive(ego, Control(99.0, 9.0), 2.0)
+    assert ego.steering == pytest.approx(STEERING_LIMIT)
+    assert ego.acceleration == pytest.approx(ACCELERATION_LIMIT)
+
+
+def test_standing_still_does_not_turn() -> None:
+    ego = drive(EgoState(1.0, 2.0, 0.5, 0.0), Control(0.0, 0.6), 1.0)
+    assert ego.pose == pytest.approx((1.0, 2.0, 0.5))

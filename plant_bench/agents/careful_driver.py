@@ -18,7 +18,7 @@ from plant_bench.errors import AgentError
 from plant_bench.world.route import Passage, Route
 from plant_bench.world.scene import EGO_LENGTH, EGO_WIDTH, TICK, Actors, EgoState, Light
 
-Forecaster = Callable[[Observation, np.ndarray, float], Forecast]
+Forecaster = Callable[[Observation, np.ndarray], Forecast]
 
 INTERVAL = 2  # ticks between two decisions: 10 Hz
 CURVE_BRAKING = 1.8  # m/s2 towards a lower speed limit ahead
@@ -27,8 +27,8 @@ CHOICES = np.array([0.5, 0.0, -1.0, -2.0, -3.5, -5.0, -8.0])  # m/s2 tried when 
 LINE_BRAKING = 4.5  # m/s2 up to which a conflict in a junction is answered at its stop line
 SLOW_LEADER = 3.0  # m/s below which a leader may block a junction
 ROOM_BEYOND = 1.5  # m kept free behind the ego when it has cleared a junction
-PATIENCE = 8.0  # s of waiting for others after which margins begin to shrink
-BOLDNESS = 20.0  # s of further waiting until they are gone
+PATIENCE = 8.0  # s of waiting after which the margins towards who stands begin to shrink
+SHRINKING = 20.0  # s of further waiting until they are gone
 HALF = 0.5 * EGO_LENGTH
 
 
@@ -119,19 +119,19 @@ class CarefulDriver:
         if not keep.size:
             self._waited = 0.0
             return pull
-        certainty = min(max((self._waited - PATIENCE) / BOLDNESS, 0.0), 1.0)
-        forecast = self._forecaster(observation, keep, certainty)
+        boldness = min(max((self._waited - PATIENCE) / SHRINKING, 0.0), 1.0)
+        forecast = self._forecaster(observation, keep)
         past = route.progress - math.floor(route.progress)
         first = np.array([pull])
         travel = rollout(ego.speed, first, np.array([target]))
-        times, _ = first_conflicts(ego_poses(route, past, travel), forecast, certainty)
+        times = first_conflicts(ego_poses(route, past, travel), forecast, boldness)
         if times[0] == math.inf:
             self._waited = 0.0
             return pull
         self._waited = self._waited + INTERVAL * TICK if ego.speed < 0.5 else 0.0
         choices = np.concatenate((first, CHOICES[pull > CHOICES]))
         travel = rollout(ego.speed, choices, np.full(len(choices), target))
-        times, _ = first_conflicts(ego_poses(route, past, travel), forecast, certainty)
+        times = first_conflicts(ego_poses(route, past, travel), forecast, boldness)
         best = int(
             np.argmax(times)
         )  # the first of the clear ones, or the one that is clear longest

@@ -1,15 +1,15 @@
 """Which accelerations keep clear of the forecast boxes of others."""
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Float
 
 from plant_bench.agent import RouteAhead
 from plant_bench.agents.forecast import STEP, STEPS, TIMES, Forecast
 from plant_bench.geometry.box import overlap
-from plant_bench.world.scene import EGO_LENGTH, EGO_WIDTH
+from plant_bench.world.scene import EGO_EXTENT, EGO_LENGTH, EGO_WIDTH
 
-MARGIN_ALONG = 1.0  # m in front of and behind the ego
-MARGIN_ASIDE = 0.25  # m on each side of the ego
+MARGIN_ALONG = 1.0  # m in front of and behind others
+MARGIN_ASIDE = 0.25  # m on each side of others
 
 
 def rollout(
@@ -37,30 +37,28 @@ def ego_poses(
 def first_conflicts(
     poses: Float[np.ndarray, "choices steps 3"],
     forecast: Forecast,
-    certainty: float,
-) -> tuple[Float[np.ndarray, " choices"], Bool[np.ndarray, " actors"]]:
-    """Return for each choice the time of the first overlap, and which actors any choice meets.
+    boldness: float,
+) -> Float[np.ndarray, " choices"]:
+    """Return for each choice the time of the first overlap, infinite for none.
 
     Args:
         poses: The ego's poses, one row a choice.
         forecast: The others.
-        certainty: 0 keeps the full margins, 1 none.
+        boldness: 0 keeps the full margins, 1 none towards who stands.
     """
-    choices, actors = len(poses), len(forecast.widths)
-    times = np.full(choices, np.inf)
-    met = np.zeros(actors, dtype=bool)
-    share = 1.0 - certainty
-    length, width = EGO_LENGTH + 2 * share * MARGIN_ALONG, EGO_WIDTH + 2 * share * MARGIN_ASIDE
+    times = np.full(len(poses), np.inf)
+    share = np.where(forecast.standing, 1.0 - boldness, 1.0)
+    lengths = forecast.lengths + 2 * MARGIN_ALONG * share[:, None]
+    widths = forecast.widths + 2 * MARGIN_ASIDE * share
     dx = poses[:, None, :, 0] - forecast.poses[None, :, :, 0]
     dy = poses[:, None, :, 1] - forecast.poses[None, :, :, 1]
-    reach = 0.5 * (length + width + forecast.lengths + forecast.widths[:, None])
+    reach = 0.5 * (EGO_LENGTH + EGO_WIDTH + lengths + widths[:, None])
     near = np.nonzero(dx * dx + dy * dy < reach * reach)
     if not near[0].size:
-        return times, met
+        return times
     choice, actor, step = near
-    ego_extents = np.broadcast_to(np.array([length, width]), (len(choice), 2))
-    extents = np.stack((forecast.lengths[actor, step], forecast.widths[actor]), axis=1)
+    ego_extents = np.broadcast_to(np.array(EGO_EXTENT), (len(choice), 2))
+    extents = np.stack((lengths[actor, step], widths[actor]), axis=1)
     hits = overlap(poses[choice, step], ego_extents, forecast.poses[actor, step], extents)
     np.minimum.at(times, choice[hits], TIMES[step[hits]])
-    met[actor[hits]] = True
-    return times, met
+    return times

@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from plant_bench.agent import PATH_POSES, PATH_STEP, Observation
 from plant_bench.errors import AgentError
@@ -22,18 +22,20 @@ class Forecast(NamedTuple):
         poses: Box centres.
         lengths: Metres; longer than the vehicle by what its place is uncertain.
         widths: Metres.
+        standing: Which of them stand now.
     """
 
     poses: Float[np.ndarray, "actors steps 3"]
     lengths: Float[np.ndarray, "actors steps"]
     widths: Float[np.ndarray, " actors"]
+    standing: Bool[np.ndarray, " actors"]
 
 
-def along_true_lanes(observation: Observation, keep: np.ndarray, certainty: float) -> Forecast:
+def along_true_lanes(observation: Observation, keep: np.ndarray) -> Forecast:
     """Forecast by what only the simulator knows (PlanT, section 4: the expert).
 
     Each actor follows its true lanes; how far it gets lies between going on as now and speeding up
-    or slowing down, and its box covers that range, narrowed by `certainty` (0 to 1).
+    or slowing down, and its box covers that range.
 
     Raises:
         AgentError: The observation holds no privileged facts.
@@ -51,31 +53,31 @@ def along_true_lanes(observation: Observation, keep: np.ndarray, certainty: floa
     early = _travel(speed, np.maximum(pull, gentle), top)
     late = _travel(speed, np.minimum(pull, 0.0), top)
     early, late = np.minimum(early, room), np.minimum(late, room)
-    spread = (early - late) * (1.0 - certainty)
-    poses = _gather(facts.paths[keep], late + 0.5 * spread)
+    poses = _gather(facts.paths[keep], 0.5 * (early + late))
     extents = actors.extents[keep].astype(float)
-    return Forecast(poses, extents[:, 0, None] + spread, extents[:, 1])
+    lengths = extents[:, 0, None] + early - late
+    return Forecast(poses, lengths, extents[:, 1], speed[:, 0] < STANDING)
 
 
-def straight_on(observation: Observation, keep: np.ndarray, certainty: float) -> Forecast:
+def straight_on(observation: Observation, keep: np.ndarray) -> Forecast:
     """Forecast with constant speed and heading (PlanT, section 4: the rule-based planner).
 
     Raises:
         AgentError: The observation holds no actors.
     """
-    del certainty
     actors = observation.actors
     if actors is None:
         message = "The forecast needs the input 'objects'."
         raise AgentError(message)
     poses = actors.poses[keep].astype(float)
     extents = actors.extents[keep].astype(float)
-    travel = actors.speeds[keep].astype(float)[:, None] * TIMES
+    speeds = actors.speeds[keep].astype(float)
+    travel = speeds[:, None] * TIMES
     x = poses[:, 0, None] + travel * np.cos(poses[:, 2, None])
     y = poses[:, 1, None] + travel * np.sin(poses[:, 2, None])
     yaw = np.broadcast_to(poses[:, 2, None], x.shape)
     lengths = np.broadcast_to(extents[:, 0, None], x.shape)
-    return Forecast(np.stack((x, y, yaw), axis=2), lengths, extents[:, 1])
+    return Forecast(np.stack((x, y, yaw), axis=2), lengths, extents[:, 1], speeds < STANDING)
 
 
 def _travel(

@@ -156,8 +156,8 @@ def test_forecasts_agree_on_a_car_that_drives_straight_at_constant_speed() -> No
     actors = cars((0.0, 3.5, 0.0, LIMIT))
     observation = observe(actors)
     keep = np.array([0])
-    true = along_true_lanes(observation, keep, 0.0)
-    guess = straight_on(observation, keep, 0.0)
+    true = along_true_lanes(observation, keep)
+    guess = straight_on(observation, keep)
     assert true.poses == pytest.approx(guess.poses, abs=1e-3)
     assert guess.poses[0, 4, 0] == pytest.approx(4 * STEP * LIMIT)
 
@@ -172,7 +172,7 @@ def test_the_privileged_forecast_follows_the_lane_and_stops_at_the_line() -> Non
 
 def test_what_stands_is_forecast_to_stand() -> None:
     actors = cars((30.0, -3.0, math.pi / 2, 0.0))
-    true = along_true_lanes(observe(actors), np.array([0]), 0.0)
+    true = along_true_lanes(observe(actors), np.array([0]))
     assert np.ptp(true.poses[0], axis=0) == pytest.approx([0.0, 0.0, 0.0], abs=1e-6)
 
 

@@ -13,7 +13,7 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 
-from plant_bench.runner.episode import Job
+from plant_bench.runner.jobs import Job
 from plant_bench.runner.suite import (
     EpisodeEnded,
     EpisodeProgressed,

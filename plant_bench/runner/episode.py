@@ -1,14 +1,8 @@
 """One episode: the one loop in which everything meets."""
 
-import hashlib
-import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
-
-import numpy as np
-from pydantic import BaseModel, ConfigDict
 
 from plant_bench.agent import (
     Agent,
@@ -23,108 +17,16 @@ from plant_bench.agents.control import follow_plan
 from plant_bench.agents.registry import load_agent
 from plant_bench.data.recording import Recorder
 from plant_bench.errors import AgentError
+from plant_bench.runner.jobs import Job
 from plant_bench.runner.observing import observe
+from plant_bench.runner.timing import Stopwatch, Timing
 from plant_bench.scoring.infractions import Status
 from plant_bench.scoring.referee import Referee, result_of
-from plant_bench.scoring.results import Crash, EpisodeHeader, EpisodeResult
+from plant_bench.scoring.results import Crash, EpisodeResult
 from plant_bench.sim.simulation import Simulation
-from plant_bench.world.route import PROTOCOL, Route, Scenario
-from plant_bench.world.scene import TICK
-from plant_bench.world.town import town_checksum
+from plant_bench.world.route import Route
 
 PROGRESS_INTERVAL = 100  # ticks between two calls of the progress callback
-
-
-@dataclass(frozen=True)
-class Job:
-    """One episode to be driven; picklable.
-
-    Attributes:
-        agent: As given to `load_agent`.
-        agent_checksum: Content hash of the agent.
-        route: To drive.
-        repetition: From 0.
-        seed: The scenario's seed.
-        density: Of the traffic.
-    """
-
-    agent: str
-    agent_checksum: str
-    route: Route
-    repetition: int
-    seed: int
-    density: str
-
-    @cached_property
-    def scenario(self) -> Scenario:
-        """What the episode depends on, apart from the agent."""
-        return Scenario(self.route, self.seed, self.density)
-
-    @cached_property
-    def key(self) -> str:
-        """A content hash: of the agent, the scenario, the town and the rules."""
-        parts = (
-            PROTOCOL,
-            self.agent,
-            self.agent_checksum,
-            self.scenario.key,
-            str(self.repetition),
-            town_checksum(self.route.town),
-        )
-        return hashlib.sha256("|".join(parts).encode()).hexdigest()
-
-    def header(self, inputs: frozenset[Input]) -> EpisodeHeader:
-        """Return what is known before the episode starts."""
-        return EpisodeHeader(
-            protocol=PROTOCOL,
-            agent=self.agent,
-            agent_checksum=self.agent_checksum,
-            inputs=tuple(sorted(inputs)),
-            route=self.route.id,
-            town=self.route.town,
-            scenario=self.scenario.key,
-            repetition=self.repetition,
-            seed=self.seed,
-            density=self.density,
-            town_checksum=town_checksum(self.route.town),
-            route_checksum=self.route.checksum,
-        )
-
-
-class Timing(BaseModel):
-    """All of an episode that depends on the clock; no score does.
-
-    Attributes:
-        wall_s: Wall time of the whole episode.
-        start_up_s: Of it, until the first tick.
-        simulation_s: Of it, in SUMO and the ego's model.
-        privileged_s: Of it, gathering privileged facts.
-        agent_s: Of it, in the agent.
-        referee_s: Of it, judging.
-        recording_s: Of it, writing the recording.
-        simulated_s: Simulated time.
-        ticks: Ticks driven.
-        latency_p50_ms: Median time of one decision.
-        latency_p95_ms: 95th percentile.
-        latency_p99_ms: 99th percentile.
-        late_share: Share of decisions that took longer than a tick.
-    """
-
-    model_config = ConfigDict(frozen=True)
-
-    wall_s: float
-    start_up_s: float
-    simulation_s: float
-    privileged_s: float
-    agent_s: float
-    referee_s: float
-    recording_s: float
-    simulated_s: float
-    ticks: int
-    latency_p50_ms: float
-    latency_p95_ms: float
-    latency_p99_ms: float
-    late_share: float
 
 
 @dataclass(frozen=True)
@@ -133,39 +35,6 @@ class Episode:
 
     result: EpisodeResult
     timing: Timing
-
-
-class _Stopwatch:
-    """Adds up the wall time spent in each part of the loop; mutable."""
-
-    def __init__(self) -> None:
-        self.begin = self._last = time.perf_counter()
-        self.spent: dict[str, float] = dict.fromkeys(
-            ("start_up", "simulation", "privileged", "agent", "referee", "recording"), 0.0
-        )
-        self.decisions: list[float] = []
-
-    def lap(self, part: str) -> None:
-        now = time.perf_counter()
-        duration = now - self._last
-        self._last = now
-        self.spent[part] += duration
-        if part == "agent":
-            self.decisions.append(duration)
-
-    def timing(self, simulated: float, ticks: int) -> Timing:
-        p50, p95, p99 = np.percentile(self.decisions or [0.0], (50, 95, 99)).tolist()
-        late = sum(decision > TICK for decision in self.decisions)
-        return Timing(
-            wall_s=time.perf_counter() - self.begin,
-            **{f"{part}_s": spent for part, spent in self.spent.items()},
-            simulated_s=simulated,
-            ticks=ticks,
-            latency_p50_ms=1000.0 * p50,
-            latency_p95_ms=1000.0 * p95,
-            latency_p99_ms=1000.0 * p99,
-            late_share=late / max(len(self.decisions), 1),
-        )
 
 
 def run_episode(
@@ -185,7 +54,7 @@ def run_episode(
         InputError: The agent, the town or the density does not exist.
         SimulationError: SUMO fails; the episode says nothing about the agent then.
     """
-    watch = _Stopwatch()
+    watch = Stopwatch()
     agent = load_agent(job.agent)
     header = job.header(agent.inputs)
     recorder = None if recording is None else Recorder(recording, header.model_dump(mode="json"))
@@ -210,7 +79,7 @@ def _drive(
     referee: Referee,
     route: Route,
     recorder: Recorder | None,
-    watch: _Stopwatch,
+    watch: Stopwatch,
     progress: Callable[[float], None] | None,
 ) -> None:
     """Drive until the referee ends the episode, or the agent fails."""

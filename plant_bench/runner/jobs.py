@@ -4,12 +4,72 @@ import difflib
 import hashlib
 import re
 from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
 
+from plant_bench.agent import Input
 from plant_bench.errors import InputError
-from plant_bench.runner.episode import Job
-from plant_bench.world.route import Route
+from plant_bench.scoring.results import EpisodeHeader
+from plant_bench.world.route import PROTOCOL, Route, Scenario
+from plant_bench.world.town import town_checksum
 
 KEY_LENGTH = 8  # characters of a job's key in the name of its files
+
+
+@dataclass(frozen=True)
+class Job:
+    """One episode to be driven; picklable.
+
+    Attributes:
+        agent: As given to `load_agent`.
+        agent_checksum: Content hash of the agent.
+        route: To drive.
+        repetition: From 0.
+        seed: The scenario's seed.
+        density: Of the traffic.
+    """
+
+    agent: str
+    agent_checksum: str
+    route: Route
+    repetition: int
+    seed: int
+    density: str
+
+    @cached_property
+    def scenario(self) -> Scenario:
+        """What the episode depends on, apart from the agent."""
+        return Scenario(self.route, self.seed, self.density)
+
+    @cached_property
+    def key(self) -> str:
+        """A content hash: of the agent, the scenario, the town and the rules."""
+        parts = (
+            PROTOCOL,
+            self.agent,
+            self.agent_checksum,
+            self.scenario.key,
+            str(self.repetition),
+            town_checksum(self.route.town),
+        )
+        return hashlib.sha256("|".join(parts).encode()).hexdigest()
+
+    def header(self, inputs: frozenset[Input]) -> EpisodeHeader:
+        """Return what is known before the episode starts."""
+        return EpisodeHeader(
+            protocol=PROTOCOL,
+            agent=self.agent,
+            agent_checksum=self.agent_checksum,
+            inputs=tuple(sorted(inputs)),
+            route=self.route.id,
+            town=self.route.town,
+            scenario=self.scenario.key,
+            repetition=self.repetition,
+            seed=self.seed,
+            density=self.density,
+            town_checksum=town_checksum(self.route.town),
+            route_checksum=self.route.checksum,
+        )
 
 
 def repetition_seed(seed: int, route: str, repetition: int) -> int:

@@ -7,8 +7,7 @@ from pathlib import Path
 
 from plant_bench.agents.registry import agent_checksum, load_agent
 from plant_bench.errors import InputError
-from plant_bench.runner.episode import Job
-from plant_bench.runner.jobs import episode_name, make_jobs, select_routes
+from plant_bench.runner.jobs import Job, episode_name, make_jobs, select_routes
 from plant_bench.runner.provenance import Provenance, provenance
 from plant_bench.runner.run_folder import RunFolder
 from plant_bench.sim.traffic import density_of

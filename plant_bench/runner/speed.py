@@ -4,27 +4,10 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import ValidationError
 
 from plant_bench.runner.run_folder import RunFolder
-
-
-class EpisodeTiming(BaseModel):
-    """What is read of an episode's `Timing` (`plant_bench.runner.episode` says what it means)."""
-
-    model_config = ConfigDict(frozen=True, extra="ignore")
-
-    wall_s: float
-    simulation_s: float
-    privileged_s: float
-    agent_s: float
-    referee_s: float
-    simulated_s: float
-    ticks: int
-    latency_p50_ms: float
-    latency_p95_ms: float
-    latency_p99_ms: float
-    late_share: float
+from plant_bench.runner.timing import Timing
 
 
 @dataclass(frozen=True)
@@ -52,19 +35,19 @@ class Speed:
     late_share: float
 
 
-def read_timings(folder: RunFolder, names: Iterable[str]) -> list[EpisodeTiming]:
+def read_timings(folder: RunFolder, names: Iterable[str]) -> list[Timing]:
     """Return the timings of the named episodes, of those that have one."""
     found = []
     for name in names:
         path = folder.path / "timing" / f"{name}.json"
         try:
-            found.append(EpisodeTiming.model_validate_json(path.read_text(encoding="utf-8")))
+            found.append(Timing.model_validate_json(path.read_text(encoding="utf-8")))
         except (OSError, ValidationError):
             continue  # a timing is never worth an error
     return found
 
 
-def speed_of(timings: Sequence[EpisodeTiming]) -> Speed:
+def speed_of(timings: Sequence[Timing]) -> Speed:
     """Sum up timings."""
     ticks = sum(timing.ticks for timing in timings)
     wall = math.fsum(timing.wall_s for timing in timings)

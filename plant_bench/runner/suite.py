@@ -6,7 +6,7 @@ from importlib import import_module
 from pathlib import Path
 
 from plant_bench.agents.registry import load_agent
-from plant_bench.runner.episode import Episode, Job, Timing
+from plant_bench.runner.episode import Episode
 from plant_bench.runner.executors import (
     Event,
     Finished,
@@ -16,8 +16,9 @@ from plant_bench.runner.executors import (
     Started,
     run_tasks,
 )
-from plant_bench.runner.jobs import episode_name
+from plant_bench.runner.jobs import Job, episode_name
 from plant_bench.runner.run_folder import RunFolder
+from plant_bench.runner.timing import Timing
 from plant_bench.runner.worker import Report
 from plant_bench.scoring.infractions import Status
 from plant_bench.scoring.results import EpisodeResult

@@ -12,7 +12,8 @@ import pytest
 from plant_bench.agent import Control, Input
 from plant_bench.agents.registry import agent_checksum, load_agent
 from plant_bench.errors import InputError, SimulationError
-from plant_bench.runner.episode import Job, run_episode
+from plant_bench.runner.episode import run_episode
+from plant_bench.runner.jobs import Job
 from plant_bench.runner.observing import observe
 from plant_bench.scoring.referee import Referee
 from plant_bench.sim.ego import advance

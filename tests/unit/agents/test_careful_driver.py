@@ -164,9 +164,7 @@ def test_forecasts_agree_on_a_car_that_drives_straight_at_constant_speed() -> No
 
 def test_the_privileged_forecast_follows_the_lane_and_stops_at_the_line() -> None:
     actors = cars((0.0, 3.5, 0.0, LIMIT))
-    true = along_true_lanes(
-        observe(actors, privileged=facts(actors, stop=12.0)), np.array([0]), 0.0
-    )
+    true = along_true_lanes(observe(actors, privileged=facts(actors, stop=12.0)), np.array([0]))
     assert true.poses[0, -1, 0] == pytest.approx(12.0, abs=1e-6)
 
 

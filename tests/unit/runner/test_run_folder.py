@@ -5,10 +5,13 @@ import pytest
 from plant_bench.errors import InputError
 from plant_bench.runner.provenance import installed_versions, processor_name
 from plant_bench.runner.run_folder import RunFolder
-from plant_bench.runner.speed import EpisodeTiming, read_timings, speed_of
+from plant_bench.runner.speed import read_timings, speed_of
+from plant_bench.runner.timing import Timing
 
 TIMING = {
     "wall_s": 10.0,
+    "start_up_s": 0.5,
+    "recording_s": 0.5,
     "simulation_s": 4.0,
     "privileged_s": 1.0,
     "agent_s": 2.0,
@@ -60,9 +63,9 @@ def test_a_broken_run_json_is_told(folder):
 
 
 def test_speed_weighs_latency_by_ticks():
-    slow = EpisodeTiming(**TIMING | {"ticks": 1000, "latency_p50_ms": 6.0, "late_share": 0.5})
+    slow = Timing(**TIMING | {"ticks": 1000, "latency_p50_ms": 6.0, "late_share": 0.5})
 
-    speed = speed_of([EpisodeTiming(**TIMING), slow])
+    speed = speed_of([Timing(**TIMING), slow])
 
     assert speed.p50_ms == pytest.approx(2.0)
     assert speed.late_share == pytest.approx(0.1)

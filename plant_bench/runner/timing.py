@@ -1,0 +1,79 @@
+"""How long an episode took, part by part; all that depends on the clock is here."""
+
+import time
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict
+
+from plant_bench.world.scene import TICK
+
+
+class Timing(BaseModel):
+    """All of an episode that depends on the clock; no score does.
+
+    Attributes:
+        wall_s: Wall time of the whole episode.
+        start_up_s: Of it, until the first tick.
+        simulation_s: Of it, in SUMO and the ego's model.
+        privileged_s: Of it, gathering privileged facts.
+        agent_s: Of it, in the agent.
+        referee_s: Of it, judging.
+        recording_s: Of it, writing the recording.
+        simulated_s: Simulated time.
+        ticks: Ticks driven.
+        latency_p50_ms: Median time of one decision.
+        latency_p95_ms: 95th percentile.
+        latency_p99_ms: 99th percentile.
+        late_share: Share of decisions that took longer than a tick.
+    """
+
+    model_config = ConfigDict(frozen=True)
+
+    wall_s: float
+    start_up_s: float
+    simulation_s: float
+    privileged_s: float
+    agent_s: float
+    referee_s: float
+    recording_s: float
+    simulated_s: float
+    ticks: int
+    latency_p50_ms: float
+    latency_p95_ms: float
+    latency_p99_ms: float
+    late_share: float
+
+
+class Stopwatch:
+    """Adds up the wall time spent in each part of an episode; mutable."""
+
+    def __init__(self) -> None:
+        self.begin = self._last = time.perf_counter()
+        self.spent: dict[str, float] = dict.fromkeys(
+            ("start_up", "simulation", "privileged", "agent", "referee", "recording"), 0.0
+        )
+        self.decisions: list[float] = []
+
+    def lap(self, part: str) -> None:
+        """Put the time since the last lap down to a part."""
+        now = time.perf_counter()
+        duration = now - self._last
+        self._last = now
+        self.spent[part] += duration
+        if part == "agent":
+            self.decisions.append(duration)
+
+    def timing(self, simulated: float, ticks: int) -> Timing:
+        """Return what was measured of an episode of so many simulated seconds and ticks."""
+        p50, p95, p99 = np.percentile(self.decisions or [0.0], (50, 95, 99)).tolist()
+        late = sum(decision > TICK for decision in self.decisions)
+        return Timing(
+            wall_s=time.perf_counter() - self.begin,
+            **{f"{part}_s": spent for part, spent in self.spent.items()},
+            simulated_s=simulated,
+            ticks=ticks,
+            latency_p50_ms=1000.0 * p50,
+            latency_p95_ms=1000.0 * p95,
+            latency_p99_ms=1000.0 * p99,
+            late_share=late / max(len(self.decisions), 1),
+        )

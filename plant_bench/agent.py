@@ -58,7 +58,7 @@ class RouteAhead:
         offset: The ego's lateral distance from the route, positive to the left of it.
         points: One a metre, the first the last point passed; fewer near the end.
         headings: Radians at each point.
-        speed_limits: m/s at each point.
+        speed_limits: m/s at each point, as `Observation.speed_limit`.
     """
 
     progress: float
@@ -119,7 +119,7 @@ class Observation:
     Attributes:
         time: Seconds since the start of the episode.
         ego: The ego vehicle.
-        speed_limit: Posted at the ego's place, m/s.
+        speed_limit: At the ego's place, m/s: the posted one, or what the lane's curvature allows.
         actors: Others in sight (`Input.OBJECTS`).
         route: The route ahead (`Input.ROUTE`).
         light: The next traffic light, None also where none is in view (`Input.LIGHT`).

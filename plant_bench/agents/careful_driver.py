@@ -132,9 +132,7 @@ class CarefulDriver:
         choices = np.concatenate((first, CHOICES[pull > CHOICES]))
         travel = rollout(ego.speed, choices, np.full(len(choices), target))
         times = first_conflicts(ego_poses(route, past, travel), forecast, boldness)
-        best = int(
-            np.argmax(times)
-        )  # the first of the clear ones, or the one that is clear longest
+        best = int(np.argmax(times))  # the first clear one, else the one that is clear longest
         return self._at_the_line(ego, route.progress, float(choices[best]), travel[best])
 
     def _at_the_line(

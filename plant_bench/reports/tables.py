@@ -22,6 +22,7 @@ def print_summary(summary: Summary) -> None:
     """Print the scores, in all and by town, the infractions and how the episodes ended."""
     count = f"{summary.episodes}/{summary.expected} episodes"
     _console.print(f"{summary.agent}, {summary.protocol}, {count}", style="bold")
+    _console.print(f"given: {', '.join(summary.inputs) or 'nothing but its own state'}")
     table = Table()
     table.add_column("town")
     for head in ("DS", "RC %", "IS", "CV /km"):

@@ -63,6 +63,7 @@ class Summary:
     Attributes:
         agent: Its name.
         agent_checksum: Content hash of its code and weights.
+        inputs: What it was given.
         protocol: The rules it was scored under.
         scores: Over all towns.
         towns: Scores by town, in order of name.
@@ -77,6 +78,7 @@ class Summary:
 
     agent: str
     agent_checksum: str
+    inputs: tuple[str, ...]
     protocol: str
     scores: Scores
     towns: dict[str, Scores]
@@ -113,6 +115,7 @@ def summarise(results: Sequence[EpisodeResult], *, expected: int) -> Summary:
     return Summary(
         agent=first.agent,
         agent_checksum=first.agent_checksum,
+        inputs=first.inputs,
         protocol=first.protocol,
         scores=_scores(results),
         towns={
@@ -147,6 +150,7 @@ def _row(result: EpisodeResult) -> dict[str, object]:
     events = [kind for kind in InfractionKind if kind is not InfractionKind.OUTSIDE_LANES]
     return {
         "agent": result.agent,
+        "inputs": " ".join(result.inputs),
         "town": result.town,
         "route": result.route,
         "repetition": result.repetition,

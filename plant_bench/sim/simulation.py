@@ -8,6 +8,7 @@ import numpy as np
 
 from plant_bench.agent import Control, Privileged
 from plant_bench.data_files import networks_dir
+from plant_bench.errors import SimulationError
 from plant_bench.geometry.polyline import Cursor
 from plant_bench.sim.deadlocks import Deadlocks
 from plant_bench.sim.ego import advance
@@ -60,7 +61,11 @@ class Simulation:
         self._paths = LanePaths(self._sumo, self.town)
         self._deadlocks = Deadlocks(self._sumo)
         self._states: dict[int, VehicleState] = {}
-        self._warm_up()
+        try:
+            self._warm_up()
+        except SimulationError:
+            self.close()
+            raise
         self.scene = self._look(0, self._start())
 
     def __enter__(self) -> "Simulation":  # noqa: PYI034 - as in sumo.py
@@ -91,6 +96,11 @@ class Simulation:
             facts = self.privileged()
             self._deadlocks.look(tick, ego, self.scene.actors, facts, self._states)
         return self.scene
+
+    @property
+    def population(self) -> int:
+        """Vehicles in the simulation, in sight or not, the ego left out."""
+        return len(self._sumo.vehicles())
 
     def privileged(self) -> Privileged:
         """Return what only the simulator knows of the present scene's actors."""

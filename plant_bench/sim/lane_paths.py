@@ -1,6 +1,7 @@
 """Where the background vehicles will truly go: their lane paths, as poses of the box centre."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -56,8 +57,21 @@ class LanePaths:
         self._known: dict[tuple[str | None, tuple[str, ...], int], int] = {}
         self._paths = np.empty((64, PATH_SAMPLES, 3))
 
-    def facts(self, tick: int, actors: Actors, states: dict[int, VehicleState]) -> Privileged:
-        """Return the facts of the actors of one scene, in their order."""
+    def facts(
+        self,
+        tick: int,
+        actors: Actors,
+        states: dict[int, VehicleState],
+        scripted: Mapping[int, Float[np.ndarray, "steps 3"]],
+    ) -> Privileged:
+        """Return the facts of the actors of one scene, in their order.
+
+        Args:
+            tick: Of the scene.
+            actors: Of the scene.
+            states: As SUMO reports them.
+            scripted: The paths of actors that follow a script instead of a lane.
+        """
         count = len(states)
         which, at = [0] * count, [0.0] * count
         stops, limits, waited = [0.0] * count, [0.0] * count, [0.0] * count
@@ -79,6 +93,10 @@ class LanePaths:
         paths = _ahead(self._paths, np.array(which, np.intp), np.array(at))
         for row, state in changing:
             _shift(paths[row], actors.poses[row], state, lanes.get(state.lane))
+        for row, vehicle in enumerate(states):
+            if vehicle in scripted:
+                paths[row] = scripted[vehicle]
+                stops[row], limits[row] = math.inf, states[vehicle].speed
         self._forget(tick)
         return Privileged(
             paths=paths,

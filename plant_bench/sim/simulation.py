@@ -12,9 +12,12 @@ from plant_bench.errors import SimulationError
 from plant_bench.geometry.polyline import Cursor
 from plant_bench.sim.deadlocks import Deadlocks
 from plant_bench.sim.ego import advance
+from plant_bench.sim.hazards.director import Director
+from plant_bench.sim.hazards.stage import Stage
 from plant_bench.sim.lane_paths import LanePaths
 from plant_bench.sim.sumo import Sumo, VehicleState
 from plant_bench.sim.traffic import MANAGE_INTERVAL, SIGHT, StreetGrid, Traffic, density_of
+from plant_bench.world.hazard import HazardOutcome
 from plant_bench.world.route import Scenario
 from plant_bench.world.scene import Actors, EgoState, Scene
 from plant_bench.world.town import Town, load_town
@@ -60,6 +63,8 @@ class Simulation:
         self._traffic = Traffic(self._sumo, streets, density, scenario.seed)
         self._paths = LanePaths(self._sumo, self.town)
         self._deadlocks = Deadlocks(self._sumo)
+        self._stage = Stage(self._sumo, self._traffic, self.town, route)
+        self._director = Director(self._stage, scenario.played_hazards, scenario.seed)
         self._states: dict[int, VehicleState] = {}
         try:
             self._warm_up()
@@ -85,17 +90,25 @@ class Simulation:
             SimulationError: SUMO has lost the ego.
         """
         tick = self.scene.tick + 1
-        ego = advance(self.scene.ego, control)
+        ego = advance(self.scene.ego, self._director.disturb(control))
         if tick % MANAGE_INTERVAL == 0:
             self._traffic.manage(ego.x, ego.y)
         self._sumo.move_ego(ego.x, ego.y, ego.yaw, ego.speed)
-        self._sumo.step()
         self._cursor.advance(ego.x, ego.y)
+        self._stage.refresh(tick, self._cursor.progress, self._states)
+        if not self._director.idle:
+            self._director.step(ego)
+        self._sumo.step()
         self.scene = self._look(tick, ego)
         if self._deadlocks.due(tick, ego):
             facts = self.privileged()
             self._deadlocks.look(tick, ego, self.scene.actors, facts, self._states)
         return self.scene
+
+    @property
+    def outcomes(self) -> tuple[HazardOutcome, ...]:
+        """What has become of the route's hazards."""
+        return self._director.outcomes
 
     @property
     def population(self) -> int:
@@ -104,7 +117,8 @@ class Simulation:
 
     def privileged(self) -> Privileged:
         """Return what only the simulator knows of the present scene's actors."""
-        return self._paths.facts(self.scene.tick, self.scene.actors, self._states)
+        scene = self.scene
+        return self._paths.facts(scene.tick, scene.actors, self._states, self._stage.paths)
 
     def _start(self) -> EgoState:
         x, y = self._scenario.route.points[0].tolist()

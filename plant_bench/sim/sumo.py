@@ -22,6 +22,10 @@ EGO_ID = "0"
 ACTION_STEP = 0.2  # s between a background driver's decisions: halves the cost of a step
 LANE_CHANGE_DURATION = 3.0  # s: without it a lane change is a jump sideways
 MATCH_RADIUS = 8.0  # m around the ego in which SUMO looks for its lane; the default costs 4 times
+DEFAULT_MODE = 31  # SUMO's speed mode: minds safe gaps, limits, foes and lights
+LAWLESS_MODE = 39  # safe gap and limits of acceleration only; ignores foes inside junctions
+LAWLESS_FACTOR = 1.5  # a lawless driver's speed limit, times the lane's
+DEFAULT_BRAKING = 4.5  # m/s2 of vehicle_types.add.xml
 _TYPES = Path(__file__).with_name("vehicle_types.add.xml")
 _LIGHTS = {"r": Light.RED, "R": Light.RED, "u": Light.RED, "y": Light.YELLOW, "Y": Light.YELLOW}
 
@@ -212,6 +216,71 @@ class Sumo:
         with contextlib.suppress(libsumo.TraCIException):  # it may have left
             name = EGO_ID if ignore else ""
             libsumo.vehicle.setParameter(str(vehicle), "junctionModel.ignoreIDs", name)
+
+    def add_scripted(self, vehicle: int, kind: str, edge: str) -> None:
+        """Add a vehicle that is placed by `place` from now on; do so before the next step."""
+        self._routes += 1
+        route = f"r{self._routes}"
+        libsumo.route.add(route, (edge,))
+        libsumo.vehicle.add(str(vehicle), route, typeID=kind, departSpeed="0")
+        libsumo.vehicle.setSpeedMode(str(vehicle), 0)
+        libsumo.vehicle.setLaneChangeMode(str(vehicle), 0)
+
+    def place(
+        self, vehicle: int, length: float, x: float, y: float, yaw: float, speed: float
+    ) -> None:
+        """Place a scripted vehicle's box centre."""
+        front_x, front_y = x + 0.5 * length * math.cos(yaw), y + 0.5 * length * math.sin(yaw)
+        angle = 90.0 - math.degrees(yaw)
+        name = str(vehicle)
+        libsumo.vehicle.moveToXY(name, "", 0, front_x, front_y, angle, 2, MATCH_RADIUS)
+        libsumo.vehicle.setSpeed(name, speed)
+
+    def vehicles_on(self, lane: str) -> list[tuple[int, float, float]]:
+        """Return number, lane position and speed of all on a lane, the ego left out, rear first."""
+        vehicle = libsumo.vehicle
+        names = [name for name in libsumo.lane.getLastStepVehicleIDs(lane) if name != EGO_ID]
+        return [(int(n), vehicle.getLanePosition(n), vehicle.getSpeed(n)) for n in names]
+
+    def exists(self, vehicle: int) -> bool:
+        """Tell whether a vehicle is known, on the road or about to enter."""
+        return str(vehicle) in libsumo.vehicle.getIDList()
+
+    def state_of(self, vehicle: int) -> VehicleState | None:
+        """Return a vehicle's state, None if it is not on the road."""
+        name = str(vehicle)
+        if not self.exists(vehicle):
+            return None
+        of = libsumo.vehicle
+        x, y, z = of.getPosition3D(name)
+        return VehicleState(
+            x, y, z, math.radians(90.0 - of.getAngle(name)), of.getSpeed(name),
+            of.getAcceleration(name), of.getLaneID(name), of.getLanePosition(name),
+            of.getLateralSpeed(name),
+        )  # fmt: skip
+
+    def command_speed(self, vehicle: int, speed: float, *, lawless: bool) -> None:
+        """Command a vehicle's speed; a lawless one keeps its distance, but no other rule."""
+        name = str(vehicle)
+        libsumo.vehicle.setSpeedMode(name, LAWLESS_MODE if lawless else DEFAULT_MODE)
+        if lawless:
+            libsumo.vehicle.setSpeedFactor(name, LAWLESS_FACTOR)
+        libsumo.vehicle.setSpeed(name, speed)
+
+    def command_stop(self, vehicle: int, deceleration: float) -> None:
+        """Let a vehicle brake to a stop."""
+        name = str(vehicle)
+        libsumo.vehicle.setDecel(name, deceleration)
+        libsumo.vehicle.setSpeed(name, 0.0)
+
+    def release(self, vehicle: int) -> None:
+        """Undo all commands to a vehicle."""
+        if self.exists(vehicle):
+            name = str(vehicle)
+            libsumo.vehicle.setSpeed(name, -1.0)
+            libsumo.vehicle.setSpeedMode(name, DEFAULT_MODE)
+            libsumo.vehicle.setDecel(name, DEFAULT_BRAKING)
+            libsumo.vehicle.setSpeedFactor(name, 1.0)
 
     def remove(self, vehicle: int) -> None:
         """Take a vehicle off the road."""

@@ -126,6 +126,10 @@ class Traffic:
         streets: Where vehicles may be.
         density: Vehicles per lane-km.
         seed: Seeds all that is drawn here.
+
+    Attributes:
+        types: What each vehicle is, by number.
+        scripted: Vehicles that a hazard commands; they are left alone here.
     """
 
     def __init__(self, sumo: Sumo, streets: StreetGrid, density: float, seed: int) -> None:
@@ -137,6 +141,12 @@ class Traffic:
         self._looks = 0
         self._shares = [kind.share for kind in VEHICLE_TYPES]
         self.types: dict[int, VehicleType] = {}
+        self.scripted: set[int] = set()
+
+    def number(self) -> int:
+        """Return the number of a new vehicle."""
+        self._number += 1
+        return self._number
 
     def fill(self, x: float, y: float) -> None:
         """Put vehicles on all streets around the ego, before the episode starts."""
@@ -146,6 +156,8 @@ class Traffic:
         """Take away what is far or jammed, and let others enter; call every `MANAGE_INTERVAL`."""
         self._looks += 1
         for vehicle in self._sumo.vehicles():
+            if vehicle in self.scripted:
+                continue
             vx, vy = self._sumo.position(vehicle)
             distance = math.hypot(vx - x, vy - y)
             if distance > EXIT_RADIUS:
@@ -197,9 +209,9 @@ class Traffic:
         )
         if nearest < gap**2:
             return None
-        self._number += 1
+        number = self.number()
         kind = self._draw.choices(VEHICLE_TYPES, self._shares)[0]
-        self.types[self._number] = kind
+        self.types[number] = kind
         edges = streets.walk_from(lane, self._draw)
-        self._sumo.add_vehicle(self._number, kind.name, edges, lane.index, at, speed)
+        self._sumo.add_vehicle(number, kind.name, edges, lane.index, at, speed)
         return speed

@@ -12,6 +12,7 @@ from jaxtyping import Float
 from plant_bench.data_files import routes_dir
 from plant_bench.errors import InputError
 from plant_bench.geometry.polyline import arc_lengths
+from plant_bench.world.hazard import Hazard
 
 ROUTE_FORMAT = 1
 PROTOCOL = "longest6-sumo-v0"  # v1 once the hazards are in: results of two protocols never mix
@@ -74,6 +75,7 @@ class Route:
         lane_changes: In order.
         manoeuvres: How often what occurs: left, right, straight, lane_change, roundabout, merge,
             exit, u_turn.
+        hazards: What may go wrong on the way, in order.
     """
 
     id: str
@@ -86,6 +88,7 @@ class Route:
     passages: tuple[Passage, ...]
     lane_changes: tuple[LaneChange, ...]
     manoeuvres: dict[str, int]
+    hazards: tuple[Hazard, ...] = ()
 
     @cached_property
     def along(self) -> Float[np.ndarray, " points"]:
@@ -123,6 +126,7 @@ class Route:
             "passages": [vars(passage) for passage in self.passages],
             "lane_changes": [vars(change) for change in self.lane_changes],
             "manoeuvres": self.manoeuvres,
+            "hazards": [hazard.to_payload() for hazard in self.hazards],
             "points": np.round(self.points, 3).tolist(),
             "elevations": np.round(self.elevations, 2).tolist(),
             "speed_limits": np.round(self.speed_limits, 2).tolist(),
@@ -147,6 +151,7 @@ class Route:
                 passages=tuple(Passage(**item) for item in payload["passages"]),
                 lane_changes=tuple(LaneChange(**item) for item in payload["lane_changes"]),
                 manoeuvres=dict(payload["manoeuvres"]),
+                hazards=tuple(map(Hazard.from_payload, payload.get("hazards", ()))),
             )
         except (KeyError, TypeError, ValueError) as error:
             message = f"Broken route ({type(error).__name__}: {error})."
@@ -197,16 +202,23 @@ class Scenario:
         route: The route to drive.
         seed: Seeds the traffic and SUMO.
         density: A name of `plant_bench.sim.traffic.DENSITIES`.
+        hazards: Whether the route's hazards are played.
     """
 
     route: Route
     seed: int
     density: str = "dense"
+    hazards: bool = True
+
+    @property
+    def played_hazards(self) -> tuple[Hazard, ...]:
+        """The hazards of this scenario."""
+        return self.route.hazards if self.hazards else ()
 
     @property
     def key(self) -> str:
         """A short content hash that names the scenario for ever."""
-        text = f"{PROTOCOL}|{self.route.checksum}|{self.seed}|{self.density}"
+        text = f"{PROTOCOL}|{self.route.checksum}|{self.seed}|{self.density}|{self.hazards}"
         return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 

@@ -1,0 +1,94 @@
+"""Brings a route's hazards on, one after the other, and keeps the account of them."""
+
+import random
+from importlib import import_module
+
+from plant_bench.agent import Control
+from plant_bench.sim.hazards.script import Script
+from plant_bench.sim.hazards.stage import Stage
+from plant_bench.world.hazard import Hazard, HazardKind, HazardOutcome, Phase
+from plant_bench.world.scene import EgoState
+
+SCRIPTS: dict[HazardKind, str] = {
+    HazardKind.CONTROL_LOSS: "plant_bench.sim.hazards.control_loss:ControlLoss",
+    HazardKind.CROSSING: "plant_bench.sim.hazards.crossing:Crossing",
+    HazardKind.CROSSING_AFTER_TURN: "plant_bench.sim.hazards.crossing:Crossing",
+    HazardKind.RED_LIGHT_RUNNER: "plant_bench.sim.hazards.red_light_runner:RedLightRunner",
+    HazardKind.UNPROTECTED_LEFT: "plant_bench.sim.hazards.unprotected_left:UnprotectedLeft",
+    HazardKind.RIGHT_TURN: "plant_bench.sim.hazards.right_turn:RightTurn",
+    HazardKind.UNSIGNALLED_CROSSING: (
+        "plant_bench.sim.hazards.unsignalled_crossing:UnsignalledCrossing"
+    ),
+    HazardKind.HARD_BRAKE: "plant_bench.sim.hazards.hard_brake:HardBrake",
+    HazardKind.CUT_IN: "plant_bench.sim.hazards.cut_in:CutIn",
+    HazardKind.BLOCKED_LANE: "plant_bench.sim.hazards.blocked_lane:BlockedLane",
+    HazardKind.MERGE_PRESSURE: "plant_bench.sim.hazards.merge_pressure:MergePressure",
+    HazardKind.QUEUE_TAIL: "plant_bench.sim.hazards.queue_tail:QueueTail",
+}
+ENDED = (Phase.DONE, Phase.VOID)
+
+
+def load_script(kind: HazardKind) -> type[Script]:
+    """Return the class that plays a kind of hazard."""
+    module, _, name = SCRIPTS[kind].partition(":")
+    return getattr(import_module(module), name)
+
+
+class Director:
+    """The hazards of one episode; mutable.
+
+    Args:
+        stage: The world as hazards handle it.
+        hazards: In order of place.
+        seed: The scenario's: timing differs from repetition to repetition.
+    """
+
+    def __init__(self, stage: Stage, hazards: tuple[Hazard, ...], seed: int) -> None:
+        self._stage = stage
+        self._waiting = sorted(hazards, key=lambda hazard: hazard.arm)
+        self._seed = seed
+        self._playing: list[tuple[Hazard, Script]] = []
+        self._phases: dict[int, Phase] = {}
+        self._outcomes: dict[float, HazardOutcome] = {
+            hazard.at: HazardOutcome(hazard.kind, hazard.at, Phase.DORMANT, 0.0)
+            for hazard in hazards
+        }
+
+    @property
+    def outcomes(self) -> tuple[HazardOutcome, ...]:
+        """What has become of each hazard, in order of place."""
+        return tuple(outcome for _, outcome in sorted(self._outcomes.items()))
+
+    @property
+    def idle(self) -> bool:
+        """True while there is nothing to do at the ego's place."""
+        waiting = self._waiting
+        return not self._playing and not (waiting and waiting[0].arm <= self._stage.progress)
+
+    def step(self, ego: EgoState) -> None:
+        """Go on by one tick; call after `Stage.refresh`, before SUMO's step."""
+        while self._waiting and self._waiting[0].arm <= self._stage.progress:
+            hazard = self._waiting.pop(0)
+            draw = random.Random(f"{hazard.seed}|{self._seed}")
+            self._playing.append((hazard, load_script(hazard.kind)(hazard, self._stage, draw)))
+        for hazard, script in self._playing:
+            script.step(ego, self._stage)
+            self._note(hazard, script)
+        self._playing = [item for item in self._playing if item[1].phase not in ENDED]
+
+    def disturb(self, control: Control) -> Control:
+        """Return what becomes of the ego's control under the hazards that play."""
+        for _, script in self._playing:
+            disturb = getattr(script, "disturb", None)
+            if disturb is not None:
+                control = disturb(control, self._stage)
+        return control
+
+    def _note(self, hazard: Hazard, script: Script) -> None:
+        known = self._outcomes[hazard.at]
+        if known.phase is not script.phase:
+            keeps = script.phase is Phase.DONE and known.phase is Phase.COMMITTED
+            time = known.time if keeps else self._stage.time
+            self._outcomes[hazard.at] = HazardOutcome(
+                hazard.kind, hazard.at, script.phase, time, script.reason
+            )

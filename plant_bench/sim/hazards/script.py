@@ -1,0 +1,33 @@
+"""What a hazard's script is: the small protocol that every kind's module keeps."""
+
+import random
+from typing import Protocol
+
+from plant_bench.sim.hazards.stage import Stage
+from plant_bench.world.hazard import Hazard, Phase
+from plant_bench.world.scene import EgoState
+
+
+class Script(Protocol):
+    """One hazard in motion; mutable. Made when the ego comes near, asked at every tick.
+
+    A script goes from ARMED (it prepares: its actors are out, it adapts to the ego) to COMMITTED
+    (it takes its course whatever the ego does) to DONE, or to VOID where it cannot be fair: the
+    spot is taken, or a driver at the posted speed could not avoid it any more. It takes back all
+    that it put out when it is done.
+
+    Attributes:
+        phase: How far it has come.
+        reason: Why it is void.
+    """
+
+    phase: Phase
+    reason: str
+
+    def __init__(self, hazard: Hazard, stage: Stage, draw: random.Random) -> None:
+        """Prepare; nothing is put out yet."""
+        ...
+
+    def step(self, ego: EgoState, stage: Stage) -> None:
+        """Go on by one tick."""
+        ...

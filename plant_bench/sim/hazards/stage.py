@@ -1,0 +1,219 @@
+"""What hazards may do with the world, and what they may know of it."""
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+from jaxtyping import Float
+
+from plant_bench.agent import PATH_POSES, PATH_STEP
+from plant_bench.geometry.polyline import arc_lengths
+from plant_bench.sim.sumo import Sumo, VehicleState
+from plant_bench.sim.traffic import Traffic, VehicleType
+from plant_bench.world.route import Passage, Route
+from plant_bench.world.scene import EGO_LENGTH, TICK, ActorKind, EgoState, Light
+from plant_bench.world.town import Lane, Town
+
+REACTION = 0.5  # s, of a driver who is surprised
+BRAKING = 4.0  # m/s2, of the same driver
+SPARE = 1.0  # m that are left over when a hazard is called avoidable
+ASSUMED_ACCELERATION = 2.0  # m/s2 of an ego that is free to go
+
+WALKER = VehicleType("walker", 0.5, 0.6, ActorKind.PEDESTRIAN, 0.0)
+RIDER = VehicleType("rider", 1.8, 0.65, ActorKind.BICYCLE, 0.0)
+CAR = VehicleType("car_medium", 4.47, 1.84, ActorKind.CAR, 0.0)
+VAN = VehicleType("van", 5.32, 2.01, ActorKind.VAN, 0.0)
+
+
+class Stage:
+    """The world as hazards handle it; mutable. One for an episode, shared by its hazards.
+
+    Actors are either placed by a script at every tick (`put`, `place`) or SUMO's own vehicles that
+    a script commands (`send`, `drive`). Both have numbers, are seen in scenes like all others, and
+    are never touched by the traffic's own management until they are released or taken away.
+
+    Attributes:
+        town: The lanes.
+        route: The ego's.
+        progress: The ego's, metres along it.
+        tick: Of the episode.
+        light: What the next light on the route shows the ego.
+    """
+
+    def __init__(self, sumo: Sumo, traffic: Traffic, town: Town, route: Route) -> None:
+        self._sumo = sumo
+        self._traffic = traffic
+        self.town = town
+        self.route = route
+        self.progress = 0.0
+        self.tick = 0
+        self._states: Mapping[int, VehicleState] = {}
+        self._placed: dict[int, tuple[float, float, float, float]] = {}
+        self.paths: dict[int, Float[np.ndarray, "steps 3"]] = {}
+
+    def refresh(self, tick: int, progress: float, states: Mapping[int, VehicleState]) -> None:
+        """Take note of a new tick; called before the scripts are."""
+        self.tick, self.progress, self._states = tick, progress, states
+
+    # What a script may know
+
+    @property
+    def time(self) -> float:
+        """Seconds since the start of the episode."""
+        return self.tick * TICK
+
+    def seen(self) -> Mapping[int, VehicleState]:
+        """Return the vehicles in the ego's sight by number; positions are of the front bumper."""
+        return self._states
+
+    def kind_of(self, actor: int) -> VehicleType:
+        """Return the size and kind of an actor."""
+        return self._traffic.types[actor]
+
+    def pose_at(self, along: float) -> tuple[float, float, float]:
+        """Return x, y and heading of the route at an arc length."""
+        route = self.route
+        x = float(np.interp(along, route.along, route.points[:, 0]))
+        y = float(np.interp(along, route.along, route.points[:, 1]))
+        return x, y, float(np.interp(along, route.along, route.headings))
+
+    def speed_limit_at(self, along: float) -> float:
+        """Return the speed limit of the route at an arc length, m/s."""
+        return float(np.interp(along, self.route.along, self.route.speed_limits))
+
+    def distance_to(self, along: float) -> float:
+        """Return how far the ego's front is from an arc length of the route; negative beyond."""
+        return along - self.progress - 0.5 * EGO_LENGTH
+
+    def soonest_arrival(self, ego: EgoState, along: float) -> float:
+        """Return the time in which the ego's front could be there: it speeds up to the limit."""
+        distance = max(self.distance_to(along), 0.0)
+        limit = max(self.speed_limit_at(self.progress), self.speed_limit_at(along), ego.speed)
+        ramp = (limit**2 - ego.speed**2) / (2.0 * ASSUMED_ACCELERATION)
+        if ramp >= distance:
+            root = math.sqrt(ego.speed**2 + 2.0 * ASSUMED_ACCELERATION * distance)
+            return (root - ego.speed) / ASSUMED_ACCELERATION
+        return (limit - ego.speed) / ASSUMED_ACCELERATION + (distance - ramp) / limit
+
+    def arrival(self, ego: EgoState, along: float) -> float:
+        """Return the time in which the ego's front is there at its present speed, or infinity."""
+        distance = self.distance_to(along)
+        return max(distance, 0.0) / ego.speed if ego.speed > 0.1 else math.inf
+
+    def slack(self, ego: EgoState, along: float) -> float:
+        """Return the metres left before an arc length if a surprised driver brakes now.
+
+        The criterion of avoidability: reaction 0.5 s, then braking with 4 m/s2.
+        """
+        stop = REACTION * ego.speed + ego.speed**2 / (2.0 * BRAKING)
+        return self.distance_to(along) - stop
+
+    def avoidable(self, ego: EgoState, along: float) -> bool:
+        """Tell whether a surprised driver could still stop before an arc length."""
+        return self.slack(ego, along) >= SPARE
+
+    def light(self, passage: Passage) -> Light:
+        """Return what a passage's signal shows the ego; UNKNOWN where there is none."""
+        if passage.signal is None:
+            return Light.UNKNOWN
+        return self._sumo.light(passage.signal, passage.signal_index)
+
+    def lane_state(self, lane: str) -> list[tuple[int, float, float]]:
+        """Return number, arc length of the front and speed of all on a lane, the rear first."""
+        known = self.town.lanes[lane]
+        scale = known.length / self._sumo.lane_length(lane)
+        return [
+            (number, position * scale, speed)
+            for number, position, speed in self._sumo.vehicles_on(lane)
+        ]
+
+    def is_free(self, x: float, y: float, radius: float) -> bool:
+        """Tell whether no vehicle's front is within a radius (of those in the ego's sight)."""
+        return all(math.hypot(state.x - x, state.y - y) > radius for state in self._states.values())
+
+    def incoming_lanes(self, junction: str) -> list[Lane]:
+        """Return the lanes that lead into a junction."""
+        sources = {link.source for link in self.town.links if link.junction == junction}
+        return [self.town.lanes[lane] for lane in sorted(sources)]
+
+    # What a script may do
+
+    def put(self, kind: VehicleType, x: float, y: float, yaw: float) -> int:
+        """Put out an actor, by its box centre, that the script places at every tick it moves."""
+        number = self._traffic.number()
+        self._traffic.types[number] = kind
+        self._traffic.scripted.add(number)
+        edge = self.route.edges[0]
+        self._sumo.add_scripted(number, kind.name, edge)
+        self.place(number, x, y, yaw, 0.0)
+        return number
+
+    def place(self, actor: int, x: float, y: float, yaw: float, speed: float) -> None:
+        """Place an actor's box centre for the next tick; it goes straight on from there."""
+        self._sumo.place(actor, self.kind_of(actor).length, x, y, yaw, speed)
+        ahead = PATH_STEP * np.arange(PATH_POSES)
+        self.paths[actor] = np.stack(
+            (x + ahead * math.cos(yaw), y + ahead * math.sin(yaw), np.full(PATH_POSES, yaw)), axis=1
+        )
+
+    def place_along(
+        self, actor: int, line: Float[np.ndarray, "points 2"], along: float, speed: float
+    ) -> None:
+        """Place an actor's box centre on a polyline, which is its true path."""
+        at = arc_lengths(line)
+        where = np.minimum(along + PATH_STEP * np.arange(PATH_POSES), at[-1])
+        x, y = np.interp(where, at, line[:, 0]), np.interp(where, at, line[:, 1])
+        before, after = np.maximum(where - 1.0, 0.0), np.minimum(where + 1.0, at[-1])
+        yaw = np.arctan2(
+            np.interp(after, at, line[:, 1]) - np.interp(before, at, line[:, 1]),
+            np.interp(after, at, line[:, 0]) - np.interp(before, at, line[:, 0]),
+        )
+        length = self.kind_of(actor).length
+        self._sumo.place(actor, length, float(x[0]), float(y[0]), float(yaw[0]), speed)
+        self.paths[actor] = np.stack((x, y, yaw), axis=1)
+
+    def send(
+        self, kind: VehicleType, edges: tuple[str, ...], lane: Lane, at: float, speed: float
+    ) -> int:
+        """Ask for a vehicle of SUMO's on a lane (front at an arc length) that the script commands.
+
+        SUMO leaves it out where there is no safe room: `on_road` tells from the next tick on.
+        """
+        number = self._traffic.number()
+        self._traffic.types[number] = kind
+        self._traffic.scripted.add(number)
+        scale = self._sumo.lane_length(lane.id) / lane.length
+        self._sumo.add_vehicle(number, kind.name, edges, lane.index, at * scale, speed)
+        return number
+
+    def on_road(self, vehicle: int) -> bool:
+        """Tell whether SUMO has taken a vehicle, and not lost it."""
+        return self._sumo.exists(vehicle)
+
+    def state_of(self, vehicle: int) -> VehicleState | None:
+        """Return a vehicle's state if it is on the road, in sight or not."""
+        return self._sumo.state_of(vehicle)
+
+    def command(self, vehicle: int) -> None:
+        """Take a vehicle of the traffic under command; until `release` nothing else touches it."""
+        self._traffic.scripted.add(vehicle)
+
+    def drive(self, vehicle: int, speed: float, *, lawless: bool = False) -> None:
+        """Command a vehicle's speed; a lawless one minds neither lights nor the right of way."""
+        self._sumo.command_speed(vehicle, speed, lawless=lawless)
+
+    def brake_hard(self, vehicle: int, deceleration: float) -> None:
+        """Let a vehicle stop with a deceleration, m/s2."""
+        self._sumo.command_stop(vehicle, deceleration)
+
+    def release(self, vehicle: int) -> None:
+        """Give a vehicle back to the traffic."""
+        self._sumo.release(vehicle)
+        self._traffic.scripted.discard(vehicle)
+
+    def remove(self, actor: int) -> None:
+        """Take an actor off the road."""
+        if self._sumo.exists(actor):
+            self._sumo.remove(actor)
+        self._traffic.scripted.discard(actor)
+        self.paths.pop(actor, None)

@@ -20,6 +20,7 @@ from +x; the ego frame is x forward, y left, at the centre of the ego's box.
 """
 
 import copy
+import math
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Protocol, runtime_checkable
@@ -41,12 +42,16 @@ LIGHT_RANGE = 50.0  # m: lights farther ahead are not in view
 
 
 class Input(StrEnum):
-    """What a planner may ask to be given."""
+    """What a planner may ask to be given.
+
+    SIMULATOR is no observation: it hands the ego to SUMO's own driver, and actions go unheard.
+    """
 
     OBJECTS = "objects"
     ROUTE = "route"
     LIGHT = "light"
     PRIVILEGED = "privileged"
+    SIMULATOR = "simulator"
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -55,6 +60,7 @@ class RouteAhead:
 
     Attributes:
         progress: Arc length already driven, metres.
+        past: Of it, since the first of `points`: the ego is so far beyond that point.
         offset: The ego's lateral distance from the route, positive to the left of it.
         points: One a metre, the first the last point passed; fewer near the end.
         headings: Radians at each point.
@@ -62,6 +68,7 @@ class RouteAhead:
     """
 
     progress: float
+    past: float
     offset: float
     points: Float[np.ndarray, "steps 2"]
     headings: Float[np.ndarray, " steps"]
@@ -208,13 +215,14 @@ def check_action(action: object) -> Plan | Control:
     """
     if isinstance(action, Control):
         try:
-            finite = bool(np.isfinite(action.acceleration) and np.isfinite(action.steering))
-        except TypeError:
-            finite = False
-        if not finite:
+            control = Control(float(action.acceleration), float(action.steering))
+        except (TypeError, ValueError, OverflowError) as error:
+            message = f"act returned {action}: two numbers are wanted."
+            raise AgentError(message) from error
+        if not (math.isfinite(control.acceleration) and math.isfinite(control.steering)):
             message = f"act returned {action}: finite numbers are wanted."
             raise AgentError(message)
-        return action
+        return control
     if isinstance(action, Plan):
         try:
             waypoints = np.asarray(action.waypoints, dtype=float)

@@ -71,12 +71,11 @@ class CarefulDriver:
 
     def _decide(self, observation: Observation, route: RouteAhead, actors: Actors) -> float:
         ego = observation.ego
-        past = route.progress - math.floor(route.progress)
         target = allowed_speed(route)
         pull = min(idm(ego.speed, target), light_limit(ego.speed, observation.light))
         if not len(actors):
             return pull
-        ahead = corridor(route, actors, past, ego.speed)
+        ahead = corridor(route, actors, route.past, ego.speed)
         leader = ahead.leader()
         pull = min(pull, idm(ego.speed, target, leader.distance - HALF, leader.speed))
         pull = min(pull, self._clear_junction(ego, route.progress, ahead))
@@ -121,17 +120,16 @@ class CarefulDriver:
             return pull
         boldness = min(max((self._waited - PATIENCE) / SHRINKING, 0.0), 1.0)
         forecast = self._forecaster(observation, keep)
-        past = route.progress - math.floor(route.progress)
         first = np.array([pull])
         travel = rollout(ego.speed, first, np.array([target]))
-        times = first_conflicts(ego_poses(route, past, travel), forecast, boldness)
+        times = first_conflicts(ego_poses(route, route.past, travel), forecast, boldness)
         if times[0] == math.inf:
             self._waited = 0.0
             return pull
         self._waited = self._waited + INTERVAL * TICK if ego.speed < 0.5 else 0.0
         choices = np.concatenate((first, CHOICES[pull > CHOICES]))
         travel = rollout(ego.speed, choices, np.full(len(choices), target))
-        times = first_conflicts(ego_poses(route, past, travel), forecast, boldness)
+        times = first_conflicts(ego_poses(route, route.past, travel), forecast, boldness)
         best = int(np.argmax(times))  # the first clear one, else the one that is clear longest
         return self._at_the_line(ego, route.progress, float(choices[best]), travel[best])
 

@@ -14,7 +14,9 @@ from plant_bench.errors import InputError
 AGENTS: dict[str, str] = {
     "cruise": "plant_bench.agents.cruise:Cruise",
     "expert": "plant_bench.agents.expert:Expert",
+    "idm": "plant_bench.agents.idm_follower:IdmFollower",
     "rule-based": "plant_bench.agents.rule_based:RuleBased",
+    "sumo": "plant_bench.agents.sumo_driver:SumoDriver",
 }
 
 
@@ -36,7 +38,7 @@ def load_agent(spec: str) -> Agent:
         raise InputError(message)
     try:
         agent = factory()
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         message = f"The agent '{spec}' cannot be made: {type(error).__name__}: {error}"
         raise InputError(message) from error
     if not isinstance(agent, Agent):
@@ -52,7 +54,8 @@ def agent_checksum(spec: str) -> str:
     """Return a content hash of what makes a planner drive as it does.
 
     A built-in planner is hashed with all of `plant_bench.agents`, whose parts it is made of; an
-    outsider's with its own file.
+    outsider's with every module it has loaded from its own folder (or package), and with the files
+    that its class lists as `files`: its weights, for instance.
 
     Raises:
         InputError: There is no such planner.
@@ -61,12 +64,31 @@ def agent_checksum(spec: str) -> str:
     module = _module(module_name, spec)
     file = Path(module.__file__ or "")
     built_in = module_name.startswith("plant_bench.agents.")
-    files = sorted(file.parent.glob("*.py")) if built_in else [file]
+    files = set(file.parent.glob("*.py")) if built_in else _loaded_beside(file)
+    files |= {Path(item) for item in getattr(getattr(module, class_name, None), "files", ())}
     digest = hashlib.sha256(class_name.encode())
-    for path in files:
+    for path in sorted(files):
         digest.update(path.name.encode())
-        digest.update(path.read_bytes())
+        digest.update(_content(path, spec))
     return digest.hexdigest()
+
+
+def _loaded_beside(file: Path) -> set[Path]:
+    """Return the files of all modules loaded from a file's folder, or from its whole package."""
+    root = file.resolve().parent
+    while (root / "__init__.py").is_file() and (root.parent / "__init__.py").is_file():
+        root = root.parent
+    loaded = (getattr(module, "__file__", None) for module in list(sys.modules.values()))
+    files = {Path(name).resolve() for name in loaded if name}
+    return {file.resolve()} | {path for path in files if path.is_relative_to(root)}
+
+
+def _content(path: Path, spec: str) -> bytes:
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        message = f"The agent '{spec}' needs {path}: {error.strerror}."
+        raise InputError(message) from error
 
 
 def _split(spec: str) -> tuple[str, str]:
@@ -85,16 +107,24 @@ def _module(name: str, spec: str) -> ModuleType:
     try:
         if name.endswith(".py"):
             return _module_from_file(Path(name))
+        _find_modules_in(Path.cwd())
         return importlib.import_module(name)
     except InputError:
         raise
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         message = f"The agent '{spec}' cannot be loaded: {type(error).__name__}: {error}"
         raise InputError(message) from error
 
 
+def _find_modules_in(folder: Path) -> None:
+    """Let imports find what lies in a folder, as a script there could."""
+    if str(folder) not in sys.path:
+        sys.path.append(str(folder))
+
+
 def _module_from_file(path: Path) -> ModuleType:
     path = path.expanduser().resolve()
+    _find_modules_in(path.parent)
     if not path.is_file():
         message = f"There is no file {path}."
         raise InputError(message)

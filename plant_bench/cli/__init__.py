@@ -7,6 +7,7 @@ import typer
 
 from plant_bench import __version__
 from plant_bench.cli.agents import list_agents
+from plant_bench.cli.hazards import hazards_app
 from plant_bench.cli.routes import routes_app
 from plant_bench.cli.runs import compare_runs, rescore_run
 from plant_bench.cli.score import score
@@ -30,6 +31,7 @@ app.command("compare")(compare_runs)
 app.command("agents")(list_agents)
 app.add_typer(towns_app, name="towns")
 app.add_typer(routes_app, name="routes")
+app.add_typer(hazards_app, name="hazards")
 
 
 def _print_version(wanted: bool) -> bool:
@@ -60,6 +62,14 @@ def main() -> None:
     except PlantBenchError as error:
         typer.secho(f"plant-bench: {error}", err=True, fg=typer.colors.RED)
         sys.exit(EXIT_INPUT if isinstance(error, InputError) else EXIT_FAILED)
-    except BrokenPipeError:  # `plant-bench agents | head -1`
-        sys.stderr.close()
-        sys.exit(EXIT_FAILED)
+    except OSError as error:
+        if isinstance(error, BrokenPipeError):  # `plant-bench agents | head -1`
+            sys.stderr.close()
+            sys.exit(EXIT_FAILED)
+        where = "" if error.filename is None else f" {error.filename}"
+        typer.secho(
+            f"plant-bench: Cannot use{where}: {error.strerror}. Choose another place.",
+            err=True,
+            fg=typer.colors.RED,
+        )
+        sys.exit(EXIT_INPUT)

@@ -12,17 +12,25 @@ from plant_bench.runner.run import Run, ScoreRequest, open_run
 from plant_bench.runner.speed import read_timings, speed_of
 from plant_bench.runner.suite import run_suite
 from plant_bench.runner.summary import write_summary
+from plant_bench.scoring.infractions import Status
+from plant_bench.scoring.laws import Law
 
 EXIT_INTERRUPTED = 130
 
 
 def drive(
-    request: ScoreRequest, out: Path | None, *, overwrite: bool, workers: int, recordings: bool
+    request: ScoreRequest,
+    out: Path | None,
+    *,
+    overwrite: bool,
+    workers: int,
+    recordings: bool,
+    law: Law,
 ) -> int:
     """Drive a run to its end, or until Ctrl-C.
 
     Returns:
-        The exit code.
+        The exit code: 2 if the agent failed in an episode, 1 if the simulator did.
 
     Raises:
         PlantBenchError: The run cannot be started or cannot go on.
@@ -30,7 +38,7 @@ def drive(
     run = open_run(request, out, overwrite=overwrite)
     for note in run.notes:
         typer.echo(note, err=True)
-    progress = RunProgress(run.jobs, run.missing)
+    progress = RunProgress(run.jobs, run.missing, law)
     start = time.monotonic()
     try:
         with progress.shown():
@@ -38,22 +46,39 @@ def drive(
                 run.missing, run.folder, workers=workers, recordings=recordings, on_event=progress
             )
     except KeyboardInterrupt:
-        _say_stopped(run)
+        _say_stopped(run, law)
         return EXIT_INTERRUPTED
-    print_summary(write_summary(run.folder))
+    print_summary(write_summary(run.folder, law=law))
     print_latency(speed_of(read_timings(run.folder, map(episode_name, run.jobs))))
     now = speed_of(read_timings(run.folder, map(episode_name, run.missing)))
     print_speed(now, wall_s=time.monotonic() - start, workers=workers)
     if not run.missing:
         typer.echo("Nothing was left to drive: these episodes were finished before.")
     typer.echo(f"Records: {run.folder.path}")
-    return 0
+    return _say_crashes(run)
 
 
-def _say_stopped(run: Run) -> None:
+def _say_crashes(run: Run) -> int:
+    """Tell of episodes that failed for another reason than driving; return the exit code."""
+    results = [run.folder.record(episode_name(job)) for job in run.jobs]
+    code = 0
+    for status, exit_code in ((Status.SIMULATION_CRASHED, 1), (Status.AGENT_CRASHED, 2)):
+        found = [result for result in results if result is not None and result.status is status]
+        if found:
+            code = exit_code
+            typer.secho(
+                f"plant-bench: {len(found)} of {len(run.jobs)} episodes ended with "
+                f"'{status.value}', the first on {found[0].route}: {found[0].reason}",
+                err=True,
+                fg=typer.colors.RED,
+            )
+    return code
+
+
+def _say_stopped(run: Run, law: Law) -> None:
     left = run.unfinished()
     if left < len(run.jobs):
-        write_summary(run.folder, missing=left)
+        write_summary(run.folder, missing=left, law=law)
     typer.echo(
         f"Stopped. {len(run.jobs) - left} of {len(run.jobs)} episodes are finished and kept in "
         f"{run.folder.path}. The same command again runs the other {left}.",

@@ -22,6 +22,7 @@ from plant_bench.runner.suite import (
     SuiteEvent,
 )
 from plant_bench.scoring.infractions import Status
+from plant_bench.scoring.laws import Law
 
 
 class RunProgress:
@@ -30,9 +31,11 @@ class RunProgress:
     Args:
         jobs: All jobs of the run.
         missing: Those that are yet to run.
+        law: By which infractions become scores.
     """
 
-    def __init__(self, jobs: list[Job], missing: list[Job]) -> None:
+    def __init__(self, jobs: list[Job], missing: list[Job], law: Law) -> None:
+        self._law = law
         self._progress = Progress(
             TextColumn("{task.description:<34}"),
             BarColumn(),
@@ -84,7 +87,7 @@ class RunProgress:
         if result.status in (Status.SIMULATION_CRASHED, Status.AGENT_CRASHED):
             self._say(event.job, f"{result.status}: {result.reason}")
         elif not self._progress.console.is_terminal:
-            self._say(event.job, f"{result.status}, DS {result.driving_score:.1f}")
+            self._say(event.job, f"{result.status}, DS {result.driving_score_by(self._law):.1f}")
 
     def _show(self, worker: int, text: str) -> None:
         description = f"worker {worker}: {text}"

@@ -5,6 +5,8 @@ from typing import Annotated
 
 import typer
 
+from plant_bench.cli.towns import refuse_overwriting
+
 routes_app = typer.Typer(no_args_is_help=True, help="Build, check and list the routes.")
 
 Suite = Annotated[str, typer.Option(help="A suite's name, or a folder or file of routes.")]
@@ -34,6 +36,7 @@ def build(
     """
     from plant_bench.towns.routes import build_suite, check_suite
 
+    refuse_overwriting(seed, out, check=check)
     if not check:
         typer.echo(f"{suite}: {build_suite(suite, towns=town, seed=seed, out=out)}")
         return

@@ -6,6 +6,8 @@ from typing import Annotated
 
 import typer
 
+from plant_bench.cli.runs import LAW_HELP
+
 
 def _cores() -> int:
     if hasattr(os, "sched_getaffinity"):
@@ -27,6 +29,9 @@ def score(
     repetitions: Annotated[int, typer.Option(help="Episodes on each route.", min=1)] = 3,
     seed: Annotated[int, typer.Option(help="Base seed of traffic; equal for all agents.")] = 0,
     density: Annotated[str, typer.Option(help="Of the traffic.")] = "dense",
+    hazards: Annotated[
+        bool, typer.Option(help="Play the routes' hazards; another protocol, still a draft.")
+    ] = False,
     workers: Annotated[
         int, typer.Option(help="Processes; scores do not depend on it.", min=1)
     ] = _cores(),
@@ -39,6 +44,7 @@ def score(
     recordings: Annotated[
         bool, typer.Option(help="Keep every tick, for rescoring and replays.")
     ] = True,
+    law: Annotated[str, typer.Option(help=LAW_HELP)] = "lb1.0",
 ) -> None:
     """Drive a suite and say how well.
 
@@ -55,7 +61,11 @@ def score(
     """
     from plant_bench.cli.drive import drive
     from plant_bench.runner.run import ScoreRequest
+    from plant_bench.scoring.laws import law_of
 
-    request = ScoreRequest(agent, suite, routes, repetitions, seed, density)
-    code = drive(request, out, overwrite=overwrite, workers=workers, recordings=recordings)
+    chosen = law_of(law)
+    request = ScoreRequest(agent, suite, routes, repetitions, seed, density, hazards)
+    code = drive(
+        request, out, overwrite=overwrite, workers=workers, recordings=recordings, law=chosen
+    )
     raise typer.Exit(code)

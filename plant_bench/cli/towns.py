@@ -32,6 +32,7 @@ def build(
     """
     from plant_bench.towns.generate import build_town, check_town, town_names
 
+    refuse_overwriting(seed, out, check=check)
     faults: list[str] = []
     for name in [town] if town is not None else town_names():
         if check:
@@ -67,6 +68,22 @@ def list_towns(
         for town in towns:
             save_town_picture(str(town["name"]), pictures / f"{town['name']}.png")
         typer.echo(f"Pictures are in {pictures}.")
+
+
+def refuse_overwriting(seed: int | None, out: Path | None, *, check: bool) -> None:
+    """Keep another seed's layout from replacing what the benchmark is made of.
+
+    Raises:
+        InputError: The options do not go together.
+    """
+    from plant_bench.errors import InputError
+
+    if check and (seed is not None or out is not None):
+        message = "--check looks at what is there: it goes with neither --seed nor --out."
+        raise InputError(message)
+    if seed is not None and out is None:
+        message = "--seed makes something new: say with --out where it is to go."
+        raise InputError(message)
 
 
 def _words(name: str) -> str:

@@ -9,8 +9,10 @@ from rich.console import Console
 from rich.table import Table
 
 from plant_bench.runner.speed import Speed
-from plant_bench.scoring.comparison import PairedDifference
+from plant_bench.scoring.beyond import Beyond
+from plant_bench.scoring.comparison import Detectable, PairedDifference
 from plant_bench.scoring.infractions import InfractionKind
+from plant_bench.scoring.laws import Law
 from plant_bench.scoring.metrics import Scores, Spread, Summary
 
 DEADLINE = "50 ms"  # a tick: 20 decisions a second
@@ -21,30 +23,66 @@ _console = Console(highlight=False, width=None if sys.stdout.isatty() else PIPED
 def print_summary(summary: Summary) -> None:
     """Print the scores, in all and by town, the infractions and how the episodes ended."""
     count = f"{summary.episodes}/{summary.expected} episodes"
-    _console.print(f"{summary.agent}, {summary.protocol}, {count}", style="bold")
+    head = f"{summary.agent}, {summary.protocol}, law {summary.law}, {count}"
+    _console.print(head, style="bold")
     _console.print(f"given: {', '.join(summary.inputs) or 'nothing but its own state'}")
     table = Table()
     table.add_column("town")
-    for head in ("DS", "RC %", "IS", "CV /km"):
+    for head in ("DS", "RC %", "IS", "CV /km", "NDS"):
         table.add_column(head, justify="right")
     for town, scores in summary.towns.items():
         table.add_row(town, *_cells(scores))
     table.add_section()
     table.add_row("all", *_cells(summary.scores), style="bold")
     _console.print(table)
-    print_rows(
-        f"Infractions ({summary.km:.1f} km)",
-        ["kind", "per km"],
-        [
-            [_kind_name(kind), f"{rate:.3f}"]
-            for kind, rate in summary.infractions_per_km.items()
-            if rate > 0.0
-        ],
-    )
-    if not math.isnan(summary.ego_share):
-        _console.print(f"Collisions that the ego drove into: {summary.ego_share:.0%}")
+    if summary.detectable is not None:
+        _console.print(_least_difference(summary.detectable))
+    print_rows(f"Infractions ({summary.km:.1f} km)", ["kind", "per km"], _rates(summary))
+    count = f" ({summary.beyond.episodes} of {summary.episodes} episodes)"
+    title = "Beyond the score" + count * (summary.beyond.episodes < summary.episodes)
+    print_rows(title, ["measure", "value"], _beyond(summary.beyond, summary.ego_share))
     endings = [f"{count} {status}" for status, count in summary.statuses.items()]
     _console.print(f"Episodes: {'; '.join(endings)}")
+
+
+def _least_difference(detectable: Detectable) -> str:
+    return (
+        f"Differences below {detectable.difference:.1f} DS cannot be told apart with "
+        f"{detectable.repetitions} repetitions."
+    )
+
+
+def _rates(summary: Summary) -> list[list[str]]:
+    rates = {_kind_name(kind): rate for kind, rate in summary.infractions_per_km.items()}
+    rates |= {
+        "of the vehicles, bicycles": summary.cyclists_per_km,
+        "off all lanes (km)": summary.beyond.off_lane_per_km,
+        "on the wrong lane (km)": summary.beyond.wrong_lane_per_km,
+    }
+    return [[name, f"{rate:.3f}"] for name, rate in rates.items() if rate > 0.0]
+
+
+def _beyond(beyond: Beyond, ego_share: float) -> list[list[str]]:
+    """Return what is measured but not scored, as text."""
+    if not beyond.episodes:
+        return []
+    to_collision = f"{_least(beyond.ttc_vehicle)} / {_least(beyond.ttc_vulnerable)}"
+    encroachment = f"{_least(beyond.pet_vehicle)} / {_least(beyond.pet_vulnerable)}"
+    rows = [
+        ["least time to collision, vehicles / walkers and cyclists", to_collision],
+        ["least post-encroachment time, the same", encroachment],
+        ["hard brakes per km", f"{beyond.hard_brakes_per_km:.2f}"],
+        ["jerk, 95th percentile", f"{beyond.jerk_p95:.1f} m/s3"],
+        ["lateral acceleration, 95th percentile", f"{beyond.lateral_acceleration_p95:.1f} m/s2"],
+        ["speed relative to traffic", f"{beyond.relative_speed:.2f}"],
+        ["time standing", f"{beyond.standing_share:.0%}"],
+        ["collisions that the ego caused", f"{ego_share:.0%}"],
+    ]
+    return [[name, "-" if "nan" in text else text] for name, text in rows]
+
+
+def _least(seconds: float) -> str:
+    return f"{seconds:.1f} s" if math.isfinite(seconds) else "none"
 
 
 def print_latency(speed: Speed) -> None:
@@ -75,16 +113,19 @@ def print_speed(speed: Speed, *, wall_s: float, workers: int) -> None:
     )
 
 
-def print_difference(difference: PairedDifference, first: str, second: str) -> None:
+def print_difference(
+    difference: PairedDifference, first: str, second: str, *, law: Law = Law.LB1_0
+) -> None:
     """Print by how much the second run is better than the first.
 
     Args:
         difference: Of the second run from the first.
         first: What the first is called.
         second: What the second is called.
+        law: By which infractions became scores.
     """
     _console.print(
-        f"{second} against {first}: DS {difference.mean:+.2f}, "
+        f"{second} against {first}: DS (law {law}) {difference.mean:+.2f}, "
         f"95 % interval {difference.low:+.2f} to {difference.high:+.2f} "
         f"({difference.pairs} pairs of episodes on {difference.routes} routes)"
     )
@@ -123,6 +164,7 @@ def _cells(scores: Scores) -> list[str]:
         _spread(scores.route_completion, 1),
         _spread(scores.infraction_score, 2),
         _spread(scores.vehicle_collisions, 2),
+        _spread(scores.normalised_score, 1),
     ]
 
 

@@ -22,7 +22,7 @@ from plant_bench.runner.observing import observe
 from plant_bench.runner.timing import Stopwatch, Timing
 from plant_bench.scoring.infractions import Status
 from plant_bench.scoring.referee import Referee, result_of
-from plant_bench.scoring.results import Crash, EpisodeResult
+from plant_bench.scoring.results import Crash, EpisodeResult, HazardRecord
 from plant_bench.sim.simulation import Simulation
 from plant_bench.world.route import Route
 
@@ -59,18 +59,24 @@ def run_episode(
     header = job.header(agent.inputs)
     recorder = None if recording is None else Recorder(recording, header.model_dump(mode="json"))
     crash: Crash | None = None
-    with Simulation(job.scenario) as simulation:
+    self_driving = Input.SIMULATOR in agent.inputs
+    with Simulation(job.scenario, self_driving=self_driving) as simulation:
         referee = Referee(simulation.town, job.route)
         try:
             _drive(agent, simulation, referee, job.route, recorder, watch, progress)
         except AgentError as error:
             crash = Crash(Status.AGENT_CRASHED, str(error))
         scene = simulation.scene
+        hazards = tuple(
+            HazardRecord.model_validate(outcome._asdict()) for outcome in simulation.outcomes
+        )
     if recorder is not None:
         recorder.add(scene)
-        recorder.close(**({} if crash is None else vars(crash)))
+        told = [hazard.model_dump(mode="json") for hazard in hazards]
+        recorder.close(hazards=told, **({} if crash is None else vars(crash)))
         watch.lap("recording")
-    return Episode(result_of(referee, header, crash=crash), watch.timing(scene.time, scene.tick))
+    result = result_of(referee, header, crash=crash, hazards=hazards)
+    return Episode(result, watch.timing(scene.time, scene.tick))
 
 
 def _drive(
@@ -88,7 +94,7 @@ def _drive(
     interval = decision_interval(agent)
     scene = simulation.scene
     referee.judge(scene)
-    _reset(agent, route if Input.ROUTE in inputs else None)
+    _reset(agent, route.plan if Input.ROUTE in inputs else None)
     control = Control(0.0, 0.0)
     watch.lap("start_up")
     while referee.status is None:
@@ -114,7 +120,7 @@ def _drive(
 def _reset(agent: Agent, route: Route | None) -> None:
     try:
         agent.reset(route)
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         message = f"reset raised {type(error).__name__}: {error}"
         raise AgentError(message) from error
 
@@ -122,7 +128,7 @@ def _reset(agent: Agent, route: Route | None) -> None:
 def _act(agent: Agent, observation: Observation) -> Plan | Control:
     try:
         action = agent.act(observation)
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         message = f"act raised {type(error).__name__}: {error}"
         raise AgentError(message) from error
     return check_action(action)

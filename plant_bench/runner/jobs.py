@@ -5,12 +5,14 @@ import hashlib
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
+from importlib.metadata import version
+from pathlib import Path
 
 from plant_bench.agent import Input
 from plant_bench.errors import InputError
 from plant_bench.scoring.results import EpisodeHeader
-from plant_bench.world.route import PROTOCOL, Route, Scenario
+from plant_bench.world.route import Route, Scenario
 from plant_bench.world.town import town_checksum
 
 KEY_LENGTH = 8  # characters of a job's key in the name of its files
@@ -27,6 +29,7 @@ class Job:
         repetition: From 0.
         seed: The scenario's seed.
         density: Of the traffic.
+        hazards: Whether the route's hazards are played.
     """
 
     agent: str
@@ -35,29 +38,31 @@ class Job:
     repetition: int
     seed: int
     density: str
+    hazards: bool = False
 
     @cached_property
     def scenario(self) -> Scenario:
         """What the episode depends on, apart from the agent."""
-        return Scenario(self.route, self.seed, self.density)
+        return Scenario(self.route, self.seed, self.density, self.hazards)
 
     @cached_property
     def key(self) -> str:
-        """A content hash: of the agent, the scenario, the town and the rules."""
+        """A content hash: of the agent, the scenario, the town, SUMO and the rules as they are."""
         parts = (
-            PROTOCOL,
+            self.scenario.protocol,
             self.agent,
             self.agent_checksum,
             self.scenario.key,
             str(self.repetition),
             town_checksum(self.route.town),
+            rules_checksum(),
         )
         return hashlib.sha256("|".join(parts).encode()).hexdigest()
 
     def header(self, inputs: frozenset[Input]) -> EpisodeHeader:
         """Return what is known before the episode starts."""
         return EpisodeHeader(
-            protocol=PROTOCOL,
+            protocol=self.scenario.protocol,
             agent=self.agent,
             agent_checksum=self.agent_checksum,
             inputs=tuple(sorted(inputs)),
@@ -70,6 +75,20 @@ class Job:
             town_checksum=town_checksum(self.route.town),
             route_checksum=self.route.checksum,
         )
+
+
+@cache
+def rules_checksum() -> str:
+    """Return a hash of the code that moves and judges the world, and of SUMO's version."""
+    package = Path(__file__).parents[1]
+    rooms = ("geometry", "world", "sim", "scoring")
+    files = [path for room in rooms for path in (package / room).rglob("*.*")]
+    digest = hashlib.sha256(version("libsumo").encode())
+    files += [package / "agent.py", package / "runner" / "episode.py"]
+    for path in sorted(path for path in files if path.suffix in {".py", ".xml"}):
+        digest.update(path.relative_to(package).as_posix().encode())
+        digest.update(path.read_bytes())
+    return digest.hexdigest()
 
 
 def repetition_seed(seed: int, route: str, repetition: int) -> int:
@@ -127,6 +146,7 @@ def make_jobs(
     repetitions: int,
     seed: int,
     density: str,
+    hazards: bool = False,
 ) -> list[Job]:
     """Return one job for each route and repetition.
 
@@ -137,6 +157,7 @@ def make_jobs(
         repetitions: Episodes on each route, each with a seed of its own.
         seed: The base seed.
         density: Of the traffic.
+        hazards: Whether the routes' hazards are played.
     """
     return [
         Job(
@@ -146,6 +167,7 @@ def make_jobs(
             repetition=repetition,
             seed=repetition_seed(seed, route.id, repetition),
             density=density,
+            hazards=hazards,
         )
         for route in routes
         for repetition in range(repetitions)

@@ -1,6 +1,5 @@
 """What an agent is given of a scene: what it declared, and nothing else."""
 
-import math
 from bisect import bisect_right
 
 import numpy as np
@@ -36,7 +35,8 @@ def observe(
         inputs: What the agent declared.
         privileged: The simulator's facts on the scene's actors; handed on if declared.
     """
-    index = min(math.floor(progress), len(route.points) - 2)
+    last = len(route.points) - 2
+    index = min(max(int(np.searchsorted(route.along, progress, side="right")) - 1, 0), last)
     return Observation(
         time=scene.time,
         ego=scene.ego,
@@ -52,17 +52,12 @@ def _ahead(route: Route, index: int, progress: float, offset: float) -> RouteAhe
     part = slice(index, index + ROUTE_AHEAD + 1)
     return RouteAhead(
         progress=progress,
+        past=progress - float(route.along[index]),
         offset=offset,
-        points=_locked(route.points[part]),
-        headings=_locked(route.headings[part]),
-        speed_limits=_locked(route.speed_limits[part]),
+        points=route.points[part],
+        headings=route.headings[part],
+        speed_limits=route.speed_limits[part],
     )
-
-
-def _locked(values: np.ndarray) -> np.ndarray:
-    """Return a view that an agent cannot write through: the route is the benchmark's own."""
-    values.flags.writeable = False
-    return values
 
 
 def _next_light(scene: Scene, route: Route, progress: float) -> NextLight | None:

@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 
 from plant_bench import __version__
 from plant_bench.errors import InputError
-from plant_bench.world.route import PROTOCOL, Route
+from plant_bench.world.route import HAZARD_PROTOCOL, PROTOCOL, Route
 from plant_bench.world.town import town_checksum
 
 RUN_FORMAT = 1
@@ -27,6 +27,7 @@ class Provenance(BaseModel):
         suite: Name of the suite, or the path it was read from.
         seed: The base seed; each episode's own seed is in its record.
         density: Of the traffic.
+        hazards: Whether the routes' hazards are played.
         protocol: The rules.
         towns: Checksum of each town.
         routes: Checksum of each route of the suite.
@@ -44,7 +45,8 @@ class Provenance(BaseModel):
     suite: str
     seed: int
     density: str
-    protocol: str = PROTOCOL
+    hazards: bool = False
+    protocol: str
     towns: dict[str, str]
     routes: dict[str, str]
     repetitions: int
@@ -55,7 +57,7 @@ class Provenance(BaseModel):
     @property
     def identity(self) -> list[tuple[str, object]]:
         """What all episodes of one folder have in common; the agent's version may change."""
-        names = ("agent", "suite", "seed", "density")
+        names = ("agent", "suite", "seed", "density", "hazards")
         return [(name, getattr(self, name)) for name in names]
 
     @classmethod
@@ -80,6 +82,7 @@ def provenance(
     suite: str,
     seed: int,
     density: str,
+    hazards: bool,
     repetitions: int,
 ) -> Provenance:
     """Return the provenance of a run that is about to start here."""
@@ -89,6 +92,8 @@ def provenance(
         suite=suite,
         seed=seed,
         density=density,
+        hazards=hazards,
+        protocol=HAZARD_PROTOCOL if hazards else PROTOCOL,
         towns={town: town_checksum(town) for town in sorted({route.town for route in routes})},
         routes={route.id: route.checksum for route in routes},
         repetitions=repetitions,

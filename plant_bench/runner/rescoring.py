@@ -29,8 +29,10 @@ class Rescored:
 
     @property
     def equal(self) -> bool:
-        """Whether both give the same bytes."""
-        return self.again is not None and self.again.to_json() == self.first.to_json()
+        """Whether both give the same bytes, in the format of the first."""
+        if self.again is None:
+            return False
+        return self.again.as_format(self.first.format).to_json() == self.first.to_json()
 
 
 def rescore_folder(folder: RunFolder) -> Iterator[Rescored]:

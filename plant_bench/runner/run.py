@@ -12,6 +12,7 @@ from plant_bench.runner.provenance import Provenance, provenance
 from plant_bench.runner.run_folder import RunFolder
 from plant_bench.sim.traffic import density_of
 from plant_bench.world.route import Route, load_suite
+from plant_bench.world.town import load_town
 
 
 @dataclass(frozen=True)
@@ -25,6 +26,7 @@ class ScoreRequest:
         repetitions: Episodes on each route.
         seed: The base seed.
         density: Of the traffic.
+        hazards: Whether the routes' hazards are played.
     """
 
     agent: str
@@ -33,11 +35,14 @@ class ScoreRequest:
     repetitions: int = 3
     seed: int = 0
     density: str = "dense"
+    hazards: bool = False
 
     @property
     def run_name(self) -> str:
         """The folder's name: the same request finds its run again."""
         parts = [self.agent, Path(self.suite).stem]
+        if self.hazards:
+            parts.append("hazards")
         if self.density != "dense":
             parts.append(self.density)
         if self.seed != 0:
@@ -53,6 +58,7 @@ class ScoreRequest:
             repetitions=repetitions,
             seed=self.seed,
             density=self.density,
+            hazards=self.hazards,
         )
 
 
@@ -93,6 +99,11 @@ def open_run(request: ScoreRequest, out: Path | None, *, overwrite: bool = False
     """
     suite = load_suite(request.suite)
     chosen = select_routes(suite, request.routes)
+    for name in sorted({route.town for route in chosen}):
+        town = load_town(name)
+        for route in chosen:
+            if route.town == name:
+                route.check_town(town)
     load_agent(request.agent)
     density_of(request.density)
     now = provenance(
@@ -102,6 +113,7 @@ def open_run(request: ScoreRequest, out: Path | None, *, overwrite: bool = False
         suite=request.suite,
         seed=request.seed,
         density=request.density,
+        hazards=request.hazards,
         repetitions=request.repetitions,
     )
     folder = RunFolder(out if out is not None else Path("reports") / request.run_name)

@@ -1,24 +1,42 @@
 """`summary.json` and `summary.csv`: derived from a run's records and nothing else."""
 
+from collections.abc import Sequence
+
 from pydantic import TypeAdapter
 
 from plant_bench.runner.run_folder import RunFolder
+from plant_bench.scoring.laws import Law
 from plant_bench.scoring.metrics import Summary, summarise, summary_frame
+from plant_bench.scoring.results import EpisodeResult
 
 
-def write_summary(folder: RunFolder, *, missing: int = 0) -> Summary:
+def write_summary(folder: RunFolder, *, missing: int = 0, law: Law = Law.LB1_0) -> Summary:
     """Sum up all records of a run and write the summary beside them.
 
     Args:
         folder: The run.
         missing: Episodes that were asked for and have no record.
+        law: By which infractions become scores.
 
     Raises:
         InputError: There are no records, or they cannot be summed up.
     """
-    results = folder.results()
-    summary = summarise(results, expected=len(results) + missing)
+    return _write(folder, "", folder.results(), missing, law)
+
+
+def write_rescored_summary(
+    folder: RunFolder, results: Sequence[EpisodeResult], *, missing: int = 0, law: Law = Law.LB1_0
+) -> Summary:
+    """Sum up what `rescore_folder` gave, beside the records in `rescored/`; as `write_summary`."""
+    return _write(folder, "rescored/", results, missing, law)
+
+
+def _write(
+    folder: RunFolder, place: str, results: Sequence[EpisodeResult], missing: int, law: Law
+) -> Summary:
+    summary = summarise(results, expected=len(results) + missing, law=law)
     text = TypeAdapter(Summary).dump_json(summary, indent=1).decode()
-    folder.write("summary.json", text + "\n")
-    folder.write("summary.csv", summary_frame(results).to_csv(index=False, lineterminator="\n"))
+    table = summary_frame(results, law=law).to_csv(index=False, lineterminator="\n")
+    folder.write(f"{place}summary.json", text + "\n")
+    folder.write(f"{place}summary.csv", table)
     return summary

@@ -1,14 +1,22 @@
-"""Comparing two agents on the same scenarios: common random numbers, so small differences show."""
+"""Comparing two agents on the same scenarios, and how small a difference can show at all.
 
+Common random numbers: both agents drive the same routes in the same traffic.
+"""
+
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from statistics import NormalDist
 
 import numpy as np
 
 from plant_bench.errors import InputError
+from plant_bench.scoring.laws import Law
 from plant_bench.scoring.results import EpisodeResult
 
 INTERVAL = (2.5, 97.5)  # percentiles of the bootstrap: a 95 % interval
+CONFIDENCE = 0.975  # two-sided 95 %
+POWER = 0.80  # chance to find a difference that is there
 
 
 @dataclass(frozen=True)
@@ -35,7 +43,12 @@ class PairedDifference:
 
 
 def paired_difference(
-    a: Sequence[EpisodeResult], b: Sequence[EpisodeResult], *, seed: int = 0, samples: int = 10_000
+    a: Sequence[EpisodeResult],
+    b: Sequence[EpisodeResult],
+    *,
+    law: Law = Law.LB1_0,
+    seed: int = 0,
+    samples: int = 10_000,
 ) -> PairedDifference:
     """Compare two agents on the scenarios (route, seed and density) that both drove.
 
@@ -45,6 +58,7 @@ def paired_difference(
     Args:
         a: Episodes of the first agent, the one to compare with.
         b: Episodes of the second agent.
+        law: By which infractions become scores.
         seed: Of the bootstrap.
         samples: Of the bootstrap.
 
@@ -64,7 +78,7 @@ def paired_difference(
         raise InputError(message)
     differences: dict[str, list[float]] = {}
     for key in common:
-        gain = second[key].driving_score - first[key].driving_score
+        gain = second[key].driving_score_by(law) - first[key].driving_score_by(law)
         differences.setdefault(first[key].route, []).append(gain)
     sums = np.array([sum(values) for values in differences.values()])
     counts = np.array([len(values) for values in differences.values()])
@@ -79,6 +93,75 @@ def paired_difference(
         routes=len(sums),
         unmatched_a=len(first) - len(common),
         unmatched_b=len(second) - len(common),
+    )
+
+
+@dataclass(frozen=True)
+class Detectable:
+    """The smallest difference in DS that a run's repetitions can tell apart from chance.
+
+    Attributes:
+        difference: Of mean DS, found with 80 % power at the 95 % level, two-sided.
+        deviation: Standard deviation of DS over the repetitions of a route, over all routes.
+        repetitions: The least number on a route.
+        routes: Number of routes driven more than once.
+    """
+
+    difference: float
+    deviation: float
+    repetitions: int
+    routes: int
+
+
+def detectable_difference(
+    results: Sequence[EpisodeResult], *, law: Law = Law.LB1_0
+) -> Detectable | None:
+    """Return the minimal detectable difference between this agent and another like it.
+
+    Both drive the same routes, so what differs between routes drops out, and what is left is the
+    variance s^2 of DS over the repetitions of a route, pooled over routes. The means of n episodes
+    each then differ by chance with the standard error s sqrt(2 / n), and
+
+        difference = (t(0.975) + t(0.80)) s sqrt(2 / n),
+
+    t being quantiles of Student's distribution with n - routes degrees of freedom. Traffic that is
+    the same for both makes chance smaller still, so this is an upper bound.
+
+    Args:
+        results: Of one agent; routes driven once are left out.
+        law: By which infractions become scores.
+
+    Returns:
+        None where no route was driven twice.
+    """
+    routes: dict[str, list[float]] = {}
+    for item in results:
+        routes.setdefault(item.route, []).append(item.driving_score_by(law))
+    scores = [np.array(values) for values in routes.values() if len(values) > 1]
+    if not scores:
+        return None
+    episodes = sum(map(len, scores))
+    freedom = episodes - len(scores)
+    squares = sum(float(((values - values.mean()) ** 2).sum()) for values in scores)
+    deviation = math.sqrt(squares / freedom)
+    quantiles = _student(CONFIDENCE, freedom) + _student(POWER, freedom)
+    return Detectable(
+        difference=quantiles * deviation * math.sqrt(2.0 / episodes),
+        deviation=deviation,
+        repetitions=min(map(len, scores)),
+        routes=len(scores),
+    )
+
+
+def _student(probability: float, freedom: int) -> float:
+    """Return a quantile of Student's t (Abramowitz and Stegun, 26.7.5; within 1 % from 3 on)."""
+    z = NormalDist().inv_cdf(probability)
+    return z + sum(
+        (
+            (z**3 + z) / 4.0 / freedom,
+            (5.0 * z**5 + 16.0 * z**3 + 3.0 * z) / 96.0 / freedom**2,
+            (3.0 * z**7 + 19.0 * z**5 + 17.0 * z**3 - 15.0 * z) / 384.0 / freedom**3,
+        )
     )
 
 

@@ -1,4 +1,4 @@
-"""The kinds of infraction and the one table of what each costs."""
+"""The kinds of infraction and the tables of what each costs (`scoring.laws` says how)."""
 
 from enum import StrEnum
 
@@ -32,6 +32,19 @@ PENALTIES: dict[InfractionKind, float] = {
     InfractionKind.ROUTE_DEVIATION: 1.0,
     InfractionKind.BLOCKED: 1.0,
     InfractionKind.TIMEOUT: 1.0,
+}
+
+COEFFICIENTS: dict[InfractionKind, float] = {
+    # CARLA leaderboard 2.1, leaderboard/utils/statistics_manager.py. OUTSIDE_LANES and what ends
+    # the episode cost as above; stop signs, minimum speed, scenario time-outs and emergency
+    # vehicles, which cost there too, are no rules of this benchmark.
+    InfractionKind.COLLISION_PEDESTRIAN: 1.0,
+    InfractionKind.COLLISION_VEHICLE: 0.7,
+    InfractionKind.COLLISION_STATIC: 0.6,
+    InfractionKind.RED_LIGHT: 0.4,
+    InfractionKind.ROUTE_DEVIATION: 0.0,
+    InfractionKind.BLOCKED: 0.0,
+    InfractionKind.TIMEOUT: 0.0,
 }
 
 
@@ -75,7 +88,7 @@ class Infraction(BaseModel):
 
     @property
     def factor(self) -> float:
-        """What the infraction score is multiplied by."""
+        """What the infraction score is multiplied by (leaderboard 1.0)."""
         if self.kind is InfractionKind.OUTSIDE_LANES:
             return 1.0 - (self.share or 0.0)
         return PENALTIES[self.kind]

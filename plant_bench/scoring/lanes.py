@@ -1,6 +1,7 @@
 """Where a town's driving lanes are: who is outside them, or on one against its direction."""
 
 import math
+from enum import StrEnum
 from functools import lru_cache
 
 import numpy as np
@@ -12,6 +13,13 @@ from plant_bench.world.town import Town
 LANE_MARGIN = 1.3  # m beyond half a lane's width (ALLOWED_OUT_DISTANCE)
 WRONG_WAY = math.radians(120.0)  # (MAX_ALLOWED_VEHICLE_LANE_ANGLE)
 LEVEL = 3.0  # m of height: own choice, tells a bridge from the road below
+
+
+class LaneFault(StrEnum):
+    """How a vehicle can be outside the lanes."""
+
+    OFF_LANE = "off_lane"
+    WRONG_LANE = "wrong_lane"  # on a lane, against its direction
 
 
 class LaneMap:
@@ -37,6 +45,10 @@ class LaneMap:
         self._junctions = shapely.STRtree([shapely.Polygon(outline) for outline in outlines])
 
     def outside(self, x: float, y: float, z: float, yaw: float) -> bool:
+        """Tell whether a vehicle is outside the lanes in one way or the other; see `fault`."""
+        return self.fault(x, y, z, yaw) is not None
+
+    def fault(self, x: float, y: float, z: float, yaw: float) -> LaneFault | None:
         """Tell whether a vehicle's centre is off all lanes, or drives against the nearest one.
 
         Directions are not tested inside junctions.
@@ -56,14 +68,16 @@ class LaneMap:
         away = np.hypot(px - share * delta[:, 0], py - share * delta[:, 1])
         away[np.abs(start[:, 2] + share * delta[:, 2] - z) > LEVEL] = np.inf
         if not found.size or not np.isfinite(away).any():
-            return True
+            return LaneFault.OFF_LANE
         nearest = int(away.argmin())
         lane = found[nearest]
         if away[nearest] > self._limit[lane]:
-            return True
+            return LaneFault.OFF_LANE
         if self._internal[lane] or math.cos(yaw - self._yaw[lane]) >= math.cos(WRONG_WAY):
-            return False
-        return not self._junctions.query(point, predicate="intersects").size
+            return None
+        if self._junctions.query(point, predicate="intersects").size:
+            return None
+        return LaneFault.WRONG_LANE
 
 
 @lru_cache(maxsize=8)

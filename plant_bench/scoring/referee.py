@@ -11,12 +11,14 @@ from plant_bench.errors import InputError
 from plant_bench.scoring.collisions import Collisions
 from plant_bench.scoring.endings import ENDING_INFRACTIONS, Endings
 from plant_bench.scoring.infractions import Infraction, InfractionKind, Status
-from plant_bench.scoring.lanes import lane_map
+from plant_bench.scoring.lanes import LaneFault, lane_map
+from plant_bench.scoring.measures import Measures, measure
 from plant_bench.scoring.progress import RouteProgress
 from plant_bench.scoring.red_lights import RedLights
-from plant_bench.scoring.results import Crash, EpisodeHeader, EpisodeResult
+from plant_bench.scoring.results import Crash, EpisodeHeader, EpisodeResult, HazardRecord
+from plant_bench.scoring.track import TrackRecorder
 from plant_bench.world.route import Route
-from plant_bench.world.scene import Scene
+from plant_bench.world.scene import EgoState, Scene
 from plant_bench.world.town import Town
 
 # A vehicle this near the route line and this well along it is on a lane of the right direction.
@@ -33,6 +35,9 @@ class Referee:
         infractions: So far, in order of time.
         distance: Metres driven.
         outside_distance: Metres of these driven outside the lanes or against their direction.
+        off_lane_distance: Metres of these off all lanes.
+        wrong_lane_distance: Metres of these against the lane's direction.
+        measures: What was measured beyond the score; None until `finish`, and without a scene.
         time: Seconds from the start of the episode to the last scene judged.
 
     Args:
@@ -46,6 +51,9 @@ class Referee:
         self.infractions: list[Infraction] = []
         self.distance = 0.0
         self.outside_distance = 0.0
+        self.off_lane_distance = 0.0
+        self.wrong_lane_distance = 0.0
+        self.measures: Measures | None = None
         self.time = 0.0
         self.route_length = route.length
         self._town = town
@@ -54,6 +62,7 @@ class Referee:
         self._collisions = Collisions()
         self._red_lights = RedLights(route)
         self._endings = Endings(route)
+        self._track = TrackRecorder()
         self._last: Scene | None = None
         self._finished = False
 
@@ -77,11 +86,12 @@ class Referee:
         before = place.progress
         place.follow(ego.x, ego.y)
         self._last = scene
+        self._track.add(scene)
         self.time = scene.time
         self.distance += step
         self.completion = min(place.progress / self.route_length, 1.0)
-        if step > 0.0 and self._outside(scene):
-            self.outside_distance += step
+        if step > 0.0:
+            self._stay_in_lane(ego, step)
         for hit in self._collisions.new(scene):
             self._note(hit.kind, actor=hit.actor, actor_kind=hit.actor_kind, cause=hit.cause)
         if self._red_lights.run(before, place.progress, place.offset, scene.lights):
@@ -93,19 +103,34 @@ class Referee:
             self._note(ENDING_INFRACTIONS[self.status])
 
     def finish(self) -> None:
-        """Close the episode: note the distance driven outside the lanes, once."""
+        """Close the episode, once: note the distance driven outside the lanes, and measure."""
         if self._finished:
             return
         self._finished = True
         if self.outside_distance > 0.0:
             share = min(self.outside_distance / self.distance, 1.0)
             self._note(InfractionKind.OUTSIDE_LANES, share=share)
+        if len(self._track):
+            self.measures = measure(
+                self._track.track(),
+                off_lane=self.off_lane_distance,
+                wrong_lane=self.wrong_lane_distance,
+            )
 
-    def _outside(self, scene: Scene) -> bool:
-        ego, place = scene.ego, self._place
+    def _stay_in_lane(self, ego: EgoState, step: float) -> None:
+        """Add the step to the distance driven outside the lanes, if it was."""
+        place = self._place
         if place.distance < ON_ROUTE_OFFSET and math.cos(ego.yaw - place.heading) > ON_ROUTE_COSINE:
-            return False
-        return lane_map(self._town).outside(ego.x, ego.y, self._elevations[place.index], ego.yaw)
+            return
+        height = self._elevations[place.index]
+        fault = lane_map(self._town).fault(ego.x, ego.y, height, ego.yaw)
+        if fault is None:
+            return
+        self.outside_distance += step
+        if fault is LaneFault.OFF_LANE:
+            self.off_lane_distance += step
+        else:
+            self.wrong_lane_distance += step
 
     def _note(self, kind: InfractionKind, **facts: object) -> None:
         if self._last is None:
@@ -126,7 +151,11 @@ class Referee:
 
 
 def result_of(
-    referee: Referee, header: EpisodeHeader, *, crash: Crash | None = None
+    referee: Referee,
+    header: EpisodeHeader,
+    *,
+    crash: Crash | None = None,
+    hazards: tuple[HazardRecord, ...] = (),
 ) -> EpisodeResult:
     """Close an episode and return its record.
 
@@ -134,6 +163,7 @@ def result_of(
         referee: The referee that judged it.
         header: What was known before it started.
         crash: What ended it, if no rule did.
+        hazards: What became of the route's hazards: the simulator knows, scenes do not tell.
 
     Raises:
         InputError: The episode is not over.
@@ -152,4 +182,6 @@ def result_of(
         distance=referee.distance,
         duration=round(referee.time, 3),
         infractions=tuple(referee.infractions),
+        measures=referee.measures,
+        hazards=hazards,
     )

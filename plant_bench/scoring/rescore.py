@@ -1,12 +1,18 @@
 """Scoring a recording again: the same verdict from the scenes alone, with no simulator."""
 
-from pydantic import ValidationError
+from pydantic import TypeAdapter, ValidationError
 
 from plant_bench.data.recording import Recording
 from plant_bench.errors import InputError
 from plant_bench.scoring.infractions import Status
 from plant_bench.scoring.referee import Referee, result_of
-from plant_bench.scoring.results import Crash, EpisodeHeader, EpisodeResult
+from plant_bench.scoring.results import (
+    RESULT_FORMAT,
+    Crash,
+    EpisodeHeader,
+    EpisodeResult,
+    HazardRecord,
+)
 from plant_bench.world.route import Route
 from plant_bench.world.town import Town
 
@@ -14,9 +20,11 @@ from plant_bench.world.town import Town
 def rescore(recording: Recording, town: Town, route: Route) -> EpisodeResult:
     """Judge a recording anew; without a change of rules the record is the one first written.
 
+    It has the newest format; `as_format` takes it back to that of an older record.
+
     Args:
-        recording: What was driven; its metadata is an `EpisodeHeader` and, after a crash, the
-            `status` and `reason` of it.
+        recording: What was driven; its metadata is an `EpisodeHeader`, what became of the route's
+            `hazards` and, after a crash, the `status` and `reason` of it.
         town: The town it was driven in.
         route: The route it was driven on.
 
@@ -25,8 +33,10 @@ def rescore(recording: Recording, town: Town, route: Route) -> EpisodeResult:
     """
     known = dict(recording.metadata)
     status, reason = known.pop("status", None), str(known.pop("reason", ""))
+    told = known.pop("hazards", [])
     try:
-        header = EpisodeHeader.model_validate(known)
+        hazards = TypeAdapter(tuple[HazardRecord, ...]).validate_python(told, strict=False)
+        header = EpisodeHeader.model_validate(known | {"format": RESULT_FORMAT})
         crash = None if status is None else Crash(Status(str(status)), reason)
     except (ValidationError, ValueError) as error:
         message = f"The recording does not say what it is of: {error}"
@@ -40,4 +50,4 @@ def rescore(recording: Recording, town: Town, route: Route) -> EpisodeResult:
     referee = Referee(town, route)
     for scene in recording:
         referee.judge(scene)
-    return result_of(referee, header, crash=crash)
+    return result_of(referee, header, crash=crash, hazards=hazards)

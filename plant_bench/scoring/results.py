@@ -1,6 +1,5 @@
 """The record of one episode: all that a score is made of, nothing that depends on the clock."""
 
-import math
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -8,8 +7,11 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from plant_bench.errors import InputError
 from plant_bench.scoring.infractions import Infraction, Status
+from plant_bench.scoring.laws import Law, score_of
+from plant_bench.scoring.measures import Measures
+from plant_bench.world.hazard import HazardKind, Phase
 
-RESULT_FORMAT = 1
+RESULT_FORMAT = 2  # 1 had no measures
 
 
 class EpisodeHeader(BaseModel):
@@ -61,6 +63,26 @@ class Crash:
     reason: str
 
 
+class HazardRecord(BaseModel):
+    """What became of one of the route's hazards.
+
+    Attributes:
+        kind: What it was.
+        at: Where, metres along the route.
+        phase: "done", "void", or how far it had come when the episode ended.
+        time: Seconds when it took its course, or when its last phase was reached.
+        reason: Why it is void.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    kind: HazardKind
+    at: float
+    phase: Phase
+    time: float
+    reason: str = ""
+
+
 class EpisodeResult(EpisodeHeader):
     """One episode of one agent on one route; scores are properties, never stored.
 
@@ -72,6 +94,8 @@ class EpisodeResult(EpisodeHeader):
         distance: Metres driven.
         duration: Simulated seconds.
         infractions: In order of time.
+        measures: Beyond the score; None in records of format 1 and where nothing was driven.
+        hazards: What became of the route's hazards, in order; empty where none are played.
     """
 
     status: Status
@@ -81,6 +105,8 @@ class EpisodeResult(EpisodeHeader):
     distance: float = Field(ge=0)
     duration: float = Field(ge=0)
     infractions: tuple[Infraction, ...] = ()
+    measures: Measures | None = None
+    hazards: tuple[HazardRecord, ...] = ()
 
     @property
     def route_completion(self) -> float:
@@ -90,16 +116,31 @@ class EpisodeResult(EpisodeHeader):
     @property
     def infraction_score(self) -> float:
         """IS: the product of all penalties (CARLA leaderboard 1.0)."""
-        return math.prod((item.factor for item in self.infractions), start=1.0)
+        return self.infraction_score_by(Law.LB1_0)
 
     @property
     def driving_score(self) -> float:
-        """DS = RC x IS, 0 to 100."""
-        return self.route_completion * self.infraction_score
+        """DS = RC x IS, 0 to 100 (CARLA leaderboard 1.0)."""
+        return self.driving_score_by(Law.LB1_0)
+
+    def infraction_score_by(self, law: Law) -> float:
+        """Return the IS of a law."""
+        return score_of(self.infractions, law)
+
+    def driving_score_by(self, law: Law) -> float:
+        """Return the DS of a law: RC x IS, 0 to 100."""
+        return self.route_completion * self.infraction_score_by(law)
+
+    def as_format(self, version: int) -> "EpisodeResult":
+        """Return the record as an earlier version would have written it."""
+        if version >= RESULT_FORMAT:
+            return self
+        return self.model_copy(update={"format": version, "measures": None})
 
     def to_json(self) -> str:
         """Return the record as text; equal records give equal text."""
-        return self.model_dump_json(indent=1) + "\n"
+        absent = {name for name in ("measures", "hazards") if not getattr(self, name)}
+        return self.model_dump_json(indent=1, exclude=absent) + "\n"
 
     @classmethod
     def load(cls, path: Path) -> "EpisodeResult":

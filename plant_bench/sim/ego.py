@@ -3,6 +3,7 @@
 import math
 
 from plant_bench.agent import Control
+from plant_bench.geometry.pose import wrap_angle
 from plant_bench.world.scene import TICK, EgoState
 
 WHEELBASE = 2.86  # m, CARLA's lincoln.mkz2017
@@ -36,7 +37,7 @@ def advance(ego: EgoState, control: Control, duration: float = TICK) -> EgoState
     return EgoState(
         x=rear_x + REAR_AXLE * math.cos(yaw),
         y=rear_y + REAR_AXLE * math.sin(yaw),
-        yaw=(yaw + math.pi) % (2.0 * math.pi) - math.pi,
+        yaw=wrap_angle(yaw),
         speed=speed,
         acceleration=(speed - ego.speed) / duration,
         steering=steering,

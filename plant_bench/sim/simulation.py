@@ -8,8 +8,8 @@ import numpy as np
 
 from plant_bench.agent import Control, Privileged
 from plant_bench.data_files import networks_dir
-from plant_bench.errors import SimulationError
 from plant_bench.geometry.polyline import Cursor
+from plant_bench.geometry.pose import wrap_angle
 from plant_bench.sim.deadlocks import Deadlocks
 from plant_bench.sim.ego import advance
 from plant_bench.sim.hazards.director import Director
@@ -19,8 +19,8 @@ from plant_bench.sim.sumo import Sumo, VehicleState
 from plant_bench.sim.traffic import MANAGE_INTERVAL, SIGHT, StreetGrid, Traffic, density_of
 from plant_bench.world.hazard import HazardOutcome
 from plant_bench.world.route import Scenario
-from plant_bench.world.scene import Actors, EgoState, Scene
-from plant_bench.world.town import Town, load_town
+from plant_bench.world.scene import EGO_LENGTH, TICK, Actors, EgoState, Scene
+from plant_bench.world.town import Lane, Town, load_town
 
 WARM_UP = 300  # ticks that the traffic drives before the episode starts: 15 s
 LEVEL_GAP = 4.5  # m of height between which two roads are levels of a crossing, not one road
@@ -44,15 +44,17 @@ class Simulation:
 
     Args:
         scenario: All that the episode depends on.
+        self_driving: Let SUMO's own driver drive the ego; controls go unheard then.
 
     Raises:
         InputError: The scenario's town or density does not exist.
         SimulationError: SUMO fails.
     """
 
-    def __init__(self, scenario: Scenario) -> None:
+    def __init__(self, scenario: Scenario, *, self_driving: bool = False) -> None:
         route = scenario.route
         self._scenario = scenario
+        self._self_driving = self_driving
         self.town, streets = _streets(route.town)
         density = density_of(scenario.density)
         self._sumo = Sumo(networks_dir() / route.town / "town.net.xml", scenario.seed)
@@ -68,10 +70,10 @@ class Simulation:
         self._states: dict[int, VehicleState] = {}
         try:
             self._warm_up()
-        except SimulationError:
+            self.scene = self._look(0, self._start())
+        except BaseException:
             self.close()
             raise
-        self.scene = self._look(0, self._start())
 
     def __enter__(self) -> "Simulation":  # noqa: PYI034 - as in sumo.py
         return self
@@ -90,15 +92,20 @@ class Simulation:
             SimulationError: SUMO has lost the ego.
         """
         tick = self.scene.tick + 1
-        ego = advance(self.scene.ego, self._director.disturb(control))
+        if not self._self_driving:
+            ego = advance(self.scene.ego, self._director.disturb(control))
+        else:
+            ego = self.scene.ego
         if tick % MANAGE_INTERVAL == 0:
             self._traffic.manage(ego.x, ego.y)
-        self._sumo.move_ego(ego.x, ego.y, ego.yaw, ego.speed)
+        self._present(ego)
         self._cursor.advance(ego.x, ego.y)
         self._stage.refresh(tick, self._cursor.progress, self._states)
         if not self._director.idle:
             self._director.step(ego)
         self._sumo.step()
+        if self._self_driving:
+            ego = self._driven(ego)
         self.scene = self._look(tick, ego)
         if self._deadlocks.due(tick, ego):
             facts = self.privileged()
@@ -126,14 +133,46 @@ class Simulation:
 
     def _warm_up(self) -> None:
         start = self._start()
-        self._sumo.add_ego(self._scenario.route.edges, *start.pose)
+        route = self._scenario.route
+        if self._self_driving:
+            lane, at = self._start_lane()
+            self._sumo.add_self_driving_ego(route.edges, lane.index, at)
+        else:
+            self._sumo.add_ego(route.edges, *start.pose)
         self._sumo.watch(SIGHT)
         self._traffic.fill(start.x, start.y)
         for tick in range(WARM_UP):
             if tick % MANAGE_INTERVAL == 0:
                 self._traffic.manage(start.x, start.y)
-            self._sumo.move_ego(*start.pose, 0.0)
+            self._present(start)
             self._sumo.step()
+        if self._self_driving:
+            self._sumo.let_ego_go()
+
+    def _present(self, ego: EgoState) -> None:
+        """Show the ego to SUMO, unless SUMO drives it."""
+        if not self._self_driving:
+            self._sumo.move_ego(ego.x, ego.y, ego.yaw, ego.speed)
+
+    def _start_lane(self) -> tuple[Lane, float]:
+        """Return the route's first lane, and SUMO's position of the ego's front on it."""
+        route = self._scenario.route
+        lane = self.town.lanes[route.lanes[0].lane]
+        away = np.hypot(*(lane.points[:, :2] - route.points[0]).T)
+        front = float(lane.along[away.argmin()]) + 0.5 * EGO_LENGTH
+        return lane, front * self._sumo.lane_length(lane.id) / lane.length
+
+    def _driven(self, before: EgoState) -> EgoState:
+        """Return the ego's state as SUMO has driven it."""
+        state = self._sumo.ego()
+        half = 0.5 * EGO_LENGTH
+        return EgoState(
+            x=state.x - half * math.cos(state.yaw),
+            y=state.y - half * math.sin(state.yaw),
+            yaw=wrap_angle(state.yaw),
+            speed=state.speed,
+            acceleration=(state.speed - before.speed) / TICK,
+        )
 
     def _look(self, tick: int, ego: EgoState) -> Scene:
         height = self._elevations[self._cursor.index]
@@ -152,7 +191,7 @@ class Simulation:
             (
                 state.x - 0.5 * kind.length * math.cos(state.yaw),
                 state.y - 0.5 * kind.length * math.sin(state.yaw),
-                (state.yaw + math.pi) % (2.0 * math.pi) - math.pi,
+                wrap_angle(state.yaw),
                 state.speed,
                 kind.length,
                 kind.width,
@@ -160,6 +199,7 @@ class Simulation:
             for state, kind in zip(states.values(), types, strict=True)
         ]
         table = np.array(rows, dtype=np.float32)
+        table.flags.writeable = False  # planners and the referee share the scene
         return Actors(
             ids=np.fromiter(states, np.int64, len(states)),
             poses=table[:, :3],

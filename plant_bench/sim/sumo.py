@@ -117,6 +117,40 @@ class Sumo:
             message = f"SUMO does not take the ego: {error}"
             raise SimulationError(message) from error
 
+    def add_self_driving_ego(self, edges: tuple[str, ...], lane: int, at: float) -> None:
+        """Insert an ego that SUMO drives, held still until `let_ego_go`.
+
+        Raises:
+            SimulationError: SUMO does not take it.
+        """
+        try:
+            libsumo.route.add("ego", edges)
+            libsumo.vehicle.add(
+                EGO_ID, "ego", typeID="ego",
+                departLane=str(lane), departPos=f"{at:.2f}", departSpeed="0",
+            )  # fmt: skip
+            libsumo.simulationStep()
+            libsumo.vehicle.setSpeed(EGO_ID, 0.0)
+        except libsumo.TraCIException as error:
+            message = f"SUMO does not take the ego: {error}"
+            raise SimulationError(message) from error
+
+    def let_ego_go(self) -> None:
+        """Leave a self-driving ego to SUMO's driver."""
+        libsumo.vehicle.setSpeed(EGO_ID, -1.0)
+
+    def ego(self) -> VehicleState:
+        """Return the state of a self-driving ego.
+
+        Raises:
+            SimulationError: SUMO has lost it.
+        """
+        state = self.state_of(int(EGO_ID))
+        if state is None:
+            message = "SUMO has lost the ego that it drives."
+            raise SimulationError(message)
+        return state
+
     def move_ego(self, x: float, y: float, yaw: float, speed: float) -> None:
         """Place the ego's box centre; SUMO only shows it to others, and is never asked back.
 

@@ -11,13 +11,16 @@ from PIL import Image
 
 from plant_bench.geometry.polyline import arc_lengths
 from plant_bench.towns.picture import draw_town
+from plant_bench.world.hazard import HAZARDS
 from plant_bench.world.route import Route
 from plant_bench.world.town import Town, load_town
 
 LINE, CHANGE, START, END, SIGNAL = "#19b5fe", "#f39c12", "#2ecc71", "#8e44ad", "#e74c3c"
+HAZARD = "#ffd400"
+LEGEND_WORDS = 4  # a line of the legend
 COLUMNS = 3
 PANEL_IN = 5.0  # longer side of a route's panel
-TITLE_IN = 0.3
+TITLE_IN = 0.4
 DOTS = 90  # dots an inch
 COLOURS = 256  # in a picture's palette: small files
 ARROWS = 14  # along a route
@@ -25,7 +28,7 @@ ABOVE = 30  # drawing order: routes lie above their town
 
 
 def draw_route(town: Town, route: Route, ax: Axes) -> None:
-    """Draw a route on its town: direction, start, destination, lane changes and signals."""
+    """Draw a route on its town: direction, ends, lane changes, signals and hazards."""
     draw_town(town, ax)
     x, y = route.points.T
     ax.plot(x, y, color=LINE, linewidth=1.8, alpha=0.9, zorder=ABOVE)
@@ -35,6 +38,7 @@ def draw_route(town: Town, route: Route, ax: Axes) -> None:
     stops = _places(route, [passage.entry for passage in route.signal_passages])
     ax.scatter(*stops.T, s=16, marker="s", c=SIGNAL, edgecolors="white", lw=0.4, zorder=ABOVE + 2)
     _draw_arrows(route, ax)
+    _draw_hazards(route, ax)
     for index, colour, label in ((0, START, "start"), (-1, END, "end")):
         ax.scatter(x[index], y[index], s=60, c=colour, edgecolors="white", zorder=ABOVE + 4)
         ax.annotate(
@@ -42,7 +46,7 @@ def draw_route(town: Town, route: Route, ax: Axes) -> None:
             color=colour, weight="bold", zorder=ABOVE + 5,
         )  # fmt: skip
     done = ", ".join(f"{n} {kind}" for kind, n in route.manoeuvres.items() if n)
-    ax.set_title(f"{route.id}: {route.length:.0f} m\n{done}", fontsize=8)
+    ax.set_title(f"{route.id}: {route.length:.0f} m\n{done}\n{_legend(route)}", fontsize=7)
 
 
 def save_suite_pictures(routes: Sequence[Route], folder: Path) -> list[Path]:
@@ -71,6 +75,25 @@ def _save_panels(town: Town, routes: list[Route], path: Path) -> None:
     with Image.open(path) as image:
         small = image.convert("RGB").quantize(COLOURS)
     small.save(path, optimize=True)
+
+
+def _draw_hazards(route: Route, ax: Axes) -> None:
+    """Mark each hazard with its kind's letter."""
+    places = _places(route, [hazard.at for hazard in route.hazards])
+    for (x, y), hazard in zip(places, route.hazards, strict=True):
+        ax.text(
+            x, y, HAZARDS[hazard.kind].letter, fontsize=6, weight="bold", color="black",
+            ha="center", va="center", zorder=ABOVE + 6,
+            bbox={"boxstyle": "circle,pad=0.15", "fc": HAZARD, "ec": "black", "lw": 0.5},
+        )  # fmt: skip
+
+
+def _legend(route: Route) -> str:
+    """Tell which letter marks which kind of hazard."""
+    kinds = dict.fromkeys(hazard.kind for hazard in route.hazards)
+    words = [f"{HAZARDS[kind].letter} {kind.replace('_', ' ')}" for kind in kinds]
+    rows = [", ".join(words[i : i + LEGEND_WORDS]) for i in range(0, len(words), LEGEND_WORDS)]
+    return "\n".join(rows)
 
 
 def _draw_arrows(route: Route, ax: Axes) -> None:

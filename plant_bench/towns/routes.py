@@ -5,7 +5,7 @@ import shutil
 import tempfile
 import zlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +15,7 @@ from plant_bench.data_files import routes_dir
 from plant_bench.errors import InputError
 from plant_bench.towns.route_choice import choose, draft_paths, driven_on, share, shorten
 from plant_bench.towns.route_graph import StreetGraph
+from plant_bench.towns.route_hazards import place_hazards
 from plant_bench.towns.route_making import MANOEUVRES
 from plant_bench.world.route import ROUTE_FORMAT, Route
 from plant_bench.world.town import Town, load_town
@@ -116,7 +117,7 @@ def check_suite(name: str) -> list[str]:
 
 
 def suite_routes(town: Town, limits: Sequence[float], seed: int) -> list[Route]:
-    """Return a town's longest routes below the given lengths, one for each.
+    """Return a town's longest routes below the given lengths, one for each, with their hazards.
 
     Raises:
         InputError: The town does not have that many different routes.
@@ -124,7 +125,8 @@ def suite_routes(town: Town, limits: Sequence[float], seed: int) -> list[Route]:
     rng = np.random.default_rng([seed, zlib.crc32(town.name.encode())])
     graph = StreetGraph(town)
     drafts = choose(graph, draft_paths(graph, DRAWS, rng), limits)
-    return [draft.make(graph, f"{town.name}-{i}") for i, draft in enumerate(drafts)]
+    routes = [draft.make(graph, f"{town.name}-{i}") for i, draft in enumerate(drafts)]
+    return [replace(route, hazards=place_hazards(town, route, seed)) for route in routes]
 
 
 def sample_routes(
@@ -159,14 +161,14 @@ def sample_routes(
 
 
 def describe_suite(routes: list[Route]) -> pd.DataFrame:
-    """Return one row a route: length, manoeuvres, signals, and the most it shares with another."""
+    """Return one row a route: length, manoeuvres, signals, hazards, and what it shares at most."""
     rows = []
     for route in routes:
         others = [other for other in routes if other.town == route.town and other is not route]
         shares = [share(driven_on(route), driven_on(other)) for other in others]
         row = {"id": route.id, "town": route.town, "length_m": round(route.length, 1)}
         row |= {kind: route.manoeuvres.get(kind, 0) for kind in MANOEUVRES}
-        row |= {"signals": len(route.signal_passages)}
+        row |= {"signals": len(route.signal_passages), "hazards": len(route.hazards)}
         rows.append(row | {"max_share": round(max(shares, default=0.0), 3)})
     return pd.DataFrame(rows)
 
@@ -189,5 +191,8 @@ def _suite_towns(name: str, towns: list[str] | None) -> list[str]:
 
 def _suite_text(name: str, seed: int, routes: list[Route]) -> str:
     head = json.dumps({"format": ROUTE_FORMAT, "suite": name, "seed": seed}, separators=(",", ":"))
-    lines = [json.dumps(route.to_payload(), separators=(",", ":")) for route in routes]
+    payloads = [route.to_payload() for route in routes]
+    for payload in payloads:
+        payload["hazards"] = payload.pop("hazards")  # last, where a reader finds them
+    lines = [json.dumps(payload, separators=(",", ":")) for payload in payloads]
     return head[:-1] + ',"routes":[\n' + ",\n".join(lines) + "\n]}\n"

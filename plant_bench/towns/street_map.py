@@ -4,9 +4,10 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from plant_bench.geometry.pose import wrap_angle
 from plant_bench.towns.plan import Edge, Node, StreetPlan
 from plant_bench.towns.spec import TownSpec
-from plant_bench.towns.streets import Pose, Shape, curve_through, wrap
+from plant_bench.towns.streets import Pose, Shape, curve_through
 
 EAST, NORTH, WEST, SOUTH = 0.0, np.pi / 2, np.pi, -np.pi / 2
 
@@ -78,7 +79,7 @@ class StreetMap:
         self.streets = [s for s in self.streets if s not in meeting] + [merged]
 
     def _bend(self, place: Node, arrive: float, leave: float) -> tuple[Pose, ...]:
-        turn = abs(wrap(leave - arrive))
+        turn = abs(wrap_angle(leave - arrive))
         if turn < 0.1:
             return (Pose(place.x, place.y, arrive),)
         cut = self.corner_radius * float(np.tan(turn / 2))

@@ -9,6 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from plant_bench.geometry.pose import wrap_angle
+
 Shape = NDArray[np.float64]
 
 POINT_SPACING_M = 1.5
@@ -51,17 +53,12 @@ class Pose:
         return Pose(self.x, self.y, self.heading + np.pi)
 
 
-def wrap(angle: float) -> float:
-    """The same angle in [-pi, pi)."""
-    return float((angle + np.pi) % (2 * np.pi) - np.pi)
-
-
 def curve_between(start: Pose, end: Pose, spacing: float = POINT_SPACING_M) -> Shape:
     """A smooth curve from one pose to another: an arc where one fits, else a gentle S."""
     chord = end.point - start.point
     length = float(np.hypot(*chord))
     bearing = float(np.arctan2(chord[1], chord[0]))
-    leave, arrive = wrap(start.heading - bearing), wrap(end.heading - bearing)
+    leave, arrive = wrap_angle(start.heading - bearing), wrap_angle(end.heading - bearing)
     if leave * arrive < 0:
         handle = length / (3 * np.cos((abs(leave) + abs(arrive)) / 4) ** 2)
     else:
@@ -95,7 +92,7 @@ def fillet(points: list[tuple[float, float]], radius: float) -> Shape:
         corners, corners[1:], corners[2:], np.minimum(legs[:-1], legs[1:]), strict=False
     ):
         arriving, leaving = _pose_at(corner, 2 * corner - before), _pose_at(corner, after)
-        turn = abs(wrap(leaving.heading - arriving.heading))
+        turn = abs(wrap_angle(leaving.heading - arriving.heading))
         if turn < 1e-3:
             continue
         cut = min(radius * float(np.tan(turn / 2)), 0.49 * float(short))
@@ -117,7 +114,7 @@ def corner(before: Pose, after: Pose, radius: float) -> Shape:
         meeting = before.ahead(run)
         rest = float((after.point - meeting.point) @ after.direction)
         if run > 0 and rest > 0:
-            reach = abs(float(np.tan(wrap(after.heading - before.heading) / 2)))
+            reach = abs(float(np.tan(wrap_angle(after.heading - before.heading) / 2)))
             room = min(run, rest) / max(reach, 1e-6)
             return _round(before, after, meeting, min(radius, 0.98 * room), reach)
     return curve_through([before, after])

@@ -4,7 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from plant_bench.towns.streets import end_pose, start_pose, wrap
+from plant_bench.geometry.pose import wrap_angle
+from plant_bench.towns.streets import end_pose, start_pose
 from plant_bench.world.town import Lane, Town
 
 BEND = float(np.radians(45))
@@ -80,7 +81,7 @@ def summarise(town: Town) -> TownSummary:
 
 
 def _turned(lane: Lane) -> float:
-    return wrap(end_pose(lane.points).heading - start_pose(lane.points).heading)
+    return wrap_angle(end_pose(lane.points).heading - start_pose(lane.points).heading)
 
 
 def _is_u_turn(lanes: tuple[Lane, ...]) -> bool:

@@ -2,8 +2,9 @@
 
 import numpy as np
 
+from plant_bench.geometry.pose import wrap_angle
 from plant_bench.towns.plan import Edge, StreetPlan
-from plant_bench.towns.streets import end_pose, start_pose, wrap
+from plant_bench.towns.streets import end_pose, start_pose
 
 REVERSING = float(np.radians(155))
 SLIGHT = float(np.radians(30))
@@ -38,7 +39,7 @@ def _is_reverse(edge: Edge, target: Edge) -> bool:
 
 def turn_angle(edge: Edge, target: Edge) -> float:
     """The change of heading from an edge to the next, positive to the left."""
-    return wrap(start_pose(target.shape).heading - end_pose(edge.shape).heading)
+    return wrap_angle(start_pose(target.shape).heading - end_pose(edge.shape).heading)
 
 
 def _shares(edge: Edge, targets: list[Edge]) -> list[tuple[Edge, list[int]]]:

@@ -22,6 +22,58 @@ class HazardKind(StrEnum):
     QUEUE_TAIL = "queue_tail"
 
 
+class HazardFacts(NamedTuple):
+    """What people are told of a kind.
+
+    Attributes:
+        letter: Marks it on pictures.
+        carla: The CARLA leaderboard's scenario type it mirrors, None beyond those.
+        sentence: What happens.
+    """
+
+    letter: str
+    carla: int | None
+    sentence: str
+
+
+HAZARDS = {
+    HazardKind.CONTROL_LOSS: HazardFacts(
+        "S", 1, "For a moment the road is slippery and the ego's wheels pull aside."
+    ),
+    HazardKind.CROSSING: HazardFacts(
+        "X", 3, "A walker or rider crosses mid-block, also from behind a parked van."
+    ),
+    HazardKind.CROSSING_AFTER_TURN: HazardFacts(
+        "A", 4, "A walker or rider crosses the street that the ego has just turned into."
+    ),
+    HazardKind.RED_LIGHT_RUNNER: HazardFacts(
+        "R", 7, "A vehicle from the side ignores its red light while the ego has green."
+    ),
+    HazardKind.UNPROTECTED_LEFT: HazardFacts(
+        "L", 8, "Oncoming vehicles, with and without gaps, while the ego turns left on green."
+    ),
+    HazardKind.RIGHT_TURN: HazardFacts(
+        "T", 9, "Vehicles with priority come from the left while the ego turns right."
+    ),
+    HazardKind.UNSIGNALLED_CROSSING: HazardFacts(
+        "U", 10, "A vehicle arrives together with the ego at a junction without lights."
+    ),
+    HazardKind.HARD_BRAKE: HazardFacts(
+        "H", None, "The vehicle ahead brakes hard for no visible reason."
+    ),
+    HazardKind.CUT_IN: HazardFacts(
+        "C", None, "A vehicle of the next lane changes closely in front of the ego."
+    ),
+    HazardKind.BLOCKED_LANE: HazardFacts(
+        "B", None, "A van stands in the lane, and drives off after a wait."
+    ),
+    HazardKind.MERGE_PRESSURE: HazardFacts(
+        "M", None, "The lane that the ego has to change to is taken by a row of vehicles."
+    ),
+    HazardKind.QUEUE_TAIL: HazardFacts("Q", None, "The ego comes upon the slow tail of a queue."),
+}
+
+
 @dataclass(frozen=True)
 class Hazard:
     """One hazard of a route.
@@ -47,7 +99,8 @@ class Hazard:
     @classmethod
     def from_payload(cls, payload: dict) -> "Hazard":
         """Read what `to_payload` gave; raises KeyError, TypeError or ValueError where it cannot."""
-        return cls(**{**payload, "kind": HazardKind(payload["kind"])})
+        places = {name: float(payload[name]) for name in ("at", "arm")}
+        return cls(**{**payload, **places, "kind": HazardKind(payload["kind"])})
 
 
 class Phase(StrEnum):

@@ -2,7 +2,8 @@
 
 import hashlib
 import json
-from dataclasses import dataclass
+import re
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -13,9 +14,12 @@ from plant_bench.data_files import routes_dir
 from plant_bench.errors import InputError
 from plant_bench.geometry.polyline import arc_lengths
 from plant_bench.world.hazard import Hazard
+from plant_bench.world.town import Town
 
 ROUTE_FORMAT = 1
-PROTOCOL = "longest6-sumo-v0"  # v1 once the hazards are in: results of two protocols never mix
+_ID = re.compile(r"[A-Za-z0-9][\w.-]*")
+PROTOCOL = "longest6-sumo-v0"  # without hazards; results of two protocols never mix
+HAZARD_PROTOCOL = "longest6-sumo-v1-draft"  # with hazards; "draft" until it is frozen
 
 
 @dataclass(frozen=True)
@@ -90,16 +94,26 @@ class Route:
     manoeuvres: dict[str, int]
     hazards: tuple[Hazard, ...] = ()
 
+    def __post_init__(self) -> None:
+        """Lock the arrays: they are handed to planners as they are."""
+        for values in (self.points, self.elevations, self.speed_limits):
+            values.flags.writeable = False
+
     @cached_property
     def along(self) -> Float[np.ndarray, " points"]:
         """Arc length of each point."""
-        return arc_lengths(self.points)
+        return _locked(arc_lengths(self.points))
 
     @cached_property
     def headings(self) -> Float[np.ndarray, " points"]:
         """Heading at each point, unwrapped (central differences)."""
         delta = np.gradient(self.points, axis=0)
-        return np.unwrap(np.arctan2(delta[:, 1], delta[:, 0]))
+        return _locked(np.unwrap(np.arctan2(delta[:, 1], delta[:, 0])))
+
+    @property
+    def plan(self) -> "Route":
+        """The route as a navigation system tells it to a planner: without its hazards."""
+        return replace(self, hazards=()) if self.hazards else self
 
     @property
     def length(self) -> float:
@@ -187,6 +201,24 @@ class Route:
             message = f"Route {self.id}: edges, lanes and positive speed limits are wanted."
             raise InputError(message)
 
+    def check_town(self, town: Town) -> None:
+        """Check that the route can be driven in a town.
+
+        Raises:
+            InputError: It names edges, lanes or signals that the town does not have.
+        """
+        named = {
+            "town": {self.town} - {town.name},
+            "edges": set(self.edges) - set(town.edges),
+            "lanes": {span.lane for span in self.lanes} - set(town.lanes),
+            "signals": {str(item.signal) for item in self.signal_passages} - set(town.signals),
+        }
+        for what, unknown in named.items():
+            if unknown:
+                some = ", ".join(sorted(unknown)[:3])
+                message = f"Route {self.id}: {what} {some} not in {town.name}."
+                raise InputError(message)
+
     @cached_property
     def checksum(self) -> str:
         """SHA-256 of the route's content."""
@@ -208,7 +240,12 @@ class Scenario:
     route: Route
     seed: int
     density: str = "dense"
-    hazards: bool = True
+    hazards: bool = False
+
+    @property
+    def protocol(self) -> str:
+        """The rules that the episode is driven under."""
+        return HAZARD_PROTOCOL if self.hazards else PROTOCOL
 
     @property
     def played_hazards(self) -> tuple[Hazard, ...]:
@@ -218,7 +255,7 @@ class Scenario:
     @property
     def key(self) -> str:
         """A short content hash that names the scenario for ever."""
-        text = f"{PROTOCOL}|{self.route.checksum}|{self.seed}|{self.density}|{self.hazards}"
+        text = f"{self.protocol}|{self.route.checksum}|{self.seed}|{self.density}"
         return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
@@ -241,10 +278,19 @@ def load_suite(name: str) -> list[Route]:
         raise InputError(message)
     files = sorted(path.glob("*.json")) if path.is_dir() else [path]
     routes = [route for file in files for route in _load_file(file)]
+    doubled = {route.id for route in routes if [item.id for item in routes].count(route.id) > 1}
+    if doubled or not all(_ID.fullmatch(route.id) for route in routes):
+        message = f"Route ids in {path} must be unique, of letters, digits, '.', '_' and '-'."
+        raise InputError(message)
     if not routes:
         message = f"No routes (*.json) found in {path}."
         raise InputError(message)
     return routes
+
+
+def _locked(values: np.ndarray) -> np.ndarray:
+    values.flags.writeable = False
+    return values
 
 
 def _load_file(path: Path) -> list[Route]:
@@ -255,5 +301,5 @@ def _load_file(path: Path) -> list[Route]:
             raise InputError(message)
         return [Route.from_payload(item) for item in payload["routes"]]
     except (InputError, ValueError, KeyError, TypeError, OSError) as error:
-        message = f"Cannot use the routes file {path}: {error}. Run 'plant-bench routes build'."
+        message = f"Cannot use the routes file {path}: {str(error).rstrip('.')}."
         raise InputError(message) from error

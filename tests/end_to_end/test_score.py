@@ -88,8 +88,31 @@ def test_the_same_command_again_drives_nothing(place):
     assert records(place / "one") == before
 
 
+def test_another_law_changes_the_summary_and_no_record(place):
+    agent = f"{ROOT / 'examples' / 'my_agent.py'}:MyAgent"
+    before = records(place / "one")
+
+    said = plant_bench(*score(agent, "one", workers=1), "--law", "lb2.1", cwd=place)
+    assert "law lb2.1" in said
+    assert json.loads((place / "one" / "summary.json").read_text())["law"] == "lb2.1"
+    assert "lb2.1" in (place / "one" / "summary.csv").read_text()
+
+    said = plant_bench(*score(agent, "one", workers=1), cwd=place)
+    assert "law lb1.0" in said
+    assert "Beyond the score" in said
+    assert "cannot be told apart" not in said  # one repetition
+    assert json.loads((place / "one" / "summary.json").read_text())["law"] == "lb1.0"
+    assert records(place / "one") == before
+    assert all(json.loads(text)["measures"] for text in before.values())
+
+
 def test_rescoring_gives_the_same_records(place):
     assert "2 of 2 records are equal" in plant_bench("rescore", "one", cwd=place)
+    for name in ("summary.json", "summary.csv"):
+        assert (place / "one" / "rescored" / name).read_bytes() == (
+            place / "one" / name
+        ).read_bytes()
+    assert "law lb2.1" in plant_bench("rescore", "one", "--law", "lb2.1", cwd=place)
 
 
 def test_a_changed_record_is_found_by_rescoring(place, tmp_path):
@@ -105,9 +128,11 @@ def test_a_changed_record_is_found_by_rescoring(place, tmp_path):
 def test_an_agent_that_crashes_is_scored_and_compared(place):
     (place / "stops.py").write_text(STOPPING)
 
-    said = plant_bench(*score("stops.py:Stops", "crash", workers=2), cwd=place)
+    said = plant_bench(*score("stops.py:Stops", "crash", workers=2), cwd=place, code=2)
 
     assert "2 Failed - Agent crashed" in said
     plant_bench("rescore", "crash", cwd=place)
     assert "Worse" in plant_bench("compare", "one", "crash", cwd=place, code=1)
+    said = plant_bench("compare", "one", "crash", "--law", "lb2.1", cwd=place, code=1)
+    assert "law lb2.1" in said
     assert "Better" in plant_bench("compare", "crash", "one", cwd=place)

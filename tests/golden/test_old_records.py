@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 from plant_bench.scoring.infractions import InfractionKind, Status
+from plant_bench.scoring.laws import Law
 from plant_bench.scoring.results import EpisodeResult
 
 RECORDS = Path(__file__).parent / "records"
@@ -27,3 +28,12 @@ def test_format_1():
     ]
     assert result.infraction_score == pytest.approx(0.6 * 0.7 * 0.95)
     assert result.driving_score == pytest.approx(62.5 * 0.6 * 0.7 * 0.95)
+    assert result.infraction_score_by(Law.LB2_1) == pytest.approx(0.95 / (1.0 + 0.7 + 0.4))
+    assert result.measures is None
+
+
+def test_format_2():
+    result = EpisodeResult.load(RECORDS / "format_2.json")
+    assert result.measures is not None
+    assert (result.measures.ttc_vehicle, result.measures.ttc_vulnerable) == (1.7, None)
+    assert result.measures.hard_brakes == 4

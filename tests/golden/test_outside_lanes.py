@@ -90,3 +90,16 @@ def test_standing_off_the_lane_costs_nothing(stage):
 def test_lanes_are_left_far_from_everything(stage):
     stage.drive(50.0).drive(51.0, y=-20.0)
     assert stage.kinds() == ["outside_lanes"]
+
+
+def test_off_lane_and_wrong_lane_are_told_apart(stage):
+    stage.drive(20.0).stand(1, y=-5.0).drive(30.0, y=-5.0).stand(1).drive(50.0)
+    stage.stand(1, y=3.5).drive(65.0, y=3.5).stand(1).drive(100.0)
+    verdict = stage.verdict()
+    assert verdict.off_lane_distance == pytest.approx(5.0 + 10.0)
+    assert verdict.wrong_lane_distance == pytest.approx(3.5 + 15.0)
+    both = verdict.off_lane_distance + verdict.wrong_lane_distance
+    assert verdict.outside_distance == pytest.approx(both)
+    assert verdict.measures is not None
+    assert verdict.measures.off_lane_distance == pytest.approx(15.0)
+    assert verdict.measures.wrong_lane_distance == pytest.approx(18.5)

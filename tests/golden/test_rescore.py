@@ -9,7 +9,7 @@ from plant_bench.errors import InputError
 from plant_bench.scoring.infractions import Status
 from plant_bench.scoring.referee import Referee, result_of
 from plant_bench.scoring.rescore import rescore
-from plant_bench.scoring.results import Crash, EpisodeHeader
+from plant_bench.scoring.results import RESULT_FORMAT, Crash, EpisodeHeader
 from plant_bench.world.scene import ActorKind, Light
 
 
@@ -66,6 +66,26 @@ def test_gives_the_same_bytes(eventful, header, tmp_path):
     assert again.status is Status.COMPLETED
 
 
+def test_measures_are_rescored_too(eventful, header, tmp_path):
+    eventful.drive(300.0, others=[eventful.other(280.0, -3.5, speed=5.0, id=5)])
+    original = judged(eventful, tmp_path / "episode.parquet", header)
+    again = rescore(Recording.load(tmp_path / "episode.parquet"), eventful.town, eventful.route)
+    assert again.measures == original.measures
+    assert again.measures is not None
+    assert (again.measures.ttc_vehicle, again.measures.ttc_vulnerable) == (0.0, 0.0)
+    assert again.measures.relative_speed is not None
+
+
+def test_a_recording_of_the_first_format_gives_its_record_and_measures(eventful, header, tmp_path):
+    eventful.drive(300.0)
+    old = header.model_copy(update={"format": 1})
+    original = judged(eventful, tmp_path / "episode.parquet", old).as_format(1)
+    again = rescore(Recording.load(tmp_path / "episode.parquet"), eventful.town, eventful.route)
+    assert again.measures is not None
+    assert again.format == RESULT_FORMAT
+    assert again.as_format(1).to_json() == original.to_json()
+
+
 def test_a_crash_is_taken_from_the_metadata(eventful, header, tmp_path):
     crash = Crash(Status.AGENT_CRASHED, "ValueError: no plan")
     original = judged(eventful, tmp_path / "episode.parquet", header, crash=crash)
@@ -81,6 +101,7 @@ def test_a_crash_before_the_first_scene_is_a_record_too(stage, header, tmp_path)
     again = rescore(Recording.load(tmp_path / "episode.parquet"), stage.town, stage.route)
     assert again.to_json() == original.to_json()
     assert (again.completion, again.duration, again.infractions) == (0.0, 0.0, ())
+    assert again.measures is None
 
 
 def test_a_crash_after_the_end_does_not_change_the_end(stage, header):

@@ -1,8 +1,11 @@
-from hypothesis import given
+import pytest
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from plant_bench.scoring.infractions import Infraction, InfractionKind, Status
+from plant_bench.scoring.laws import Law
 from plant_bench.scoring.metrics import summarise
+from plant_bench.scoring.normalised import infraction_score_per_km, normalised_score
 from plant_bench.scoring.results import EpisodeResult
 
 shares = st.floats(0.0, 1.0)
@@ -48,8 +51,58 @@ def test_scores_stay_within_their_bounds(result):
 @given(results(), infractions())
 def test_an_infraction_never_raises_the_score(result, infraction):
     worse = result.model_copy(update={"infractions": (*result.infractions, infraction)})
-    assert worse.infraction_score <= result.infraction_score
-    assert worse.driving_score <= result.driving_score
+    for law in Law:
+        assert worse.infraction_score_by(law) <= result.infraction_score_by(law)
+        assert worse.driving_score_by(law) <= result.driving_score_by(law)
+        assert normalised_score([worse], law) <= normalised_score([result], law)
+
+
+def with_one_fault(result):
+    """Return the result as the referee would give it: at most one entry for outside lanes."""
+    first = [item for item in result.infractions if item.share is not None][:1]
+    events = [item for item in result.infractions if item.share is None]
+    return result.model_copy(update={"infractions": (*events, *first)})
+
+
+@given(st.lists(results(), min_size=1, max_size=4), st.floats(0.0, 1.0), st.sampled_from(Law))
+def test_driving_on_without_a_fault_never_lowers_the_normalised_score(drawn, share, law):
+    before = [with_one_fault(item) for item in drawn]
+    first = before[0]
+    metres = share * (1.0 - first.completion) * first.route_length
+    distance = first.distance + metres
+    shrunk = first.distance / distance if distance > 0.0 else 0.0
+    further = first.model_copy(
+        update={
+            "completion": min(first.completion + metres / first.route_length, 1.0),
+            "distance": distance,
+            "infractions": tuple(
+                item
+                if item.share is None
+                else item.model_copy(update={"share": item.share * shrunk})
+                for item in first.infractions
+            ),
+        }
+    )
+    after = normalised_score([further, *before[1:]], law)
+    assert after >= normalised_score(before, law) * (1.0 - 1e-9)
+
+
+@given(results(), st.integers(2, 5), st.sampled_from(Law))
+def test_equal_rates_give_equal_normalised_infraction_scores(result, times, law):
+    """Who drives so many times as far, with so many times the infractions, is as good a driver."""
+    near = with_one_fault(result)
+    assume(near.completion * near.route_length > 1.0)
+    events = [item for item in near.infractions if item.share is None]
+    shares = [item for item in near.infractions if item.share is not None]
+    far = near.model_copy(
+        update={
+            "route_length": times * near.route_length,
+            "distance": times * near.distance,
+            "infractions": (*(events * times), *shares),
+        }
+    )
+    short, long = infraction_score_per_km([near], law), infraction_score_per_km([far], law)
+    assert long == pytest.approx(short, rel=1e-9, abs=1e-12)
 
 
 @given(results())
@@ -63,5 +116,6 @@ def test_summaries_stay_within_their_bounds(drawn):
     summary = summarise(episodes, expected=len(episodes))
     assert 0.0 <= summary.scores.driving_score.mean <= 100.0
     assert 0.0 <= summary.scores.infraction_score.mean <= 1.0
+    assert 0.0 <= summary.scores.normalised_score.mean <= 100.0
     assert all(rate >= 0.0 for rate in summary.infractions_per_km.values())
     assert sum(summary.statuses.values()) == len(episodes)

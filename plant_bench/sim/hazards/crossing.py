@@ -1,21 +1,33 @@
 """A walker or rider crosses the road (CARLA types 3 and 4), with or without a parked van before it.
 
 The walker starts when the ego's soonest arrival equals its own way to the ego's lane, so that a
-driver who goes on meets it; it starts far enough from the lane for a surprised driver to stop.
+driver who goes on meets it; it starts beside the road, and far enough from the ego's lane for a
+surprised driver to stop. It waits beside the road before and after, until the ego is far away, and
+does not go where it would step in front of anybody but the ego.
 """
 
 import math
 import random
 
+import numpy as np
+
+from plant_bench.geometry.polyline import distance_to
 from plant_bench.sim.hazards.stage import RIDER, VAN, WALKER, Stage
 from plant_bench.world.hazard import Hazard, Phase
-from plant_bench.world.scene import EGO_WIDTH, EgoState
+from plant_bench.world.scene import EGO_WIDTH, TICK, EgoState
 
 AHEAD_OF_TIME = 0.3  # s by which the walker is early: the ego meets it, not its trail
-BEYOND = 4.0  # m behind the far side of the ego's lane at which the walker is done
-FARTHEST_START = 9.0  # m beside the ego's path
-VAN_BESIDE = 3.1  # m from the ego's path to the van's middle
+STANDS = 3.0  # s for which the walker is there before it moves, at least
+FARTHEST_START = 9.0  # m beside the ego's path, unless the road is wider
+FARTHEST_KERB = 16.0  # m beside the ego's path at which a road's end is looked for
+FROM_KERB = 0.7  # m beside the road where the walker stands
+HURRY = 1.6  # times its speed that a walker goes at the most where the road is wide
+PASSED = 30.0  # m behind the ego at which all are taken away
+VAN_BESIDE = 3.1  # m from the ego's path to the van's middle, at least
+VAN_FROM_KERB = 1.2  # m beside the road to the van's middle
 VAN_BEFORE = 5.0  # m before the walker
+CLEAR = 1.5  # s between others and the walker at a place
+BODY = 6.0  # m that a vehicle is long, with some room
 
 
 class Crossing:
@@ -36,43 +48,76 @@ class Crossing:
         self._hidden = bool(parameters.get("hidden", 0.0))
         limit = stage.speed_limit_at(hazard.at)
         needed = 0.5 + limit / 8.0 + 1.5 / max(limit, 1.0)  # s from first sight, as `Stage.slack`
-        clear = 0.5 * EGO_WIDTH + 0.5 * self._kind.length
-        self._start = min(clear + self._speed * needed * 1.15, FARTHEST_START)
-        self._enters = clear
-        self._offset = self._start
+        self._enters = 0.5 * EGO_WIDTH + 0.5 * self._kind.length
+        reach = 0.5 * self._kind.length + FROM_KERB
+        self._near, far = (_kerb(stage, hazard.at, side) for side in (self._side, -self._side))
+        wanted = min(self._enters + self._speed * needed * 1.15, FARTHEST_START)
+        self._offset = max(wanted, self._near + reach)
+        self._speed *= min(max(self._offset / wanted, 1.0), HURRY)
+        self._end_offset = -max(far + reach, self._enters + 1.0)
+        self._since = stage.time
         self._actors: list[int] = []
 
     def step(self, ego: EgoState, stage: Stage) -> None:
         """Put the walker out, let it go in time, and take it away behind the ego."""
-        if not self._actors:
+        if stage.distance_to(self._at + VAN.length) < -PASSED:
+            self._end(stage)
+        elif not self._actors:
             self._appear(stage)
-            return
-        if self.phase is Phase.ARMED:
-            walk = (self._offset - self._enters) / self._speed
-            if stage.distance_to(self._at) < 0.0 or not self._fair(ego, stage):
-                self._end(stage, Phase.VOID, "the ego was too near to stop")
-            elif stage.soonest_arrival(ego, self._at) <= walk + AHEAD_OF_TIME:
-                self.phase = Phase.COMMITTED
-        elif self._offset > -BEYOND - self._enters:
-            self._offset -= self._speed * 0.05
-            self._place(stage, self._speed)
-        elif stage.distance_to(self._at) < -30.0 or self._offset <= -BEYOND - self._enters:
-            self._end(stage, Phase.DONE)
+        elif self.phase is Phase.COMMITTED and self._offset > self._end_offset:
+            self._offset -= self._speed * TICK
+            speed = self._speed if self._offset > self._end_offset else 0.0
+            stage.place(self._actors[0], *self._pose(stage), speed)
+        elif self.phase is Phase.ARMED and not self.reason:
+            self._wait(ego, stage)
 
-    def _fair(self, ego: EgoState, stage: Stage) -> bool:
-        return stage.avoidable(ego, self._at - 0.5 * self._kind.width)
+    def _wait(self, ego: EgoState, stage: Stage) -> None:
+        """Start in time, or give it up; a walker who has given up goes on standing there."""
+        walk = (self._offset - self._enters) / self._speed
+        if not stage.avoidable(ego, self._at - 0.5 * self._kind.width):
+            self.reason = "the ego was too near to stop"
+        elif stage.time - self._since < STANDS:
+            return
+        elif stage.soonest_arrival(ego, self._at) <= walk + AHEAD_OF_TIME:
+            if self._endangers(stage):
+                self.reason = "others were in the way"
+            else:
+                self.phase = Phase.COMMITTED
+
+    def _endangers(self, stage: Stage) -> bool:
+        """Tell whether somebody who goes on straight would be where the walker is then."""
+        x, y, _ = stage.pose_at(self._at)
+        _, _, yaw = self._pose(stage)
+        cos, sin = math.cos(yaw), math.sin(yaw)
+        for number, state in stage.seen().items():
+            across = -math.sin(state.yaw) * cos + math.cos(state.yaw) * sin
+            if number in self._actors or abs(across) < 0.3:
+                continue
+            dx, dy = x - state.x, y - state.y
+            # Where its way meets the walker's: metres along its own, and along the walker's.
+            own = (cos * dy - sin * dx) / -across
+            place = (math.cos(state.yaw) * dy - math.sin(state.yaw) * dx) / -across
+            walked = place + self._offset
+            if not 0.0 < walked < self._offset - self._end_offset or own < -BODY:
+                continue
+            speed = max(state.speed, 0.5)
+            meets = walked / self._speed
+            if own / speed - CLEAR < meets < (own + BODY) / speed + CLEAR:
+                return True
+        return False
 
     def _appear(self, stage: Stage) -> None:
-        x, y, _ = self._pose(stage)
-        if not stage.is_free(x, y, 4.0):
+        x, y, yaw = self._pose(stage)
+        if not stage.is_free(x, y, 2.0):
             return
         if self._hidden:
             px, py, heading = stage.pose_at(self._at - VAN_BEFORE)
-            aside = self._side * VAN_BESIDE
+            aside = self._side * max(VAN_BESIDE, self._near + VAN_FROM_KERB)
             vx, vy = px - aside * math.sin(heading), py + aside * math.cos(heading)
-            if stage.is_free(vx, vy, 5.0):
+            if stage.is_free(vx, vy, 3.0):
                 self._actors.append(stage.put(VAN, vx, vy, heading))
-        self._actors.insert(0, stage.put(self._kind, *self._pose(stage)))
+        self._actors.insert(0, stage.put(self._kind, x, y, yaw))
+        self._since = stage.time
 
     def _pose(self, stage: Stage) -> tuple[float, float, float]:
         x, y, heading = stage.pose_at(self._at)
@@ -80,11 +125,32 @@ class Crossing:
         yaw = heading - self._side * 0.5 * math.pi
         return x - aside * math.sin(heading), y + aside * math.cos(heading), yaw
 
-    def _place(self, stage: Stage, speed: float) -> None:
-        stage.place(self._actors[0], *self._pose(stage), speed)
-
-    def _end(self, stage: Stage, phase: Phase, reason: str = "") -> None:
+    def _end(self, stage: Stage) -> None:
         for actor in self._actors:
             stage.remove(actor)
-        self._actors.clear()
-        self.phase, self.reason = phase, reason
+        if self.phase is Phase.COMMITTED:
+            self.phase = Phase.DONE
+        else:
+            self.phase = Phase.VOID
+            self.reason = self.reason or "the spot was taken"
+
+
+def _kerb(stage: Stage, at: float, side: float) -> float:
+    """Return how far beside the ego's path the road ends, oncoming lanes included."""
+    x, y, heading = stage.pose_at(at)
+    height = float(np.interp(at, stage.route.along, stage.route.elevations))
+    lanes = [
+        lane
+        for lane in stage.town.lanes.values()
+        if np.abs(lane.points[:, 2] - height).min() < 3.0
+        and distance_to(lane.points[:, :2], x, y) < FARTHEST_KERB + lane.width
+    ]
+    road = 0.0
+    for aside in np.arange(0.25, FARTHEST_KERB, 0.25):
+        px, py = x - side * aside * math.sin(heading), y + side * aside * math.cos(heading)
+        inside = (distance_to(lane.points[:, :2], px, py) < 0.5 * lane.width for lane in lanes)
+        if any(inside):
+            road = float(aside)
+        elif aside > road + 1.0:
+            break
+    return road

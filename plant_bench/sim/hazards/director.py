@@ -1,6 +1,7 @@
 """Brings a route's hazards on, one after the other, and keeps the account of them."""
 
 import random
+from collections.abc import Callable
 from importlib import import_module
 
 from plant_bench.agent import Control
@@ -28,8 +29,8 @@ SCRIPTS: dict[HazardKind, str] = {
 ENDED = (Phase.DONE, Phase.VOID)
 
 
-def load_script(kind: HazardKind) -> type[Script]:
-    """Return the class that plays a kind of hazard."""
+def load_script(kind: HazardKind) -> Callable[[Hazard, Stage, random.Random], Script]:
+    """Return what makes the script of a kind of hazard."""
     module, _, name = SCRIPTS[kind].partition(":")
     return getattr(import_module(module), name)
 
@@ -88,7 +89,7 @@ class Director:
         known = self._outcomes[hazard.at]
         if known.phase is not script.phase:
             keeps = script.phase is Phase.DONE and known.phase is Phase.COMMITTED
-            time = known.time if keeps else self._stage.time
+            time = known.time if keeps else round(self._stage.time, 3)
             self._outcomes[hazard.at] = HazardOutcome(
                 hazard.kind, hazard.at, script.phase, time, script.reason
             )

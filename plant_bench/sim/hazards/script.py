@@ -1,13 +1,14 @@
 """What a hazard's script is: the small protocol that every kind's module keeps."""
 
 import random
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from plant_bench.sim.hazards.stage import Stage
 from plant_bench.world.hazard import Hazard, Phase
 from plant_bench.world.scene import EgoState
 
 
+@runtime_checkable
 class Script(Protocol):
     """One hazard in motion; mutable. Made when the ego comes near, asked at every tick.
 

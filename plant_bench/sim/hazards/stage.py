@@ -7,12 +7,12 @@ import numpy as np
 from jaxtyping import Float
 
 from plant_bench.agent import PATH_POSES, PATH_STEP
-from plant_bench.geometry.polyline import arc_lengths
+from plant_bench.geometry.polyline import arc_lengths, resample
 from plant_bench.sim.sumo import Sumo, VehicleState
-from plant_bench.sim.traffic import Traffic, VehicleType
+from plant_bench.sim.traffic import SIGHT, Traffic, VehicleType
 from plant_bench.world.route import Passage, Route
 from plant_bench.world.scene import EGO_LENGTH, TICK, ActorKind, EgoState, Light
-from plant_bench.world.town import Lane, Town
+from plant_bench.world.town import Lane, Link, Town
 
 REACTION = 0.5  # s, of a driver who is surprised
 BRAKING = 4.0  # m/s2, of the same driver
@@ -217,3 +217,77 @@ class Stage:
             self._sumo.remove(actor)
         self._traffic.scripted.discard(actor)
         self.paths.pop(actor, None)
+
+    # Along the ego's route
+
+    def lane_at(self, along: float) -> Lane | None:
+        """Return the route's lane at an arc length; None inside junctions."""
+        for span in self.route.lanes:
+            if span.start <= along < span.end:
+                lane = self.town.lanes[span.lane]
+                return lane if lane.junction is None else None
+        return None
+
+    def send_along(self, kind: VehicleType, lane: Lane, front: float, speed: float) -> int | None:
+        """As `send`, with the front at an arc length of the route, whose way it drives.
+
+        The lane is the route's there, or its neighbour; None where the place is not on it.
+        """
+        x, y, _ = self.pose_at(front)
+        line = resample(lane.points[:, :2], 1.0)
+        place = int(np.argmin(np.hypot(line[:, 0] - x, line[:, 1] - y)))
+        edges = self.route.edges
+        braked = speed * speed / 5.0 + 1.0  # m that SUMO wants before the lane's end
+        if lane.edge not in edges or not 0 < place < len(line) - 1 - braked:
+            return None
+        at = place * lane.length / (len(line) - 1)
+        return self.send(kind, edges[edges.index(lane.edge) :], lane, at, speed)
+
+    def out_of_sight(self, along: float) -> bool:
+        """Tell whether an arc length of the route is too far from the ego to be seen."""
+        (x, y, _), (px, py, _) = self.pose_at(self.progress), self.pose_at(along)
+        return math.hypot(px - x, py - y) > SIGHT + 2.0
+
+    def hand_back(self, vehicle: int) -> None:
+        """Release a vehicle whose path a script gave."""
+        self.release(vehicle)
+        self.paths.pop(vehicle, None)
+
+    # Vehicles of SUMO's that a script brings to a place
+
+    def along_lane(self, state: VehicleState) -> float:
+        """Return the arc length of a vehicle's front on its lane, as the town measures lanes."""
+        known = self.town.lanes.get(state.lane)
+        if known is None:
+            return state.lane_position
+        return state.lane_position * known.length / self._sumo.lane_length(known.id)
+
+    def light_of(self, link: Link) -> Light:
+        """Return what a way's signal shows to those who would take it; UNKNOWN without one."""
+        if link.signal is None:
+            return Light.UNKNOWN
+        return self._sumo.light(link.signal, link.signal_index)
+
+    def next_via(self, vehicle: int) -> str:
+        """Return the first lane inside the next junction on a vehicle's path, or ""."""
+        ahead = self._sumo.next_links(vehicle)
+        return ahead[0].via if ahead else ""
+
+    def is_commanded(self, vehicle: int) -> bool:
+        """Tell whether a script has a vehicle under command."""
+        return vehicle in self._traffic.scripted
+
+    def unforgiving(self, vehicle: int, *, on: bool) -> None:
+        """Have a driver insist on its right of way over the ego on junctions, or no more."""
+        self._sumo.ignore_ego(vehicle, ignore=on)
+
+    def beside_road(self, seen: Mapping[int, VehicleState]) -> dict[int, VehicleState]:
+        """Return the placed actors in sight that SUMO leaves out, since they stand on no lane."""
+        x, y, _ = self.pose_at(self.progress)
+        z = float(np.interp(self.progress, self.route.along, self.route.elevations))
+        states = {actor: self.state_of(actor) for actor in self.paths if actor not in seen}
+        return {
+            actor: state._replace(z=z, lane="", lane_position=0.0)
+            for actor, state in states.items()
+            if state is not None and math.hypot(state.x - x, state.y - y) < SIGHT
+        }

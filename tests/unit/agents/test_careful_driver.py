@@ -75,6 +75,7 @@ def observe(
     index = int(at)
     ahead = RouteAhead(
         at,
+        at - index,
         0.0,
         route.points[index : index + 101],
         route.headings[index : index + 101],
@@ -136,7 +137,7 @@ def test_lights(state: Light, distance: float, speed: float, stops: bool) -> Non
 def test_slows_down_in_time_for_a_lower_limit() -> None:
     limits = np.concatenate((np.full(50, 13.9), np.full(51, 4.0)))
     points = np.stack((np.arange(101.0), np.zeros(101)), axis=1)
-    route = RouteAhead(0.0, 0.0, points, np.zeros(101), limits)
+    route = RouteAhead(0.0, 0.0, 0.0, points, np.zeros(101), limits)
     allowed = allowed_speed(route)
     assert 4.0 < allowed < 13.9
     assert allowed**2 - 4.0**2 == pytest.approx(2.0 * 1.8 * 49.0, rel=0.03)

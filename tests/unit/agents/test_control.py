@@ -16,7 +16,7 @@ def ahead(points: np.ndarray, ego: EgoState) -> RouteAhead:
     part = points[index : index + 101]
     delta = np.gradient(part, axis=0)
     yaw = np.unwrap(np.arctan2(delta[:, 1], delta[:, 0]))
-    return RouteAhead(float(index), 0.0, part, yaw, np.full(len(part), 10.0))
+    return RouteAhead(float(index), 0.0, 0.0, part, yaw, np.full(len(part), 10.0))
 
 
 def test_free_road_reaches_the_target_speed_and_holds_it() -> None:

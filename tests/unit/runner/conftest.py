@@ -7,20 +7,22 @@ import numpy as np
 import pytest
 
 from plant_bench.world.route import ROUTE_FORMAT, LaneSpan, Route
+from plant_bench.world.town import load_town
 
 SCRIPTED = "scripted_episode:run_episode"
 
 
 def make_route(name: str, metres: int = 40) -> Route:
     count = metres + 1
+    lane = next(iter(load_town("town01").edges.values()))[0]
     return Route(
         id=name,
         town="town01",
         points=np.stack([np.arange(count, dtype=float), np.zeros(count)], axis=1),
         elevations=np.zeros(count),
         speed_limits=np.full(count, 8.33),
-        edges=("edge",),
-        lanes=(LaneSpan("edge_0", 0.0, float(metres)),),
+        edges=(lane.edge,),
+        lanes=(LaneSpan(lane.id, 0.0, float(metres)),),
         passages=(),
         lane_changes=(),
         manoeuvres={},

@@ -1,7 +1,12 @@
+import math
+
+import numpy as np
 import pytest
+from scipy import stats
 
 from plant_bench.errors import InputError
-from plant_bench.scoring.comparison import paired_difference
+from plant_bench.scoring.comparison import detectable_difference, paired_difference
+from plant_bench.scoring.laws import Law
 
 
 def drives(episode, completions, repetitions=1, **facts):
@@ -65,3 +70,49 @@ def test_several_protocols(episode):
 def test_a_scenario_twice(episode):
     with pytest.raises(InputError, match="twice"):
         paired_difference([episode(0), episode(0)], [episode(0)])
+
+
+def test_other_laws_compare_other_scores(episode):
+    a, b = [episode(0, kinds=("collision_vehicle",) * 2)], [episode(0)]
+    assert paired_difference(a, b).mean == pytest.approx(64.0)
+    assert paired_difference(a, b, law=Law.LB2_1).mean == pytest.approx(100.0 * (1 - 1 / 2.4))
+
+
+def test_what_two_repetitions_can_show(episode):
+    """Two routes twice, 10 and 30 DS apart: s^2 = (50 + 450) / 2, n = 4, 2 degrees of freedom."""
+    results = [
+        episode(route, repetition, completion=completion)
+        for route, pair in enumerate(((0.5, 0.6), (0.2, 0.5)))
+        for repetition, completion in enumerate(pair)
+    ]
+    found = detectable_difference([*results, episode(9, completion=0.1)])
+    assert found is not None
+    assert found.deviation == pytest.approx(math.sqrt(250.0))
+    assert (found.repetitions, found.routes) == (2, 2)
+    quantiles = stats.t.ppf(0.975, 2) + stats.t.ppf(0.8, 2)
+    assert found.difference == pytest.approx(quantiles * math.sqrt(250.0 / 2.0), rel=0.03)
+
+
+def test_who_always_scores_the_same_shows_any_difference(episode):
+    found = detectable_difference(drives(episode, (0.5, 0.9), 3))
+    assert found is not None
+    assert found.difference == 0.0
+
+
+def test_one_repetition_shows_nothing(episode):
+    assert detectable_difference(drives(episode, (0.5, 0.9))) is None
+
+
+def test_a_difference_of_that_size_is_found_four_times_out_of_five():
+    generator = np.random.default_rng(0)
+    routes, repetitions, deviation = 12, 3, 10.0
+    quantiles = stats.t.ppf(0.975, 24) + stats.t.ppf(0.8, 24)
+    gain = quantiles * deviation * math.sqrt(2.0 / (routes * repetitions))
+    found = 0
+    for _ in range(1000):
+        a, b = generator.normal(0.0, deviation, (2, routes, repetitions))
+        difference = b.mean() + gain - a.mean()
+        pooled = 0.5 * (a.var(axis=1, ddof=1).mean() + b.var(axis=1, ddof=1).mean())
+        error = math.sqrt(2.0 * pooled / (routes * repetitions))
+        found += difference > stats.t.ppf(0.975, 48) * error
+    assert 0.77 < found / 1000 < 0.87

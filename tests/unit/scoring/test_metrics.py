@@ -5,7 +5,25 @@ import pytest
 
 from plant_bench.errors import InputError
 from plant_bench.scoring.infractions import InfractionKind, Status
+from plant_bench.scoring.laws import Law
+from plant_bench.scoring.measures import Measures
 from plant_bench.scoring.metrics import Spread, summarise, summary_frame
+from plant_bench.world.scene import ActorKind
+
+MEASURES = Measures(
+    ttc_vehicle=2.0,
+    ttc_vulnerable=None,
+    pet_vehicle=1.0,
+    pet_vulnerable=None,
+    hard_brakes=3,
+    hard_brake_share=0.1,
+    jerk_p95=2.0,
+    lateral_acceleration_p95=3.0,
+    relative_speed=0.8,
+    standing_share=0.2,
+    off_lane_distance=10.0,
+    wrong_lane_distance=30.0,
+)
 
 
 def test_driving_score_is_the_mean_of_products_not_the_product_of_means(episode):
@@ -128,3 +146,72 @@ def test_frame_has_a_row_for_each_episode(episode):
 
 def test_frame_of_nothing():
     assert isinstance(summary_frame([]), pd.DataFrame)
+
+
+def test_the_law_changes_scores_and_is_named(episode):
+    results = [episode(0, kinds=("collision_vehicle",) * 2, length=2000.0)]
+    summary = summarise(results, expected=1, law=Law.LB2_1)
+    assert summary.law is Law.LB2_1
+    assert summary.scores.driving_score.mean == pytest.approx(100.0 / 2.4)
+    assert summary.scores.normalised_score.mean == pytest.approx(100.0 / 1.7)
+    row = summary_frame(results, law=Law.LB2_1).iloc[0]
+    assert (row["law"], row["driving_score"]) == ("lb2.1", pytest.approx(100.0 / 2.4))
+    assert summarise(results, expected=1).law is Law.LB1_0
+    assert summary_frame(results).iloc[0]["normalised_score"] == pytest.approx(60.0)
+
+
+def test_cyclists_and_motorcyclists_are_vehicles_and_counted_apart(episode):
+    hit = episode(kinds=("collision_vehicle",) * 3).infractions
+    kinds = (ActorKind.BICYCLE, ActorKind.MOTORCYCLE, ActorKind.CAR)
+    marked = [
+        item.model_copy(update={"actor_kind": kind}) for item, kind in zip(hit, kinds, strict=True)
+    ]
+    result = episode(infractions=marked, length=500.0)
+    row = summary_frame([result]).iloc[0]
+    assert row["collision_vehicle"] == 3
+    assert (row["collisions_cyclist"], row["collisions_motorcyclist"]) == (1, 1)
+    summary = summarise([result], expected=1)
+    assert summary.cyclists_per_km == pytest.approx(2.0)
+    assert summary.scores.vehicle_collisions.mean == pytest.approx(6.0)
+
+
+def test_beyond_the_score(episode):
+    other = MEASURES.model_copy(
+        update={"ttc_vehicle": None, "hard_brakes": 0, "standing_share": 0.5, "jerk_p95": None}
+    )
+    results = [
+        episode(0, measures=MEASURES, duration=100.0),
+        episode(1, measures=other, duration=200.0, length=3000.0),
+        episode(2, measures=MEASURES.model_copy(update={"ttc_vehicle": 4.0}), duration=0.0),
+        episode(3),
+    ]
+    beyond = summarise(results, expected=4).beyond
+    assert beyond.episodes == 3
+    assert (beyond.ttc_vehicle, beyond.ttc_vulnerable) == (4.0, math.inf)
+    assert beyond.hard_brakes_per_km == pytest.approx(6 / 5)
+    assert beyond.standing_share == pytest.approx((0.2 * 100 + 0.5 * 200) / 300)
+    assert (beyond.jerk_p95, beyond.pet_vehicle) == (2.0, 1.0)
+    assert beyond.wrong_lane_per_km == pytest.approx(0.09 / 5)
+
+
+def test_old_records_have_nothing_beyond_the_score(episode):
+    beyond = summarise([episode(0)], expected=1).beyond
+    assert beyond.episodes == 0
+    assert math.isnan(beyond.ttc_vehicle)
+    assert math.isnan(beyond.hard_brakes_per_km)
+    assert math.isnan(beyond.standing_share)
+
+
+def test_measures_are_columns(episode):
+    frame = summary_frame([episode(0, measures=MEASURES), episode(1)])
+    assert frame["hard_brakes"].iloc[0] == 3
+    assert frame["wrong_lane_distance"].iloc[0] == 30.0
+    assert frame["ttc_vehicle"].isna().tolist() == [False, True]
+
+
+def test_repetitions_say_what_they_can_tell_apart(episode):
+    results = [episode(0, r, completion=c) for r, c in enumerate((0.5, 0.6, 0.7))]
+    detectable = summarise(results, expected=3).detectable
+    assert detectable is not None
+    assert detectable.deviation == pytest.approx(10.0)
+    assert summarise(results[:1], expected=1).detectable is None

@@ -2,7 +2,7 @@ import pytest
 
 from plant_bench.errors import InputError
 from plant_bench.scoring.infractions import PENALTIES, Infraction, InfractionKind
-from plant_bench.scoring.results import EpisodeResult
+from plant_bench.scoring.results import RESULT_FORMAT, EpisodeResult
 
 
 def test_scores(episode):
@@ -45,3 +45,11 @@ def test_a_broken_record_is_an_input_error(tmp_path, text):
         EpisodeResult.load(path)
     with pytest.raises(InputError, match="Not an episode record"):
         EpisodeResult.load(tmp_path / "nowhere.json")
+
+
+def test_a_record_of_the_first_format_has_no_measures(episode):
+    result = episode(kinds=("red_light",))
+    old = result.as_format(1)
+    assert (old.format, old.measures) == (1, None)
+    assert "measures" not in old.to_json()
+    assert result.as_format(RESULT_FORMAT) is result

@@ -3,6 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from plant_bench.geometry.pose import wrap_angle
 from plant_bench.towns.streets import (
     Pose,
     arc_lengths,
@@ -15,7 +16,6 @@ from plant_bench.towns.streets import (
     start_pose,
     thin_out,
     tightest_radius,
-    wrap,
 )
 
 
@@ -92,8 +92,8 @@ def test_a_curve_begins_and_ends_in_its_poses(x, y, leave, arrive):
     shape = curve_between(Pose(0.0, 0.0, leave), Pose(x, y, arrive))
     assert shape[0] == pytest.approx([0, 0])
     assert shape[-1] == pytest.approx([x, y])
-    assert abs(wrap(start_pose(shape).heading - leave)) < 0.15
-    assert abs(wrap(end_pose(shape).heading - arrive)) < 0.15
+    assert abs(wrap_angle(start_pose(shape).heading - leave)) < 0.15
+    assert abs(wrap_angle(end_pose(shape).heading - arrive)) < 0.15
 
 
 @given(length=st.floats(1, 500), spacing=st.floats(0.2, 5))

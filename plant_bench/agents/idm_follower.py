@@ -1,0 +1,36 @@
+"""A reference line: follows its leader by the IDM, stops for its lights and sees nothing else."""
+
+from plant_bench.agent import Control, Input, Observation
+from plant_bench.agents.careful_driver import HALF, INTERVAL, allowed_speed, light_limit
+from plant_bench.agents.control import follow_route, idm
+from plant_bench.agents.corridor import corridor
+from plant_bench.errors import AgentError
+from plant_bench.world.route import Route
+
+
+class IdmFollower:
+    """Keeps its distance from whom it follows, and yields to nobody."""
+
+    inputs = frozenset({Input.OBJECTS, Input.ROUTE, Input.LIGHT})
+    interval = INTERVAL
+
+    def reset(self, route: Route | None) -> None:
+        """Start a new episode; there is nothing to forget."""
+
+    def act(self, observation: Observation) -> Control:
+        """Drive.
+
+        Raises:
+            AgentError: An input is missing.
+        """
+        route, actors, ego = observation.route, observation.actors, observation.ego
+        if route is None or actors is None:
+            message = "The IDM follower needs the inputs 'objects' and 'route'."
+            raise AgentError(message)
+        leader = corridor(route, actors, route.past, ego.speed).leader()
+        target = allowed_speed(route)
+        pull = min(
+            idm(ego.speed, target, leader.distance - HALF, leader.speed),
+            light_limit(ego.speed, observation.light),
+        )
+        return Control(pull, follow_route(ego, route))

@@ -1,0 +1,43 @@
+"""`plant-bench hazards`."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+hazards_app = typer.Typer(no_args_is_help=True, help="Tell of the hazards on the routes.")
+
+
+@hazards_app.callback()
+def _hazards() -> None:
+    """Tell of the hazards on the routes."""
+
+
+@hazards_app.command("list")
+def list_hazards(
+    suite: Annotated[
+        str, typer.Option(help="A suite's name, or a folder or file of routes.")
+    ] = "longest6",
+    pictures: Annotated[
+        Path | None, typer.Option(help="Folder to save a sketch of each kind to.")
+    ] = None,
+) -> None:
+    """List the kinds of hazards: what happens, CARLA's scenario type, how many a suite has."""
+    from collections import Counter
+
+    from plant_bench.reports.tables import print_rows
+    from plant_bench.world.hazard import HAZARDS
+    from plant_bench.world.route import load_suite
+
+    counts = Counter(hazard.kind for route in load_suite(suite) for hazard in route.hazards)
+    rows = [
+        [kind.value, facts.letter, facts.carla or "", counts[kind], facts.sentence]
+        for kind, facts in HAZARDS.items()
+    ]
+    heads = ["hazard", "mark", "CARLA type", "number", "what happens"]
+    print_rows(f"Hazards of {suite}: {counts.total()}", heads, rows)
+    if pictures is not None:
+        from plant_bench.towns.hazard_picture import save_hazard_pictures
+
+        save_hazard_pictures(pictures)
+        typer.echo(f"Pictures are in {pictures}.")

@@ -1,0 +1,91 @@
+"""Hazards of junctions and merges: they meet who is blind, and spare who knows them."""
+
+import random
+
+import pytest
+
+from plant_bench.sim.hazards.approach import approaches, passage_at, speed_to_arrive, walk
+from plant_bench.sim.hazards.meeting import PULL, time_to_go
+from plant_bench.world.hazard import Hazard, HazardKind, Phase
+from plant_bench.world.route import Route, load_suite
+from plant_bench.world.town import load_town
+from tests.sumo.oracle import drive
+
+pytestmark = pytest.mark.sumo
+
+# Kind, route, arc length of the hazard, metres before it at which it is armed.
+CASES = [
+    (HazardKind.RED_LIGHT_RUNNER, "town01-0", 423, 85),
+    (HazardKind.UNPROTECTED_LEFT, "town02-4", 598, 85),
+    (HazardKind.RIGHT_TURN, "town01-0", 205, 85),
+    (HazardKind.UNSIGNALLED_CROSSING, "town01-4", 96, 80),
+    (HazardKind.MERGE_PRESSURE, "town04-0", 793, 130),
+]
+SEEDS = range(2)
+
+
+def route(name: str) -> Route:
+    return next(route for route in load_suite("longest6") if route.id == name)
+
+
+@pytest.mark.parametrize(("kind", "name", "at", "before"), CASES)
+def test_meets_the_blind_and_spares_the_oracle(
+    kind: HazardKind, name: str, at: float, before: float
+) -> None:
+    whole = route(name)
+    hazards = [Hazard(kind, float(at), float(at - before), seed) for seed in SEEDS]
+    blind = [drive(whole, hazard, hazard.seed, blind=True) for hazard in hazards]
+    knowing = [drive(whole, hazard, hazard.seed, blind=False) for hazard in hazards]
+    assert any(run.committed and run.hit for run in blind), blind
+    assert all(run.committed or run.phase is Phase.VOID for run in blind), blind
+    assert all(run.reason for run in (*blind, *knowing) if run.phase is Phase.VOID)
+    assert not any(run.hit for run in knowing), knowing
+
+
+@pytest.mark.parametrize(
+    ("kind", "name", "at"),
+    [
+        (HazardKind.RED_LIGHT_RUNNER, "town01-4", 96),  # no signal
+        (HazardKind.RIGHT_TURN, "town02-4", 598),  # a left turn
+        (HazardKind.UNSIGNALLED_CROSSING, "town02-4", 598),  # a signal
+    ],
+)
+def test_is_void_where_no_way_fits(kind: HazardKind, name: str, at: float) -> None:
+    run = drive(route(name), Hazard(kind, float(at), at - 80.0, 0), 0, blind=True)
+    assert run.phase is Phase.VOID
+    assert run.reason == "no other way meets the ego's here"
+
+
+def test_merge_is_void_where_the_route_keeps_its_lane() -> None:
+    hazard = Hazard(HazardKind.MERGE_PRESSURE, 423.0, 340.0, 0)
+    run = drive(route("town01-0"), hazard, 0, blind=True)
+    assert (run.phase, run.reason) == (Phase.VOID, "the route changes no lane here")
+
+
+def test_approaches_meet_the_route_and_come_from_elsewhere() -> None:
+    whole = route("town05-4")
+    passage = passage_at(whole, 102.0)
+    assert passage is not None
+    ways = approaches(load_town(whole.town), whole, passage)
+    assert ways
+    for way in ways:
+        assert passage.entry <= way.at <= passage.exit + 12.0
+        assert way.stop <= way.meets <= way.line.shape[0] * 200.0
+        assert way.link.junction == passage.junction
+
+
+@pytest.mark.parametrize("speed", [0.0, 5.0, 12.0])
+@pytest.mark.parametrize("time", [3.0, 5.0])
+def test_a_vehicle_arrives_at_the_speed_it_is_told(speed: float, time: float) -> None:
+    way = speed * time + 0.3 * PULL * time**2
+    pace = speed_to_arrive(way, time, speed)
+    assert time_to_go(way, speed, pace) == pytest.approx(time, abs=0.01)
+    assert time_to_go(way, speed, pace + 3.0) < time
+
+
+def test_walks_are_the_same_for_the_same_draw() -> None:
+    town = load_town("town05")
+    edge = min(town.edges)
+    first, second = (walk(town, edge, random.Random(3)) for _ in range(2))
+    assert first == second
+    assert len(first) > 1

@@ -1,0 +1,113 @@
+"""Lane events, crossings and control loss: fair to who looks, and felt by who does not."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import NamedTuple
+
+import pytest
+
+from plant_bench.agent import Control, Input
+from plant_bench.agents.registry import load_agent
+from plant_bench.runner.observing import observe
+from plant_bench.scoring.referee import Referee
+from plant_bench.sim.simulation import Simulation
+from plant_bench.world.hazard import Hazard, HazardKind, HazardOutcome, Phase
+from plant_bench.world.route import Route, Scenario, load_suite
+
+pytestmark = pytest.mark.sumo
+
+SEEDS = (1, 2, 3)
+PLACES = {  # kind: route, place, metres before it at which it is armed
+    HazardKind.HARD_BRAKE: ("town03-0", 155.0, 110.0),
+    HazardKind.CUT_IN: ("town05-2", 155.0, 150.0),
+    HazardKind.BLOCKED_LANE: ("town03-0", 155.0, 115.0),
+    HazardKind.QUEUE_TAIL: ("town03-0", 155.0, 125.0),
+}
+
+
+class Drive(NamedTuple):
+    """What became of one hazard, and of the ego."""
+
+    outcome: HazardOutcome
+    collisions: int
+    offset: float
+
+
+def route(name: str) -> Route:
+    return next(route for route in load_suite("longest6") if route.id == name)
+
+
+def drive(name: str, agent: str, hazard: Hazard, seed: int, beyond: float = 60.0) -> Drive:
+    """Drive until a little beyond a route's only hazard, without other traffic."""
+    scenario = Scenario(replace(route(name), hazards=(hazard,)), seed, "empty", hazards=True)
+    driver = load_agent(agent)
+    driver.reset(scenario.route)
+    control, offset = Control(0.0, 0.0), 0.0
+    with Simulation(scenario) as simulation:
+        referee = Referee(simulation.town, scenario.route)
+        while referee.progress < hazard.at + beyond and referee.status is None:
+            referee.judge(simulation.scene)
+            offset = max(offset, abs(referee.offset))
+            if simulation.scene.tick % getattr(driver, "interval", 1) == 0:
+                facts = simulation.privileged() if Input.PRIVILEGED in driver.inputs else None
+                action = driver.act(
+                    observe(
+                        simulation.scene,
+                        scenario.route,
+                        referee.progress,
+                        referee.offset,
+                        driver.inputs,
+                        facts,
+                    )
+                )
+                assert isinstance(action, Control)
+                control = action
+            simulation.step(control)
+        return Drive(simulation.outcomes[0], len(referee.infractions), offset)
+
+
+def drives(kind: HazardKind, agent: str) -> Iterator[Drive]:
+    name, at, before = PLACES[kind]
+    for seed in SEEDS:
+        yield drive(name, agent, Hazard(kind, at, at - before, 7, {}), seed)
+
+
+@pytest.mark.parametrize("kind", PLACES)
+def test_who_sees_nobody_is_hit(kind: HazardKind) -> None:
+    found = list(drives(kind, "cruise"))
+    assert any(one.outcome.phase in (Phase.DONE, Phase.COMMITTED) for one in found)
+    assert any(one.collisions for one in found)
+
+
+@pytest.mark.parametrize("kind", PLACES)
+def test_who_looks_survives(kind: HazardKind) -> None:
+    found = list(drives(kind, "expert"))
+    assert all(one.outcome.phase is not Phase.DORMANT for one in found)
+    assert not any(one.collisions for one in found)
+
+
+def test_equal_scenarios_have_equal_hazards() -> None:
+    hazard = Hazard(HazardKind.CUT_IN, 155.0, 5.0, 7, {})
+    one, other = (drive("town05-2", "cruise", hazard, 1) for _ in range(2))
+    assert one == other
+
+
+def test_void_where_the_ego_would_see_it_appear() -> None:
+    hazard = Hazard(HazardKind.BLOCKED_LANE, 155.0, 130.0, 7, {})
+    outcome = drive("town03-0", "cruise", hazard, 1).outcome
+    assert (outcome.phase, outcome.reason) == (Phase.VOID, "the spot was taken")
+
+
+def test_void_where_there_is_no_neighbour_lane() -> None:
+    hazard = Hazard(HazardKind.CUT_IN, 150.0, 100.0, 7, {})
+    outcome = drive("town02-3", "cruise", hazard, 1).outcome
+    assert (outcome.phase, outcome.reason) == (Phase.VOID, "there is no neighbour lane")
+
+
+@pytest.mark.parametrize(("name", "at"), [("town02-3", 540.0), ("town04-0", 2145.0)])
+def test_control_loss_is_bounded(name: str, at: float) -> None:
+    strong = {"pull": 0.08, "duration": 2.5}
+    hazard = Hazard(HazardKind.CONTROL_LOSS, at, at - 10.0, 7, strong)
+    found = drive(name, "expert", hazard, 1, beyond=80.0)
+    assert found.outcome.phase is Phase.DONE
+    assert found.offset < 1.0

@@ -1,0 +1,59 @@
+"""What an agent is given, and that it cannot give anything back by stealth."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from plant_bench.agent import Input
+from plant_bench.runner.observing import observe
+from plant_bench.world.hazard import Hazard, HazardKind
+from plant_bench.world.route import load_suite
+from plant_bench.world.scene import Actors, EgoState, Light, Scene
+
+ROUTE = load_suite("longest6")[0]
+
+
+def scene_at(along: float, light: Light = Light.UNKNOWN) -> Scene:
+    x, y = (float(np.interp(along, ROUTE.along, column)) for column in ROUTE.points.T)
+    lights = np.full(len(ROUTE.signal_passages), light, np.uint8)
+    return Scene(3, EgoState(x, y, 0.0, 5.0), Actors.none(), lights)
+
+
+def test_what_is_not_declared_is_not_given() -> None:
+    observation = observe(scene_at(10.0), ROUTE, 10.0, 0.0, frozenset(), None)
+    assert observation.actors is None
+    assert observation.route is None
+    assert observation.light is None
+    assert observation.privileged is None
+
+
+def test_the_route_ahead_begins_at_the_last_point_passed() -> None:
+    for progress in (0.0, 10.4, 500.9, ROUTE.length - 3.0):
+        ahead = observe(
+            scene_at(progress), ROUTE, progress, 0.0, frozenset({Input.ROUTE}), None
+        ).route
+        assert ahead is not None
+        assert 0.0 <= ahead.past < 1.1
+        begin = np.array([np.interp(progress - ahead.past, ROUTE.along, c) for c in ROUTE.points.T])
+        assert ahead.points[0] == pytest.approx(begin, abs=1e-6)
+
+
+def test_the_light_is_given_near_its_line_only() -> None:
+    inputs = frozenset({Input.LIGHT})
+    entry = ROUTE.signal_entries[0]
+    near = observe(scene_at(0.0, Light.RED), ROUTE, entry - 20.0, 0.0, inputs, None).light
+    assert near is not None
+    assert (near.state, near.distance) == (Light.RED, pytest.approx(20.0 - 2.45))
+    assert observe(scene_at(0.0, Light.RED), ROUTE, entry - 60.0, 0.0, inputs, None).light is None
+    on_the_line = observe(scene_at(0.0, Light.RED), ROUTE, entry, 0.0, inputs, None).light
+    assert on_the_line is not None
+    assert on_the_line.distance < 0.0
+
+
+def test_the_plan_tells_no_hazards_and_cannot_be_written() -> None:
+    hazard = Hazard(HazardKind.CROSSING, 100.0, 40.0, 1)
+    route = replace(ROUTE, hazards=(hazard,))
+    assert route.plan.hazards == ()
+    with pytest.raises(ValueError, match="read-only"):
+        route.plan.points[:] = 0.0

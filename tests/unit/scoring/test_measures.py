@@ -1,0 +1,254 @@
+"""Each measure: a value known by arithmetic, fires, just misses."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+
+from plant_bench.scoring.flow import relative_speed, standing_share
+from plant_bench.scoring.measures import measure
+from plant_bench.scoring.near_misses import least_post_encroachment_time, least_time_to_collision
+from plant_bench.scoring.smoothness import (
+    hard_brake_share,
+    hard_brakes,
+    jerk,
+    lateral_acceleration,
+)
+from plant_bench.scoring.track import SAMPLE, VEHICLES, VULNERABLE, Track, TrackRecorder
+from plant_bench.world.scene import TICK, ActorKind, Actors, EgoState, Scene
+
+TOUCH = 2.45 + 2.0  # m between the centres when the ego's bumper meets that of a 4 m car
+BESIDE = 1.065 + 1.0  # m between the centres when the ego's flank meets that of a 2 m wide car
+WALKER = (0.5, 0.5)
+NORTH = 0.5 * math.pi
+Actor = tuple[float, float, float, float]  # x, y and yaw at time 0, speed
+
+
+def straight(ticks: int, speed: float = 10.0, x: float = 0.0) -> list[EgoState]:
+    """Return an ego that drives along x."""
+    return [EgoState(x + speed * tick * TICK, 0.0, 0.0, speed) for tick in range(ticks)]
+
+
+def turning(ticks: int, speed: float, radius: float) -> list[EgoState]:
+    """Return an ego that turns left in a circle, from the origin and the heading x."""
+    angles = np.arange(ticks) * TICK * speed / radius
+    return [
+        EgoState(radius * np.sin(a), radius * (1.0 - np.cos(a)), float(a), speed) for a in angles
+    ]
+
+
+def track_of(
+    egos: Sequence[EgoState],
+    actors: Sequence[Actor] = (),
+    *,
+    kind: ActorKind = ActorKind.CAR,
+    extent: tuple[float, float] = (4.0, 2.0),
+) -> Track:
+    """Return the track of an ego among actors of one kind."""
+    recorder = TrackRecorder()
+    for tick, ego in enumerate(egos):
+        time = tick * TICK
+        poses = [(x + v * time * np.cos(a), y + v * time * np.sin(a), a) for x, y, a, v in actors]
+        seen = Actors(
+            np.arange(len(actors)),
+            np.array(poses, np.float32).reshape(-1, 3),
+            np.array([actor[3] for actor in actors], np.float32),
+            np.tile(np.array(extent, np.float32), (len(actors), 1)),
+            np.full(len(actors), kind, np.uint8),
+        )
+        recorder.add(Scene(tick, ego, seen, np.zeros(0, np.uint8)))
+    return recorder.track()
+
+
+def actors_at(poses: np.ndarray, speed: float) -> Actors:
+    """Return cars at these poses."""
+    count = len(poses)
+    extents = np.tile(np.array([4.0, 2.0], np.float32), (count, 1))
+    speeds = np.full(count, speed, np.float32)
+    return Actors(np.arange(count), poses, speeds, extents, np.zeros(count, np.uint8))
+
+
+def changing(accelerations: Sequence[float], speed: float = 20.0) -> Track:
+    """Return the track of an ego with these accelerations, tick by tick."""
+    speeds = speed + np.cumsum(accelerations) * TICK
+    return track_of(
+        [
+            EgoState(0.0, 0.0, 0.0, float(v), float(a))
+            for v, a in zip(speeds, accelerations, strict=True)
+        ]
+    )
+
+
+def to_collision(track: Track, kinds: tuple[ActorKind, ...] = VEHICLES) -> float | None:
+    return least_time_to_collision(track, track.of_kinds(kinds))
+
+
+def encroachment(track: Track) -> float | None:
+    return least_post_encroachment_time(track, track.of_kinds(VEHICLES))
+
+
+@pytest.mark.parametrize(("speed", "seconds"), [(0.0, 1.0), (5.0, 2.0)])
+def test_time_to_collision_with_what_is_ahead(speed, seconds):
+    track = track_of(straight(1), [(TOUCH + 9.99, 0.0, 0.0, speed)])
+    assert to_collision(track) == pytest.approx(seconds)
+
+
+def test_time_to_collision_is_the_least_of_the_episode():
+    """At the last sample, tick 56, the ego is at 28 m: 10 m before the car."""
+    track = track_of(straight(57), [(28.0 + TOUCH + 9.99, 0.0, 0.0, 0.0)])
+    assert to_collision(track) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(("aside", "seconds"), [(BESIDE + 0.01, None), (BESIDE - 0.01, 1.0)])
+def test_time_to_collision_just_misses_at_the_side(aside, seconds):
+    track = track_of(straight(1), [(TOUCH + 9.99, aside, 0.0, 0.0)])
+    assert to_collision(track) == (seconds and pytest.approx(seconds))
+
+
+@pytest.mark.parametrize(("gap", "seconds"), [(49.99, 5.0), (50.01, None)])
+def test_time_to_collision_ends_at_its_horizon(gap, seconds):
+    assert to_collision(track_of(straight(1), [(TOUCH + gap, 0.0, 0.0, 0.0)])) == seconds
+
+
+def test_a_collision_is_no_time_away():
+    assert to_collision(track_of(straight(1), [(TOUCH - 0.01, 0.0, 0.0, 0.0)])) == 0.0
+
+
+def test_who_follows_is_no_near_miss_but_who_meets_the_side_is():
+    assert to_collision(track_of(straight(1), [(-10.0, 0.0, 0.0, 20.0)])) is None
+    crossing = track_of(straight(1, speed=0.0), [(-1.0, -10.0, NORTH, 10.0)])
+    assert to_collision(crossing) == pytest.approx(0.7)  # 10 m less 2 m less 1.065 m: 0.69 s
+
+
+def test_a_walker_on_a_course_of_collision():
+    """The ego's front is there after 1.73 s, when the walker is on its lane since 1.12 s."""
+    track = track_of(
+        straight(1), [(20.0, -3.0, NORTH, 1.5)], kind=ActorKind.PEDESTRIAN, extent=WALKER
+    )
+    assert to_collision(track, VULNERABLE) == pytest.approx(1.8)
+    assert to_collision(track) is None
+
+
+def test_who_waits_beside_a_bend_is_no_near_miss():
+    """Straight on, the ego would hit it in a second or so; it turns, and never comes near."""
+    egos = turning(60, speed=8.0, radius=12.0)
+    assert to_collision(track_of(egos[:1], [(10.0, 0.0, math.pi, 0.0)])) is not None
+    assert to_collision(track_of(egos, [(15.5, 3.0, math.pi, 0.0)])) is None
+
+
+def test_the_others_take_their_bends_too():
+    """An oncoming car that will turn off before the ego: seen with hindsight."""
+    egos = straight(40, speed=1.0)
+    circle = turning(40, speed=8.0, radius=8.0)
+    recorder = TrackRecorder()
+    for tick, (ego, other) in enumerate(zip(egos, circle, strict=True)):
+        pose = np.array([[24.0 - other.x, other.y, math.pi - other.yaw]], np.float32)
+        seen = actors_at(pose, 8.0)
+        recorder.add(Scene(tick, ego, seen, np.zeros(0, np.uint8)))
+    assert to_collision(recorder.track()) is None
+    assert to_collision(track_of(egos, [(24.0, 0.0, math.pi, 8.0)])) is not None
+
+
+@pytest.mark.parametrize("shift", [1.5, -1.5])
+def test_post_encroachment_time_of_a_crossing(shift):
+    """The car is on the ego's lane for 0.613 s around the moment it is at y = 0; the ego needs
+    from x = 46.55 to x = 53.45, 4.655 to 5.345 s, to pass where it crosses.
+    """
+    moment = 4.655 - shift - 0.3065 if shift > 0 else 5.345 - shift + 0.3065
+    track = track_of(straight(160), [(50.0, -10.0 * moment, NORTH, 10.0)])
+    assert abs(shift) <= encroachment(track) <= abs(shift) + 2.0 * SAMPLE
+
+
+def test_post_encroachment_time_just_misses():
+    assert encroachment(track_of(straight(200), [(50.0, 10.0, NORTH, 10.0)])) is None  # 5.35 s ago
+    assert encroachment(track_of(straight(200), [(50.0, 3.0, NORTH, 10.0)])) is not None
+
+
+@pytest.mark.parametrize(
+    "other", [(20.0, 0.0, 0.0, 10.0), (60.0, 3.5, math.pi, 10.0), (50.0, -3.2, NORTH, 0.0)]
+)
+def test_no_crossing_no_post_encroachment_time(other):
+    """One ahead on the same lane, one on the oncoming lane, one that waits at the side."""
+    assert encroachment(track_of(straight(160), [other])) is None
+
+
+@pytest.mark.parametrize(
+    ("accelerations", "count"),
+    [
+        ([-4.01] * 20, 1),
+        ([-4.0] * 20, 0),
+        ([-5.0] * 5 + [0.0] * 19 + [-5.0] * 5, 1),
+        ([-5.0] * 5 + [0.0] * 20 + [-5.0] * 5, 2),
+        ([5.0] * 20, 0),
+    ],
+)
+def test_hard_brakes(accelerations, count):
+    assert hard_brakes(changing(accelerations)) == count
+
+
+def test_share_of_hard_braking():
+    assert hard_brake_share(changing([-5.0] * 5 + [-3.0] * 15)) == 0.25
+
+
+@pytest.mark.parametrize("rate", [2.0, -3.0])
+def test_jerk_of_an_acceleration_that_grows(rate):
+    track = changing([rate * TICK * tick for tick in range(60)])
+    assert jerk(track) == pytest.approx(abs(rate))
+
+
+def test_jerk_is_smoothed_and_that_of_a_constant_acceleration_is_zero():
+    assert jerk(changing([2.0] * 60)) == pytest.approx(0.0, abs=1e-9)
+    assert jerk(changing([2.0, -2.0] * 30)) == pytest.approx(0.0, abs=1e-9)
+    assert jerk(changing([0.0] * 60, speed=0.0)) is None
+    assert jerk(changing([2.0] * 20)) is None  # too short for it
+
+
+def test_lateral_acceleration_of_a_circle():
+    assert lateral_acceleration(track_of(turning(200, 10.0, 20.0))) == pytest.approx(5.0)
+    assert lateral_acceleration(track_of(straight(60))) == 0.0
+    assert lateral_acceleration(track_of(straight(60, speed=0.0))) is None
+
+
+def test_time_standing():
+    egos = straight(30) + [EgoState(15.0, 0.0, 0.0, 0.09)] * 10
+    assert standing_share(track_of(egos)) == 0.25
+
+
+def test_speed_relative_to_traffic():
+    ahead, oncoming = (20.0, 0.0, 0.0, 8.0), (40.0, 3.5, math.pi, 12.0)
+    assert relative_speed(track_of(straight(20, 5.0), [ahead, oncoming])) == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize(
+    "other",
+    [(20.0, 6.0, 0.0, 0.0), (-20.0, 0.0, 0.0, 5.0), (56.0, 0.0, 0.0, 5.0)],
+    ids=["parked", "follows", "far away"],
+)
+def test_who_is_no_traffic(other):
+    egos, ahead = straight(20, 5.0), (20.0, 0.0, 0.0, 10.0)
+    assert relative_speed(track_of(egos, [other])) is None
+    assert relative_speed(track_of(egos, [ahead, other])) == pytest.approx(0.5)
+
+
+def test_walkers_and_riders_are_no_traffic():
+    for kind in (ActorKind.PEDESTRIAN, ActorKind.BICYCLE, ActorKind.STATIC):
+        assert relative_speed(track_of(straight(20), [(20.0, 0.0, 0.0, 5.0)], kind=kind)) is None
+
+
+def test_who_waits_is_traffic():
+    """It stands for the first half, and then drives at 10 m/s: 5 m/s on average."""
+    recorder = TrackRecorder()
+    for tick, ego in enumerate(straight(40, 5.0)):
+        pose = np.array([[20.0, 0.0, 0.0]], np.float32)
+        seen = actors_at(pose, 0.0 if tick < 20 else 10.0)
+        recorder.add(Scene(tick, ego, seen, np.zeros(0, np.uint8)))
+    assert relative_speed(recorder.track()) == pytest.approx(1.0)
+
+
+def test_one_tick_alone_can_be_measured():
+    found = measure(track_of(straight(1)), off_lane=0.0, wrong_lane=0.0)
+    assert (found.ttc_vehicle, found.pet_vehicle, found.jerk_p95, found.relative_speed) == (
+        (None,) * 4
+    )
+    assert (found.hard_brakes, found.standing_share) == (0, 0.0)

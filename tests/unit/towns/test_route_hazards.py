@@ -1,0 +1,114 @@
+"""What holds for the hazards of every route of the suite as it is stored."""
+
+from collections import Counter
+from itertools import pairwise
+
+import pytest
+
+from plant_bench.sim.hazards import crossing, stage
+from plant_bench.towns import route_hazards
+from plant_bench.towns.hazard_picture import SKETCHES, save_hazard_pictures
+from plant_bench.towns.hazard_places import MARGIN, possible_places
+from plant_bench.towns.route_hazards import SPACING, crossing_speeds, needed_start, place_hazards
+from plant_bench.towns.routes import SUITES
+from plant_bench.world.hazard import HAZARDS, HazardKind
+from plant_bench.world.route import load_suite
+from plant_bench.world.scene import EGO_WIDTH
+from plant_bench.world.town import load_town
+
+ROUTES = load_suite("longest6")
+TOWNS = {name: load_town(name) for name in sorted({route.town for route in ROUTES})}
+CROSSINGS = (HazardKind.CROSSING, HazardKind.CROSSING_AFTER_TURN)
+
+every_route = pytest.mark.parametrize("route", ROUTES, ids=[route.id for route in ROUTES])
+
+
+def lane_at(route, at):
+    span = next(span for span in route.lanes if span.start <= at < span.end)
+    return TOWNS[route.town].lanes[span.lane]
+
+
+@every_route
+def test_eight_to_fifteen_apart_from_each_other_and_from_the_ends(route):
+    places = [hazard.at for hazard in route.hazards]
+    assert 8 <= len(places) <= 15
+    assert all(after - one >= SPACING for one, after in pairwise(places))
+    assert places[0] >= MARGIN
+    assert places[-1] <= route.length - MARGIN
+    assert all(0.0 <= hazard.arm < hazard.at for hazard in route.hazards)
+    most = max(Counter(hazard.kind for hazard in route.hazards).values())
+    assert 3 * most <= len(places)
+
+
+@every_route
+def test_crossings_are_on_slow_kerb_lanes_and_can_be_survived(route):
+    for hazard in route.hazards:
+        if hazard.kind in CROSSINGS:
+            lane = lane_at(route, hazard.at)
+            assert lane.speed_limit < 14.0
+            assert lane.right is None
+            assert hazard.parameters["side"] < 0 or lane.left is None
+            limit = float(route.speed_limits[int(hazard.at)])
+            rider = bool(hazard.parameters["rider"])
+            fastest = hazard.parameters["speed"] * 1.1
+            assert needed_start(fastest, limit, rider=rider) < crossing.FARTHEST_START + 0.5
+
+
+@every_route
+def test_junction_kinds_are_inside_the_passages_that_suit_them(route):
+    turns = {HazardKind.UNPROTECTED_LEFT: "left", HazardKind.RIGHT_TURN: "right"}
+    signalled = (HazardKind.UNPROTECTED_LEFT, HazardKind.RED_LIGHT_RUNNER)
+    for hazard in route.hazards:
+        if hazard.kind in (*signalled, HazardKind.RIGHT_TURN, HazardKind.UNSIGNALLED_CROSSING):
+            passage = next(p for p in route.passages if p.entry <= hazard.at <= p.exit)
+            assert passage.turn == turns.get(hazard.kind, passage.turn)
+            assert hazard.kind not in signalled or passage.signal is not None
+            unsignalled = hazard.kind is HazardKind.UNSIGNALLED_CROSSING
+            assert not unsignalled or passage.signal is None
+
+
+def test_the_suite_has_about_twelve_a_route_of_all_kinds():
+    counts = Counter(hazard.kind for route in ROUTES for hazard in route.hazards)
+    assert set(counts) == set(HazardKind)
+    assert 11.5 <= counts.total() / len(ROUTES) <= 12.5
+    beyond = sum(counts[kind] for kind, facts in HAZARDS.items() if facts.carla is None)
+    assert 0.25 < beyond / counts.total() < 0.4
+    assert len({hazard.seed for route in ROUTES for hazard in route.hazards}) == counts.total()
+
+
+def test_placing_again_gives_the_same_and_another_seed_gives_others():
+    route = ROUTES[4]
+    seed = SUITES["longest6"].seed
+    assert place_hazards(TOWNS[route.town], route, seed) == route.hazards
+    assert place_hazards(TOWNS[route.town], route, seed + 1) != route.hazards
+
+
+def test_possible_places_keep_to_the_route():
+    route = ROUTES[12]
+    places = possible_places(TOWNS[route.town], route)
+    assert all(MARGIN < place.at < route.length - MARGIN for place in places)
+    assert all(0.0 <= place.arm < place.at for place in places)
+
+
+def test_numbers_agree_with_those_of_the_scripts():
+    assert route_hazards.FARTHEST_START == crossing.FARTHEST_START
+    for rider, kind in ((False, stage.WALKER), (True, stage.RIDER)):
+        wide = 0.5 * (EGO_WIDTH + kind.length)
+        assert route_hazards.HALF_WIDTHS[rider] == pytest.approx(wide)
+
+
+def test_who_comes_from_the_left_is_faster_and_a_fast_road_allows_less():
+    assert (
+        crossing_speeds(8.3, rider=False, side=1)[0] > crossing_speeds(8.3, rider=False, side=-1)[0]
+    )
+    assert crossing_speeds(13.9, rider=True, side=-1)[1] < 4.0
+    low, high = crossing_speeds(30.0, rider=True, side=-1)
+    assert low > high, "nobody could survive that"
+
+
+def test_each_kind_has_facts_and_a_sketch(tmp_path):
+    assert set(HAZARDS) == set(SKETCHES) == set(HazardKind)
+    assert len({facts.letter for facts in HAZARDS.values()}) == len(HAZARDS)
+    files = save_hazard_pictures(tmp_path)
+    assert len(files) == len(HazardKind)
+    assert all(file.stat().st_size > 5000 for file in files)

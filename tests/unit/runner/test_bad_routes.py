@@ -24,7 +24,7 @@ def broken(path, change):
         (lambda route: route["passages"][0].update(signal="nowhere"), "signals nowhere"),
         (lambda route: route.update(town="town99"), "There is no town 'town99'"),
         (lambda route: route.update(id="../x"), "ids in"),
-        (lambda route: route["points"].pop(), "one value a point"),
+        (lambda route: route["points"].pop(), "one value a point|Type-check error"),
         (lambda route: route["points"][5].pop(), "Broken route"),
         (lambda route: route["hazards"].append({"kind": "meteor"}), "Broken route"),
         (lambda route: route.update(speed_limits=[0.0] * len(route["points"])), "positive"),

@@ -177,6 +177,7 @@ class Simulation:
     def _look(self, tick: int, ego: EgoState) -> Scene:
         height = self._elevations[self._cursor.index]
         seen = self._sumo.watched()
+        seen.update(self._stage.beside_road(seen))
         self._states = {
             key: state for key, state in sorted(seen.items()) if abs(state.z - height) < LEVEL_GAP
         }

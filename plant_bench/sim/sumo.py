@@ -23,6 +23,7 @@ ACTION_STEP = 0.2  # s between a background driver's decisions: halves the cost 
 LANE_CHANGE_DURATION = 3.0  # s: without it a lane change is a jump sideways
 MATCH_RADIUS = 8.0  # m around the ego in which SUMO looks for its lane; the default costs 4 times
 DEFAULT_MODE = 31  # SUMO's speed mode: minds safe gaps, limits, foes and lights
+DEFAULT_LANE_CHANGES = 1621  # SUMO's lane change mode
 LAWLESS_MODE = 39  # safe gap and limits of acceleration only; ignores foes inside junctions
 LAWLESS_FACTOR = 1.5  # a lawless driver's speed limit, times the lane's
 DEFAULT_BRAKING = 4.5  # m/s2 of vehicle_types.add.xml
@@ -299,6 +300,7 @@ class Sumo:
         libsumo.vehicle.setSpeedMode(name, LAWLESS_MODE if lawless else DEFAULT_MODE)
         if lawless:
             libsumo.vehicle.setSpeedFactor(name, LAWLESS_FACTOR)
+        libsumo.vehicle.setLaneChangeMode(name, 0)
         libsumo.vehicle.setSpeed(name, speed)
 
     def command_stop(self, vehicle: int, deceleration: float) -> None:
@@ -315,6 +317,7 @@ class Sumo:
             libsumo.vehicle.setSpeedMode(name, DEFAULT_MODE)
             libsumo.vehicle.setDecel(name, DEFAULT_BRAKING)
             libsumo.vehicle.setSpeedFactor(name, 1.0)
+            libsumo.vehicle.setLaneChangeMode(name, DEFAULT_LANE_CHANGES)
 
     def remove(self, vehicle: int) -> None:
         """Take a vehicle off the road."""

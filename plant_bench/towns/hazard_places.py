@@ -26,7 +26,7 @@ ARMS = {
     HazardKind.BLOCKED_LANE: (8.0, 110.0, 180.0),  # put out beyond the ego's sight
     HazardKind.QUEUE_TAIL: (8.0, 110.0, 180.0),
 }
-ARM = (5.0, 60.0, 110.0)  # all others
+ARM = (8.0, 80.0, 120.0)  # all others, cut off at the start of the route
 UNSEEN = 100.0  # m in a straight line, for those put out beyond the ego's sight
 OPPOSITE, ACROSS = 2.4, (0.6, 2.4)  # rad between the headings of the ego and who comes so
 

@@ -283,6 +283,8 @@ class Stage:
 
     def beside_road(self, seen: Mapping[int, VehicleState]) -> dict[int, VehicleState]:
         """Return the placed actors in sight that SUMO leaves out, since they stand on no lane."""
+        if all(actor in seen for actor in self.paths):
+            return {}
         x, y, _ = self.pose_at(self.progress)
         z = float(np.interp(self.progress, self.route.along, self.route.elevations))
         states = {actor: self.state_of(actor) for actor in self.paths if actor not in seen}

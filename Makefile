@@ -15,10 +15,10 @@ check:  ## what CI checks
 	$(BIN)/codespell
 
 test:  ## all tests but the slow ones
-	$(BIN)/pytest -n 2 -m "not slow"
-
-test-all:  ## all tests
 	$(BIN)/pytest -n 2
+
+test-all:  ## all tests, those of half an hour too
+	$(BIN)/pytest -n 2 -m ""
 
 format:
 	$(BIN)/ruff check --fix

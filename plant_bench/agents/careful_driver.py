@@ -129,8 +129,16 @@ class CarefulDriver:
         self._waited = self._waited + INTERVAL * TICK if ego.speed < 0.5 else 0.0
         choices = np.concatenate((first, CHOICES[pull > CHOICES]))
         travel = rollout(ego.speed, choices, np.full(len(choices), target))
-        times = first_conflicts(ego_poses(route, route.past, travel), forecast, boldness)
-        best = int(np.argmax(times))  # the first clear one, else the one that is clear longest
+        poses = ego_poses(route, route.past, travel)
+        times = first_conflicts(poses, forecast, boldness)
+        if times.max() == 0.0:  # within the margins already: what matters is not to touch
+            times = first_conflicts(poses, forecast, boldness, caution=0.0)
+        # The first that is clear, else the one that is clear longest, else the hardest braking.
+        best = (
+            int(np.argmax(times))
+            if times.max() > times.min() or times[0] == math.inf
+            else len(times) - 1
+        )
         return self._at_the_line(ego, route.progress, float(choices[best]), travel[best])
 
     def _at_the_line(

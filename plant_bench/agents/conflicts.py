@@ -38,6 +38,7 @@ def first_conflicts(
     poses: Float[np.ndarray, "choices steps 3"],
     forecast: Forecast,
     boldness: float,
+    caution: float = 1.0,
 ) -> Float[np.ndarray, " choices"]:
     """Return for each choice the time of the first overlap, infinite for none.
 
@@ -45,9 +46,10 @@ def first_conflicts(
         poses: The ego's poses, one row a choice.
         forecast: The others.
         boldness: 0 keeps the full margins, 1 none towards who stands.
+        caution: Share of the margins kept towards all.
     """
     times = np.full(len(poses), np.inf)
-    share = np.where(forecast.standing, 1.0 - boldness, 1.0)
+    share = caution * np.where(forecast.standing, 1.0 - boldness, 1.0)
     lengths = forecast.lengths + 2 * MARGIN_ALONG * share[:, None]
     widths = forecast.widths + 2 * MARGIN_ASIDE * share
     dx = poses[:, None, :, 0] - forecast.poses[None, :, :, 0]

@@ -12,6 +12,9 @@ STEP = 0.25  # s between two instants of a forecast
 STEPS = 20  # instants, the first now: 4.75 s
 TIMES = np.arange(STEPS) * STEP
 STANDING = 0.1  # m/s
+FIRM_BRAKING = 4.5  # m/s2, SUMO's default
+PULLING_AWAY = 0.5  # m/s2
+NEAR_STOP = 10.0  # m
 GENTLE_ACCELERATION = 1.0  # m/s2 that a moving driver who is free to go may use
 
 
@@ -48,6 +51,9 @@ def along_true_lanes(observation: Observation, keep: np.ndarray) -> Forecast:
     pull = facts.accelerations[keep][:, None]
     top = np.maximum(facts.desired_speeds[keep][:, None], speed)
     room = np.maximum(facts.stop_distances[keep][:, None], 0.0)
+    # Who cannot stop any more, or speeds up just before the place, goes on: SUMO's word is a wish.
+    goes_on = (speed**2 > 2.0 * FIRM_BRAKING * room) | ((pull > PULLING_AWAY) & (room < NEAR_STOP))
+    room = np.where(goes_on & (speed > STANDING), np.inf, room)
     # Who stands goes on standing until it moves: two who wait for each other would wait for ever.
     gentle = np.where(speed > STANDING, GENTLE_ACCELERATION, 0.0)
     early = _travel(speed, np.maximum(pull, gentle), top)

@@ -12,11 +12,11 @@ from plant_bench.geometry.box import overlap_one
 from plant_bench.sim.sumo import Sumo, VehicleState
 from plant_bench.world.scene import EGO_EXTENT, TICK, Actors, EgoState
 
-PATIENCE = 10.0  # s that the ego and the driver have been standing before
+PATIENCE = 8.0  # s that the ego and the driver have been standing before
 RELEASE = 4.0  # s for which the driver takes no notice of the ego
 REACH = 20.0  # m from the ego within which drivers are looked at
 CLEAR_PATH = 10  # m of a driver's path that must be free of the ego
-MARGIN = 0.5  # m around the ego
+MARGIN = 0.1  # m around the ego
 STANDING = 0.1  # m/s
 LOOK_INTERVAL = 20  # ticks between two looks: 1 s
 

@@ -16,7 +16,7 @@ HARDEST = 40.0  # rad m2/s
 
 
 class ControlLoss:
-    """Steering is pulled to and fro, and grip is reduced; no actor takes part; mutable.
+    """Steering is pulled from side to side, and grip is reduced; no actor takes part; mutable.
 
     Parameters: `duration` (s), `pull` (rad of steering at the most).
     """

@@ -190,3 +190,9 @@ def test_actions_are_controls() -> None:
     driver = RuleBased()
     driver.reset(straight_route())
     assert isinstance(driver.act(observe(cars((45.0, 0.0, 0.0, 3.0)))), Control)
+
+
+def test_who_comes_too_near_is_not_raced() -> None:
+    """Within the margins of a moving car every choice is in conflict: then brake, never go."""
+    beside = cars((22.0, -3.0, math.pi / 2, 2.5))
+    assert pull(observe(beside, speed=0.5)) <= -1.0

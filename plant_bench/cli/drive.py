@@ -35,11 +35,11 @@ def drive(
     Raises:
         PlantBenchError: The run cannot be started or cannot go on.
     """
+    start = time.monotonic()
     run = open_run(request, out, overwrite=overwrite)
     for note in run.notes:
         typer.echo(note, err=True)
     progress = RunProgress(run.jobs, run.missing, law)
-    start = time.monotonic()
     try:
         with progress.shown():
             run_suite(

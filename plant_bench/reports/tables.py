@@ -87,7 +87,7 @@ def _least(seconds: float) -> str:
 
 def print_latency(speed: Speed) -> None:
     """Print how long the planner took to decide; it is no part of the score."""
-    if speed.episodes:
+    if not math.isnan(speed.p50_ms):
         _console.print(
             f"Decision time (not scored): p50 {speed.p50_ms:.2f} ms, p95 {speed.p95_ms:.2f} ms, "
             f"p99 {speed.p99_ms:.2f} ms (means over episodes); "

@@ -126,6 +126,8 @@ def open_run(request: ScoreRequest, out: Path | None, *, overwrite: bool = False
     missing = (
         jobs if overwrite else [job for job in jobs if folder.record(episode_name(job)) is None]
     )
+    if overwrite:
+        folder.forget(map(episode_name, jobs))
     if earlier is not None and len(missing) < len(jobs):
         notes += _changed_versions(earlier, now)
     folder.write("run.json", now.model_dump_json(indent=1) + "\n")

@@ -105,6 +105,12 @@ class RunFolder:
             self.write(f"timing/{name}.json", timing.model_dump_json(indent=1) + "\n")
         self.write(f"episodes/{name}.json", result.to_json())
 
+    def forget(self, names: Iterable[str]) -> None:
+        """Remove the files of episodes that are driven anew."""
+        for name in names:
+            for part, suffix in _PARTS.items():
+                (self.path / part / f"{name}{suffix}").unlink(missing_ok=True)
+
     def write(self, name: str, text: str) -> None:
         """Write a text file, whole or not at all.
 

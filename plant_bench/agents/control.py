@@ -3,9 +3,8 @@
 import math
 
 from plant_bench.agent import PLAN_INTERVAL, Control, Plan, RouteAhead
-from plant_bench.world.scene import EgoState
+from plant_bench.world.scene import WHEELBASE, EgoState
 
-WHEELBASE = 2.86  # m, CARLA's lincoln.mkz2017
 REAR_AXLE = 0.5 * WHEELBASE  # m behind the box centre
 
 LOOKAHEAD_TIME = 0.45  # s

@@ -62,10 +62,10 @@ def main() -> None:
     except PlantBenchError as error:
         typer.secho(f"plant-bench: {error}", err=True, fg=typer.colors.RED)
         sys.exit(EXIT_INPUT if isinstance(error, InputError) else EXIT_FAILED)
+    except BrokenPipeError:  # `plant-bench agents | head -1`
+        sys.stderr.close()
+        sys.exit(EXIT_FAILED)
     except OSError as error:
-        if isinstance(error, BrokenPipeError):  # `plant-bench agents | head -1`
-            sys.stderr.close()
-            sys.exit(EXIT_FAILED)
         where = "" if error.filename is None else f" {error.filename}"
         typer.secho(
             f"plant-bench: Cannot use{where}: {error.strerror}. Choose another place.",

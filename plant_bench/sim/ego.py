@@ -4,9 +4,8 @@ import math
 
 from plant_bench.agent import Control
 from plant_bench.geometry.pose import wrap_angle
-from plant_bench.world.scene import TICK, EgoState
+from plant_bench.world.scene import TICK, WHEELBASE, EgoState
 
-WHEELBASE = 2.86  # m, CARLA's lincoln.mkz2017
 REAR_AXLE = 0.5 * WHEELBASE  # m behind the box centre
 STEERING_LIMIT = math.radians(35.0)  # rad; turns in a radius of 4.1 m
 STEERING_RATE = 1.0  # rad/s at the wheels: lock to lock in 1.2 s

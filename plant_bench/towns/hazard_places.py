@@ -7,6 +7,7 @@ from functools import cached_property
 import numpy as np
 from shapely.geometry import LineString
 
+from plant_bench.geometry.pose import wrap_angle
 from plant_bench.world.hazard import HazardKind
 from plant_bench.world.route import LaneSpan, Passage, Route
 from plant_bench.world.town import Lane, Link, Town
@@ -158,7 +159,7 @@ class Track:
             if LineString(points).distance(way) < MEETING:
                 ends = source.points[-2:, :2]
                 comes = np.arctan2(*(ends[1] - ends[0])[::-1])
-                found.append((link, _wrap(comes - heading)))
+                found.append((link, wrap_angle(float(comes) - heading)))
         return found
 
     @cached_property
@@ -170,12 +171,8 @@ class Track:
         return any(lane.edge in ring for ring in self.town.roundabouts)
 
 
-def _wrap(angle: float) -> float:
-    return float((angle + np.pi) % (2.0 * np.pi) - np.pi)
-
-
 def _between(one: float, other: float) -> float:
-    return abs(_wrap(one - other))
+    return abs(wrap_angle(one - other))
 
 
 def _pose(lane: Lane, at: float) -> tuple[float, float, float]:

@@ -12,6 +12,7 @@ from collections import Counter
 from plant_bench.towns.hazard_places import Place, possible_places
 from plant_bench.world.hazard import Hazard, HazardKind
 from plant_bench.world.route import Route
+from plant_bench.world.scene import WHEELBASE
 from plant_bench.world.town import Town
 
 FEWEST, MOST = 8, 15  # hazards of a route
@@ -62,7 +63,6 @@ RIDERS, HIDDEN, FROM_LEFT = 0.3, 0.4, 0.3  # shares of crossings
 ASIDE = (1.6, 2.8)  # m
 SLIP_TIME = (1.5, 2.5)  # s
 HARDEST_PULL = 0.12  # rad
-WHEELBASE = 2.86  # m, the ego's
 
 
 def place_hazards(town: Town, route: Route, seed: int) -> tuple[Hazard, ...]:

@@ -10,6 +10,7 @@ TICK = 0.05  # s: 20 Hz, as the CARLA leaderboard
 EGO_LENGTH = 4.90  # m, CARLA's lincoln.mkz2017 (PlanT, carla_agent_files/PlanT_agent.py)
 EGO_WIDTH = 2.13  # m, as above
 EGO_EXTENT = (EGO_LENGTH, EGO_WIDTH)
+WHEELBASE = 2.86  # m, CARLA's lincoln.mkz2017
 
 
 class ActorKind(IntEnum):

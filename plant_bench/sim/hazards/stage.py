@@ -131,11 +131,6 @@ class Stage:
         """Tell whether no vehicle's front is within a radius (of those in the ego's sight)."""
         return all(math.hypot(state.x - x, state.y - y) > radius for state in self._states.values())
 
-    def incoming_lanes(self, junction: str) -> list[Lane]:
-        """Return the lanes that lead into a junction."""
-        sources = {link.source for link in self.town.links if link.junction == junction}
-        return [self.town.lanes[lane] for lane in sorted(sources)]
-
     # What a script may do
 
     def put(self, kind: VehicleType, x: float, y: float, yaw: float) -> int:

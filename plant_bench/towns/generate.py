@@ -1,6 +1,7 @@
 """Making towns: spec and seed in, `town.net.xml` and `town.json` out, whole or not at all."""
 
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,7 @@ from plant_bench.towns.picture import save_picture
 from plant_bench.towns.soundness import find_faults
 from plant_bench.towns.spec import TownSpec, read_spec
 from plant_bench.towns.summary import TownSummary, summarise
-from plant_bench.world.town import Town, load_town
+from plant_bench.world.town import Life, Town, load_town
 
 SPEC_FILE, NET_FILE, TOWN_FILE, PICTURE_FILE = (
     "spec.toml",
@@ -52,7 +53,7 @@ def make_town(spec: TownSpec, seed: int) -> tuple[str, Town]:
         except InputError as error:
             faults = [str(error)]
             continue
-        town = extract_town(net, spec.name)
+        town = replace(extract_town(net, spec.name), life=life_of(spec))
         faults = [*find_faults(town, spec.requires), *complaints_of_sumo(net)]
         if not faults:
             return net, town
@@ -60,6 +61,11 @@ def make_town(spec: TownSpec, seed: int) -> tuple[str, Town]:
         f"Found no sound layout for {spec.name} with seed {seed} in {ATTEMPTS} attempts; the last "
         f"one's faults: {'; '.join(faults[:8])}. Try another seed or change the spec."
     )
+
+
+def life_of(spec: TownSpec) -> Life:
+    """The life that a spec asks for, as the town holds it."""
+    return Life(spec.life.mix, spec.life.walkers_per_km, spec.life.parking)
 
 
 def build_town(name: str, *, seed: int | None = None, out: Path | None = None) -> Path:

@@ -4,9 +4,11 @@ import tomllib
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from plant_bench.errors import InputError
+
+VEHICLE_KINDS = ("car", "van", "truck", "bus", "motorcycle", "bicycle")
 
 UnsignalledControl = Literal["priority", "priority_stop", "allway_stop", "right_before_left"]
 
@@ -45,6 +47,35 @@ class Junctions(_Part):
 
     radius: float = Field(default=8, ge=5, le=20)
     unsignalled: UnsignalledControl = "priority_stop"
+
+
+class TownLife(_Part):
+    """Who is about: the mix of the vehicle traffic, pedestrians and parked cars.
+
+    Pedestrians walk where sidewalks are; cars are parked along streets of at most 30 km/h.
+    """
+
+    car: float = Field(default=0.9, ge=0, le=1)
+    van: float = Field(default=0.1, ge=0, le=1)
+    truck: float = Field(default=0, ge=0, le=1)
+    bus: float = Field(default=0, ge=0, le=1)
+    motorcycle: float = Field(default=0, ge=0, le=1)
+    bicycle: float = Field(default=0, ge=0, le=1)
+    walkers_per_km: float = Field(default=0, ge=0, le=100, description="of sidewalk")
+    parking: float = Field(default=0, ge=0, le=1, description="share of the streets' sides")
+
+    @property
+    def mix(self) -> dict[str, float]:
+        """Share of each kind in the vehicle traffic."""
+        return {kind: getattr(self, kind) for kind in VEHICLE_KINDS}
+
+    @model_validator(mode="after")
+    def _shares_sum_to_one(self) -> "TownLife":
+        total = sum(self.mix.values())
+        if abs(total - 1.0) > 1e-6:
+            message = f"the shares of {', '.join(VEHICLE_KINDS)} sum to {total:.3f}, 1 is wanted"
+            raise ValueError(message)
+        return self
 
 
 class SmallTownLayout(_Part):
@@ -143,6 +174,7 @@ class TownSpec(_Part):
     roads: dict[str, RoadClass]
     junctions: Junctions = Junctions()
     signals: Signals = Signals()
+    life: TownLife = TownLife()
     layout: Layout
     requires: Requirements = Requirements()
 

@@ -16,7 +16,7 @@ from plant_bench.data_files import networks_dir
 from plant_bench.errors import InputError
 from plant_bench.geometry.polyline import arc_lengths
 
-TOWN_FORMAT = 1
+TOWN_FORMAT = 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,6 +116,24 @@ class Area:
     outline: tuple[tuple[float, float], ...]
 
 
+@dataclass(frozen=True)
+class Life:
+    """Who is about in a town besides the ego.
+
+    Attributes:
+        mix: Share of each kind in the vehicle traffic, by the kind's name; they sum to 1.
+        walkers_per_km: Pedestrians per kilometre of sidewalk.
+        parking: Share of the quiet streets' sides along which cars are parked.
+    """
+
+    mix: dict[str, float]
+    walkers_per_km: float = 0.0
+    parking: float = 0.0
+
+
+CARS_ONLY = Life({"car": 0.9, "van": 0.1})
+
+
 @dataclass(frozen=True, eq=False)
 class Town:
     """A town's road network; immutable.
@@ -128,6 +146,7 @@ class Town:
         signals: Signal id to the number of its links.
         roundabouts: The edges of each roundabout's ring.
         areas: Sidewalks and crossings.
+        life: Who is about.
     """
 
     name: str
@@ -137,6 +156,7 @@ class Town:
     signals: dict[str, int]
     roundabouts: tuple[tuple[str, ...], ...] = ()
     areas: tuple[Area, ...] = ()
+    life: Life = CARS_ONLY
 
     @cached_property
     def edges(self) -> dict[str, tuple[Lane, ...]]:
@@ -195,6 +215,7 @@ class Town:
             "signals": self.signals,
             "roundabouts": self.roundabouts,
             "areas": [vars(area) for area in self.areas],
+            "life": vars(self.life),
         }
         return json.dumps(payload, separators=(",", ":")) + "\n"
 
@@ -225,6 +246,7 @@ class Town:
                 signals=dict(payload["signals"]),
                 roundabouts=tuple(tuple(ring) for ring in payload["roundabouts"]),
                 areas=tuple(Area(**_outlined(item)) for item in payload["areas"]),
+                life=Life(**payload["life"]),
             )
         except (ValueError, KeyError, TypeError) as error:
             message = (

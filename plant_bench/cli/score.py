@@ -30,8 +30,8 @@ def score(
     seed: Annotated[int, typer.Option(help="Base seed of traffic; equal for all agents.")] = 0,
     density: Annotated[str, typer.Option(help="Of the traffic.")] = "dense",
     hazards: Annotated[
-        bool, typer.Option(help="Play the routes' hazards; another protocol, still a draft.")
-    ] = False,
+        bool, typer.Option(help="Play the routes' hazards; without them it is another protocol.")
+    ] = True,
     workers: Annotated[
         int, typer.Option(help="Processes; scores do not depend on it.", min=1)
     ] = _cores(),

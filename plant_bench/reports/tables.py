@@ -10,7 +10,7 @@ from rich.table import Table
 
 from plant_bench.runner.speed import Speed
 from plant_bench.scoring.beyond import Beyond
-from plant_bench.scoring.comparison import Detectable, PairedDifference
+from plant_bench.scoring.comparison import LEAST_ROUTES, Detectable, PairedDifference
 from plant_bench.scoring.infractions import InfractionKind
 from plant_bench.scoring.laws import Law
 from plant_bench.scoring.metrics import Scores, Spread, Summary
@@ -124,11 +124,16 @@ def print_difference(
         second: What the second is called.
         law: By which infractions became scores.
     """
+    told = math.isfinite(difference.low)
+    interval = f"95 % interval {difference.low:+.2f} to {difference.high:+.2f} "
     _console.print(
-        f"{second} against {first}: DS (law {law}) {difference.mean:+.2f}, "
-        f"95 % interval {difference.low:+.2f} to {difference.high:+.2f} "
+        f"{second} against {first}: DS (law {law}) {difference.mean:+.2f}, {interval * told}"
         f"({difference.pairs} pairs of episodes on {difference.routes} routes)"
     )
+    if told:
+        _console.print(
+            f"So many pairs can tell differences of {difference.detectable:.1f} DS or more apart."
+        )
     if difference.unmatched_a or difference.unmatched_b:
         _console.print(
             f"Without a partner: {difference.unmatched_a} episodes of {first}, "
@@ -138,6 +143,8 @@ def print_difference(
 
 
 def _verdict(difference: PairedDifference) -> str:
+    if math.isnan(difference.low):
+        return f"Too few routes for an interval: {LEAST_ROUTES} are wanted at least."
     if difference.high < 0:
         return "Worse: the whole interval is below zero."
     if difference.low > 0:

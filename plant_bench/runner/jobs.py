@@ -38,7 +38,7 @@ class Job:
     repetition: int
     seed: int
     density: str
-    hazards: bool = False
+    hazards: bool = True
 
     @cached_property
     def scenario(self) -> Scenario:
@@ -146,7 +146,7 @@ def make_jobs(
     repetitions: int,
     seed: int,
     density: str,
-    hazards: bool = False,
+    hazards: bool = True,
 ) -> list[Job]:
     """Return one job for each route and repetition.
 

@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 
 from plant_bench import __version__
 from plant_bench.errors import InputError
-from plant_bench.world.route import HAZARD_PROTOCOL, PROTOCOL, Route
+from plant_bench.world.route import NO_HAZARDS_PROTOCOL, PROTOCOL, Route
 from plant_bench.world.town import town_checksum
 
 RUN_FORMAT = 1
@@ -93,7 +93,7 @@ def provenance(
         seed=seed,
         density=density,
         hazards=hazards,
-        protocol=HAZARD_PROTOCOL if hazards else PROTOCOL,
+        protocol=PROTOCOL if hazards else NO_HAZARDS_PROTOCOL,
         towns={town: town_checksum(town) for town in sorted({route.town for route in routes})},
         routes={route.id: route.checksum for route in routes},
         repetitions=repetitions,

@@ -35,14 +35,14 @@ class ScoreRequest:
     repetitions: int = 3
     seed: int = 0
     density: str = "dense"
-    hazards: bool = False
+    hazards: bool = True
 
     @property
     def run_name(self) -> str:
         """The folder's name: the same request finds its run again."""
         parts = [self.agent, Path(self.suite).stem]
-        if self.hazards:
-            parts.append("hazards")
+        if not self.hazards:
+            parts.append("no-hazards")
         if self.density != "dense":
             parts.append(self.density)
         if self.seed != 0:

@@ -17,6 +17,7 @@ from plant_bench.scoring.results import EpisodeResult
 INTERVAL = (2.5, 97.5)  # percentiles of the bootstrap: a 95 % interval
 CONFIDENCE = 0.975  # two-sided 95 %
 POWER = 0.80  # chance to find a difference that is there
+LEAST_ROUTES = 5  # for an interval: fewer say too little of how routes differ
 
 
 @dataclass(frozen=True)
@@ -25,8 +26,10 @@ class PairedDifference:
 
     Attributes:
         mean: Over all pairs.
-        low: Lower end of the 95 % interval.
+        low: Lower end of the 95 % interval; not a number with fewer than `LEAST_ROUTES` routes.
         high: Upper end of it.
+        detectable: The smallest difference that as many pairs on as many routes would find with
+            80 % power at the 95 % level; not a number where there is no interval.
         pairs: Number of scenarios both drove.
         routes: Number of routes these are on.
         unmatched_a: Episodes of the first that the second did not drive.
@@ -36,6 +39,7 @@ class PairedDifference:
     mean: float
     low: float
     high: float
+    detectable: float
     pairs: int
     routes: int
     unmatched_a: int
@@ -82,18 +86,36 @@ def paired_difference(
         differences.setdefault(first[key].route, []).append(gain)
     sums = np.array([sum(values) for values in differences.values()])
     counts = np.array([len(values) for values in differences.values()])
-    drawn = np.random.default_rng(seed).integers(len(sums), size=(samples, len(sums)))
-    means = sums[drawn].sum(axis=1) / counts[drawn].sum(axis=1)
-    low, high = np.percentile(means, INTERVAL)
+    low, high = _interval(sums, counts, seed, samples)
     return PairedDifference(
         mean=float(sums.sum() / counts.sum()),
-        low=float(low),
-        high=float(high),
+        low=low,
+        high=high,
+        detectable=_detectable_in_pairs(sums / counts),
         pairs=len(common),
         routes=len(sums),
         unmatched_a=len(first) - len(common),
         unmatched_b=len(second) - len(common),
     )
+
+
+def _interval(sums: np.ndarray, counts: np.ndarray, seed: int, samples: int) -> tuple[float, float]:
+    """Return the percentile bootstrap interval of the mean over routes."""
+    if len(sums) < LEAST_ROUTES:
+        return math.nan, math.nan
+    drawn = np.random.default_rng(seed).integers(len(sums), size=(samples, len(sums)))
+    means = sums[drawn].sum(axis=1) / counts[drawn].sum(axis=1)
+    low, high = np.percentile(means, INTERVAL)
+    return float(low), float(high)
+
+
+def _detectable_in_pairs(means: np.ndarray) -> float:
+    """Return the minimal detectable difference of a paired t-test over routes."""
+    if len(means) < LEAST_ROUTES:
+        return math.nan
+    freedom = len(means) - 1
+    quantiles = _student(CONFIDENCE, freedom) + _student(POWER, freedom)
+    return float(quantiles * means.std(ddof=1) / math.sqrt(len(means)))
 
 
 @dataclass(frozen=True)

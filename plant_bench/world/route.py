@@ -18,8 +18,8 @@ from plant_bench.world.town import Town
 
 ROUTE_FORMAT = 1
 _ID = re.compile(r"[A-Za-z0-9][\w.-]*")
-PROTOCOL = "longest6-sumo-v0"  # without hazards; results of two protocols never mix
-HAZARD_PROTOCOL = "longest6-sumo-v1-draft"  # with hazards; "draft" until it is frozen
+PROTOCOL = "longest6-sumo-v1"  # docs/protocol.md; results of two protocols never mix
+NO_HAZARDS_PROTOCOL = f"{PROTOCOL}-no-hazards"
 
 
 @dataclass(frozen=True)
@@ -240,12 +240,12 @@ class Scenario:
     route: Route
     seed: int
     density: str = "dense"
-    hazards: bool = False
+    hazards: bool = True
 
     @property
     def protocol(self) -> str:
         """The rules that the episode is driven under."""
-        return HAZARD_PROTOCOL if self.hazards else PROTOCOL
+        return PROTOCOL if self.hazards else NO_HAZARDS_PROTOCOL
 
     @property
     def played_hazards(self) -> tuple[Hazard, ...]:

@@ -16,7 +16,7 @@ from plant_bench.world.scene import ActorKind, Light
 @pytest.fixture
 def header(stage):
     return EpisodeHeader(
-        protocol="longest6-sumo-v0",
+        protocol="longest6-sumo-v1",
         agent="scripted",
         agent_checksum="0" * 64,
         inputs=("objects", "route"),

@@ -19,12 +19,13 @@ def drives(episode, completions, repetitions=1, **facts):
 
 def test_a_constant_gain_has_no_interval(episode):
     difference = paired_difference(
-        drives(episode, (0.4, 0.6, 0.8)), drives(episode, (0.5, 0.7, 0.9))
+        drives(episode, (0.4, 0.6, 0.8, 0.1, 0.2)), drives(episode, (0.5, 0.7, 0.9, 0.2, 0.3))
     )
     assert difference.mean == pytest.approx(10.0)
     assert difference.low == pytest.approx(10.0)
     assert difference.high == pytest.approx(10.0)
-    assert (difference.pairs, difference.routes) == (3, 3)
+    assert (difference.pairs, difference.routes) == (5, 5)
+    assert difference.detectable == pytest.approx(0.0, abs=1e-9)
 
 
 def test_positive_where_the_second_is_better(episode):
@@ -35,18 +36,38 @@ def test_positive_where_the_second_is_better(episode):
 
 def test_repetitions_of_a_route_stay_together(episode):
     """Three repetitions of the same routes tell no more than one of them."""
-    a, b = (0.5, 0.9, 0.3, 0.8), (0.4, 0.2, 0.6, 0.7)
+    a, b = (0.5, 0.9, 0.3, 0.8, 0.5), (0.4, 0.2, 0.6, 0.7, 0.5)
     once = paired_difference(drives(episode, a), drives(episode, b))
     thrice = paired_difference(drives(episode, a, 3), drives(episode, b, 3))
     assert thrice.mean == pytest.approx(once.mean)
     assert (thrice.low, thrice.high) == pytest.approx((once.low, once.high))
-    assert (thrice.pairs, thrice.routes) == (12, 4)
+    assert (thrice.pairs, thrice.routes) == (15, 5)
     assert once.low < once.mean < once.high
 
 
 def test_same_seed_same_interval(episode):
-    a, b = drives(episode, (0.5, 0.9, 0.3)), drives(episode, (0.4, 0.2, 0.6))
+    a = drives(episode, (0.5, 0.9, 0.3, 0.1, 0.8))
+    b = drives(episode, (0.4, 0.2, 0.6, 0.3, 0.8))
     assert paired_difference(a, b, seed=1) == paired_difference(a[::-1], b, seed=1)
+
+
+def test_few_routes_have_no_interval(episode):
+    a, b = drives(episode, (0.5, 0.9, 0.3, 0.1), 3), drives(episode, (0.4, 0.2, 0.6, 0.3), 3)
+    difference = paired_difference(a, b)
+    assert difference.mean == pytest.approx(-7.5)
+    assert all(map(math.isnan, (difference.low, difference.high, difference.detectable)))
+
+
+def test_what_pairs_can_show(episode):
+    """A t-test on as many routes finds that difference four times out of five."""
+    gains = (-0.2, 0.1, 0.3, 0.0, 0.2, -0.1, 0.15, 0.05)
+    b = drives(episode, tuple(0.5 + gain for gain in gains))
+    found = paired_difference(drives(episode, (0.5,) * len(gains)), b)
+    draw = np.random.default_rng(0)
+    spread = 100.0 * np.std(gains, ddof=1)
+    tries = draw.normal(found.detectable, spread, (20_000, len(gains)))
+    power = np.mean(stats.ttest_1samp(tries, 0.0, axis=1).pvalue < 0.05)
+    assert power == pytest.approx(0.8, abs=0.03)
 
 
 def test_only_common_scenarios_are_compared(episode):
@@ -64,7 +85,7 @@ def test_no_common_scenario(episode):
 
 def test_several_protocols(episode):
     with pytest.raises(InputError, match="several protocols"):
-        paired_difference([episode(0)], [episode(0, protocol="longest6-sumo-v1")])
+        paired_difference([episode(0)], [episode(0, protocol="longest6-sumo-v0")])
 
 
 def test_a_scenario_twice(episode):

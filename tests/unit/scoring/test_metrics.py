@@ -113,7 +113,7 @@ def test_share_of_collisions_that_the_ego_caused(episode):
     [
         ({"agent": "another"}, "two agents"),
         ({"agent_checksum": "f" * 64}, "two agents"),
-        ({"protocol": "longest6-sumo-v1"}, "two protocols"),
+        ({"protocol": "longest6-sumo-v0"}, "two protocols"),
         ({"scenario": "0-0"}, "2 times"),
     ],
 )

@@ -2,21 +2,22 @@
 
 SUMO's drivers wait for a vehicle that stands on a junction in front of their path's end, even where
 they could drive on and thereby make room. A human would. Such a driver is told to take no notice
-of the ego for a few seconds, if the road that it would drive is free of the ego.
+of the ego, and of those who stand inside the junction as well (behind the ego, often), for a few
+seconds, if the road that it would drive is free of them all.
 """
 
 import numpy as np
 
 from plant_bench.agent import Privileged
 from plant_bench.geometry.box import overlap_one
-from plant_bench.sim.sumo import Sumo, VehicleState
+from plant_bench.sim.sumo import EGO_ID, Sumo, VehicleState
 from plant_bench.world.scene import EGO_EXTENT, TICK, Actors, EgoState
 
 PATIENCE = 8.0  # s that the ego and the driver have been standing before
 RELEASE = 4.0  # s for which the driver takes no notice of the ego
 REACH = 20.0  # m from the ego within which drivers are looked at
-CLEAR_PATH = 10  # m of a driver's path that must be free of the ego
-MARGIN = 0.1  # m around the ego
+CLEAR_PATH = 10  # m of a driver's path that must be free of the ego and of who stands
+MARGIN = 0.1  # m around those who stand
 STANDING = 0.1  # m/s
 LOOK_INTERVAL = 20  # ticks between two looks: 1 s
 
@@ -41,7 +42,7 @@ class Deadlocks:
             self._standing_since = tick
         for vehicle in [key for key, end in self._released.items() if tick >= end]:
             del self._released[vehicle]
-            self._sumo.ignore_ego(vehicle, ignore=False)
+            self._sumo.ignore(vehicle, ())
         since = self._standing_since
         return since is not None and tick % LOOK_INTERVAL == 0 and (tick - since) * TICK >= PATIENCE
 
@@ -54,16 +55,26 @@ class Deadlocks:
         states: dict[int, VehicleState],
     ) -> None:
         """Release drivers that stand inside a junction with a free road before them."""
-        size = (EGO_EXTENT[0] + 2 * MARGIN, EGO_EXTENT[1] + 2 * MARGIN)
-        for row, (vehicle, state) in enumerate(states.items()):
-            inside = state.lane.startswith(":")
-            if not inside or state.speed > STANDING or vehicle in self._released:
-                continue
-            x, y, _ = actors.poses[row].tolist()
-            if (x - ego.x) ** 2 + (y - ego.y) ** 2 > REACH**2:
-                continue
-            path = facts.paths[row, 1 : CLEAR_PATH + 1]
-            extents = np.repeat(actors.extents[row][None].astype(float), len(path), axis=0)
-            if not overlap_one(ego.pose, size, path, extents).any():
-                self._sumo.ignore_ego(vehicle, ignore=True)
+        lanes = [state.lane for state in states.values()]
+        inside = np.array([lane.startswith(":") for lane in lanes], dtype=bool)
+        vehicles = actors.only(np.arange(len(lanes)))
+        near = np.hypot(vehicles.poses[:, 0] - ego.x, vehicles.poses[:, 1] - ego.y) < REACH
+        stuck = np.flatnonzero(inside & near & (vehicles.speeds < STANDING))
+        for row in stuck:
+            vehicle = int(vehicles.ids[row])
+            others = vehicles.only(stuck[stuck != row])
+            if vehicle not in self._released and _is_free(facts, vehicles, int(row), ego, others):
+                self._sumo.ignore(vehicle, (int(EGO_ID), *others.ids.tolist()))
                 self._released[vehicle] = tick + round(RELEASE / TICK)
+
+
+def _is_free(facts: Privileged, vehicles: Actors, row: int, ego: EgoState, others: Actors) -> bool:
+    """Tell whether the road right ahead of a vehicle is free of the ego and of the others."""
+    path = facts.paths[row, 1 : CLEAR_PATH + 1]
+    extents = np.repeat(vehicles.extents[row][None].astype(float), len(path), axis=0)
+    poses = [ego.pose, *map(tuple, others.poses.astype(float).tolist())]
+    sizes = np.concatenate((np.array([EGO_EXTENT]), others.extents)) + 2.0 * MARGIN
+    return not any(
+        overlap_one(pose, (float(size[0]), float(size[1])), path, extents).any()
+        for pose, size in zip(poses, sizes, strict=True)
+    )

@@ -8,7 +8,7 @@ from jaxtyping import Float
 
 from plant_bench.agent import PATH_POSES, PATH_STEP
 from plant_bench.geometry.polyline import arc_lengths, resample
-from plant_bench.sim.sumo import Sumo, VehicleState
+from plant_bench.sim.sumo import EGO_ID, Sumo, VehicleState
 from plant_bench.sim.traffic import SIGHT, Traffic, VehicleType
 from plant_bench.world.route import Passage, Route
 from plant_bench.world.scene import EGO_LENGTH, TICK, ActorKind, EgoState, Light
@@ -103,9 +103,12 @@ class Stage:
     def slack(self, ego: EgoState, along: float) -> float:
         """Return the metres left before an arc length if a surprised driver brakes now.
 
-        The criterion of avoidability: reaction 0.5 s, then braking with 4 m/s2.
+        The criterion of avoidability: reaction 0.5 s, in which the driver goes on gaining speed as
+        before, up to the limit; then braking with 4 m/s2.
         """
-        stop = REACTION * ego.speed + ego.speed**2 / (2.0 * BRAKING)
+        limit = max(self.speed_limit_at(self.progress), ego.speed)
+        after = min(ego.speed + max(ego.acceleration, 0.0) * REACTION, limit)
+        stop = REACTION * 0.5 * (ego.speed + after) + after**2 / (2.0 * BRAKING)
         return self.distance_to(along) - stop
 
     def avoidable(self, ego: EgoState, along: float) -> bool:
@@ -117,6 +120,12 @@ class Stage:
         if passage.signal is None:
             return Light.UNKNOWN
         return self._sumo.light(passage.signal, passage.signal_index)
+
+    def opens_in(self, passage: Passage) -> float:
+        """Return the seconds until a passage's signal shows the ego green; 0 without one."""
+        if self.light(passage) in (Light.GREEN, Light.UNKNOWN) or passage.signal is None:
+            return 0.0
+        return self._sumo.time_to_green(passage.signal, passage.signal_index)
 
     def lane_state(self, lane: str) -> list[tuple[int, float, float]]:
         """Return number, arc length of the front and speed of all on a lane, the rear first."""
@@ -206,6 +215,10 @@ class Stage:
         self._sumo.release(vehicle)
         self._traffic.scripted.discard(vehicle)
 
+    def reroute(self, vehicle: int, edges: tuple[str, ...]) -> bool:
+        """Change where a vehicle goes, its present edge first; False where SUMO refuses."""
+        return self._sumo.set_route(vehicle, edges)
+
     def remove(self, actor: int) -> None:
         """Take an actor off the road."""
         if self._sumo.exists(actor):
@@ -274,7 +287,7 @@ class Stage:
 
     def unforgiving(self, vehicle: int, *, on: bool) -> None:
         """Have a driver insist on its right of way over the ego on junctions, or no more."""
-        self._sumo.ignore_ego(vehicle, ignore=on)
+        self._sumo.ignore(vehicle, (int(EGO_ID),) if on else ())
 
     def beside_road(self, seen: Mapping[int, VehicleState]) -> dict[int, VehicleState]:
         """Return the placed actors in sight that SUMO leaves out, since they stand on no lane."""

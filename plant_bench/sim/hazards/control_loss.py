@@ -5,7 +5,8 @@ import random
 
 from plant_bench.agent import Control
 from plant_bench.sim.hazards.hard_brake import gap_to, leader_of
-from plant_bench.sim.hazards.stage import BRAKING, REACTION, Stage
+from plant_bench.sim.hazards.stage import Stage
+from plant_bench.sim.surprise import BRAKING, REACTION
 from plant_bench.world.hazard import Hazard, Phase
 from plant_bench.world.scene import EgoState
 

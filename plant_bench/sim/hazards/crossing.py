@@ -12,8 +12,9 @@ import random
 import numpy as np
 
 from plant_bench.geometry.polyline import distance_to
-from plant_bench.sim.hazards.stage import RIDER, VAN, WALKER, Stage
+from plant_bench.sim.hazards.stage import Stage
 from plant_bench.sim.sumo import VehicleState
+from plant_bench.sim.vehicle_types import RIDER, VAN, WALKER
 from plant_bench.world.hazard import Hazard, Phase
 from plant_bench.world.scene import EGO_WIDTH, TICK, EgoState
 

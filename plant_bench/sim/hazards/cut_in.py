@@ -10,7 +10,9 @@ import random
 import numpy as np
 
 from plant_bench.sim.hazards.hard_brake import LANE_HALF, Neighbour, along_route
-from plant_bench.sim.hazards.stage import BRAKING, CAR, REACTION, Stage
+from plant_bench.sim.hazards.stage import Stage
+from plant_bench.sim.surprise import BRAKING, REACTION
+from plant_bench.sim.vehicle_types import CAR
 from plant_bench.world.hazard import Hazard, Phase
 from plant_bench.world.scene import EGO_LENGTH, TICK, ActorKind, EgoState
 from plant_bench.world.town import Lane
@@ -202,6 +204,10 @@ class CutIn:
             self._centre += self._speed * TICK
             along = self._centre - self._from
             stage.place_along(self._other, self._line, along, self._speed)
+
+    def give_up(self, stage: Stage, reason: str) -> None:
+        """End as void; called where the ego does not come on."""
+        self._end(stage, Phase.VOID, reason)
 
     def _end(self, stage: Stage, phase: Phase, reason: str = "") -> None:
         self._give_up(stage)

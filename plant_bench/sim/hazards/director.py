@@ -5,10 +5,10 @@ from collections.abc import Callable
 from importlib import import_module
 
 from plant_bench.agent import Control
-from plant_bench.sim.hazards.script import Script
+from plant_bench.sim.hazards.script import HoldsTraffic, Script
 from plant_bench.sim.hazards.stage import Stage
 from plant_bench.world.hazard import Hazard, HazardKind, HazardOutcome, Phase
-from plant_bench.world.scene import EgoState
+from plant_bench.world.scene import TICK, EgoState
 
 SCRIPTS: dict[HazardKind, str] = {
     HazardKind.CONTROL_LOSS: "plant_bench.sim.hazards.control_loss:ControlLoss",
@@ -25,6 +25,8 @@ SCRIPTS: dict[HazardKind, str] = {
     HazardKind.QUEUE_TAIL: "plant_bench.sim.hazards.queue_tail:QueueTail",
 }
 ENDED = (Phase.DONE, Phase.VOID)
+PATIENCE = 60.0  # s, longer than a red light, that vehicles wait for an ego that stands
+STANDING = 0.1  # m/s
 
 
 def load_script(kind: HazardKind) -> Callable[[Hazard, Stage, random.Random], Script]:
@@ -47,7 +49,7 @@ class Director:
         self._waiting = sorted(hazards, key=lambda hazard: hazard.arm)
         self._seed = seed
         self._playing: list[tuple[Hazard, Script]] = []
-        self._phases: dict[int, Phase] = {}
+        self._stood = 0.0
         self._outcomes: dict[float, HazardOutcome] = {
             hazard.at: HazardOutcome(hazard.kind, hazard.at, Phase.DORMANT, 0.0)
             for hazard in hazards
@@ -70,8 +72,12 @@ class Director:
             hazard = self._waiting.pop(0)
             draw = random.Random(f"{hazard.seed}|{self._seed}")
             self._playing.append((hazard, load_script(hazard.kind)(hazard, self._stage, draw)))
+        self._stood = self._stood + TICK if ego.speed < STANDING else 0.0
         for hazard, script in self._playing:
-            script.step(ego, self._stage)
+            if self._stood > PATIENCE and script.phase is Phase.ARMED:
+                _give_up(script, self._stage)
+            if script.phase not in ENDED:
+                script.step(ego, self._stage)
             self._note(hazard, script)
         self._playing = [item for item in self._playing if item[1].phase not in ENDED]
 
@@ -91,3 +97,9 @@ class Director:
             self._outcomes[hazard.at] = HazardOutcome(
                 hazard.kind, hazard.at, script.phase, time, script.reason
             )
+
+
+def _give_up(script: Script, stage: Stage) -> None:
+    """Let go whom a script holds up for an ego that may be waiting for the same vehicles."""
+    if isinstance(script, HoldsTraffic):
+        script.give_up(stage, "the ego stood still for long")

@@ -11,7 +11,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from plant_bench.sim.hazards.stage import BRAKING, CAR, REACTION, SPARE, Stage
+from plant_bench.sim.hazards.stage import Stage
+from plant_bench.sim.surprise import BRAKING, REACTION, SPARE
+from plant_bench.sim.vehicle_types import CAR
 from plant_bench.world.hazard import Hazard, Phase
 from plant_bench.world.scene import EGO_LENGTH, ActorKind, EgoState
 
@@ -133,6 +135,10 @@ class HardBrake:
             self._stood = stage.time
         elif self._stood is not None and stage.time - self._stood > self._wait:
             self._end(stage, Phase.DONE)
+
+    def give_up(self, stage: Stage, reason: str) -> None:
+        """End as void; called where the ego does not come on."""
+        self._end(stage, Phase.VOID, reason)
 
     def _end(self, stage: Stage, phase: Phase, reason: str = "") -> None:
         if self._leader is not None:

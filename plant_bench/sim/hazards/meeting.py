@@ -10,7 +10,8 @@ import random
 
 from plant_bench.sim.hazards.arrival import expected_arrival, speed_to_arrive, time_to_go
 from plant_bench.sim.hazards.rival import Rival, first_on, place_on, put_out, reroute
-from plant_bench.sim.hazards.stage import SPARE, Stage
+from plant_bench.sim.hazards.stage import Stage
+from plant_bench.sim.surprise import SPARE
 from plant_bench.world.approaches import FITS, Approach, approaches, passage_at
 from plant_bench.world.hazard import Hazard, Phase
 from plant_bench.world.route import Passage
@@ -219,6 +220,10 @@ class Meeting:
         if self.rival is not None:
             self.rival.let_go(stage)
             self.rival = None
+
+    def give_up(self, stage: Stage, reason: str) -> None:
+        """End as void; called where the ego does not come on."""
+        self._end(stage, Phase.VOID, reason)
 
     def _end(self, stage: Stage, phase: Phase, reason: str = "") -> None:
         self.let_go(stage)

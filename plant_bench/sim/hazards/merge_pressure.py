@@ -13,7 +13,8 @@ from plant_bench.geometry.box import corners
 from plant_bench.geometry.polyline import arc_lengths, distance_to
 from plant_bench.sim.hazards.arrival import expected_arrival, speed_to_arrive, time_to_go
 from plant_bench.sim.hazards.rival import Rival, place_on, put_out
-from plant_bench.sim.hazards.stage import SPARE, Stage
+from plant_bench.sim.hazards.stage import Stage
+from plant_bench.sim.surprise import SPARE
 from plant_bench.world.approaches import Approach, clear_place, joined_line, lane_starts
 from plant_bench.world.hazard import Hazard, Phase
 from plant_bench.world.scene import EGO_EXTENT, EGO_LENGTH, EgoState
@@ -186,6 +187,10 @@ class MergePressure:
         if self.rival is not None:
             self.rival.let_go(stage)
             self.rival = None
+
+    def give_up(self, stage: Stage, reason: str) -> None:
+        """End as void; called where the ego does not come on."""
+        self._end(stage, Phase.VOID, reason)
 
     def _end(self, stage: Stage, phase: Phase, reason: str = "") -> None:
         self._let_go(stage)

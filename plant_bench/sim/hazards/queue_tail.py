@@ -6,7 +6,8 @@ after some seconds.
 
 import random
 
-from plant_bench.sim.hazards.stage import CAR, Stage
+from plant_bench.sim.hazards.stage import Stage
+from plant_bench.sim.vehicle_types import CAR
 from plant_bench.world.hazard import Hazard, Phase
 from plant_bench.world.scene import EgoState
 

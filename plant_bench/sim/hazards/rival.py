@@ -8,8 +8,9 @@ from jaxtyping import Float
 
 from plant_bench.agent import PATH_POSES, PATH_STEP
 from plant_bench.geometry.polyline import arc_lengths
-from plant_bench.sim.hazards.stage import CAR, Stage
+from plant_bench.sim.hazards.stage import Stage
 from plant_bench.sim.traffic import COMFORTABLE_BRAKING
+from plant_bench.sim.vehicle_types import CAR
 from plant_bench.world.approaches import Approach
 from plant_bench.world.town import Town
 

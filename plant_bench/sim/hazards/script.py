@@ -32,3 +32,12 @@ class Script(Protocol):
     def step(self, ego: EgoState, stage: Stage) -> None:
         """Go on by one tick."""
         ...
+
+
+@runtime_checkable
+class HoldsTraffic(Protocol):
+    """A script whose vehicles wait for the ego while it is ARMED."""
+
+    def give_up(self, stage: Stage, reason: str) -> None:
+        """End as VOID and let the vehicles go."""
+        ...

@@ -9,20 +9,14 @@ from jaxtyping import Float
 from plant_bench.agent import PATH_POSES, PATH_STEP
 from plant_bench.geometry.polyline import arc_lengths, resample
 from plant_bench.sim.sumo import EGO_ID, Sumo, VehicleState
-from plant_bench.sim.traffic import SIGHT, Traffic, VehicleType
+from plant_bench.sim.surprise import SPARE, stopping_distance
+from plant_bench.sim.traffic import SIGHT, Traffic
+from plant_bench.sim.vehicle_types import VehicleType
 from plant_bench.world.route import Passage, Route
-from plant_bench.world.scene import EGO_LENGTH, TICK, ActorKind, EgoState, Light
+from plant_bench.world.scene import EGO_LENGTH, TICK, EgoState, Light
 from plant_bench.world.town import Lane, Link, Town
 
-REACTION = 0.5  # s, of a driver who is surprised
-BRAKING = 4.0  # m/s2, of the same driver
-SPARE = 1.0  # m that are left over when a hazard is called avoidable
 ASSUMED_ACCELERATION = 2.0  # m/s2 of an ego that is free to go
-
-WALKER = VehicleType("walker", 0.5, 0.6, ActorKind.PEDESTRIAN, 0.0)
-RIDER = VehicleType("rider", 1.8, 0.65, ActorKind.BICYCLE, 0.0)
-CAR = VehicleType("car_medium", 4.47, 1.84, ActorKind.CAR, 0.0)
-VAN = VehicleType("van", 5.32, 2.01, ActorKind.VAN, 0.0)
 
 
 class Stage:
@@ -103,13 +97,10 @@ class Stage:
     def slack(self, ego: EgoState, along: float) -> float:
         """Return the metres left before an arc length if a surprised driver brakes now.
 
-        The criterion of avoidability: reaction 0.5 s, in which the driver goes on gaining speed as
-        before, up to the limit; then braking with 4 m/s2.
+        The criterion of avoidability; see `surprise`.
         """
-        limit = max(self.speed_limit_at(self.progress), ego.speed)
-        after = min(ego.speed + max(ego.acceleration, 0.0) * REACTION, limit)
-        stop = REACTION * 0.5 * (ego.speed + after) + after**2 / (2.0 * BRAKING)
-        return self.distance_to(along) - stop
+        limit = self.speed_limit_at(self.progress)
+        return self.distance_to(along) - stopping_distance(ego, limit)
 
     def avoidable(self, ego: EgoState, along: float) -> bool:
         """Tell whether a surprised driver could still stop before an arc length."""
@@ -119,13 +110,13 @@ class Stage:
         """Return what a passage's signal shows the ego; UNKNOWN where there is none."""
         if passage.signal is None:
             return Light.UNKNOWN
-        return self._sumo.light(passage.signal, passage.signal_index)
+        return self._sumo.signals.light(passage.signal, passage.signal_index)
 
     def opens_in(self, passage: Passage) -> float:
         """Return the seconds until a passage's signal shows the ego green; 0 without one."""
         if self.light(passage) in (Light.GREEN, Light.UNKNOWN) or passage.signal is None:
             return 0.0
-        return self._sumo.time_to_green(passage.signal, passage.signal_index)
+        return self._sumo.signals.time_to_green(passage.signal, passage.signal_index)
 
     def lane_state(self, lane: str) -> list[tuple[int, float, float]]:
         """Return number, arc length of the front and speed of all on a lane, the rear first."""
@@ -148,13 +139,13 @@ class Stage:
         self._traffic.types[number] = kind
         self._traffic.scripted.add(number)
         edge = self.route.edges[0]
-        self._sumo.add_scripted(number, kind.name, edge)
+        self._sumo.commands.add_scripted(number, kind.name, edge)
         self.place(number, x, y, yaw, 0.0)
         return number
 
     def place(self, actor: int, x: float, y: float, yaw: float, speed: float) -> None:
         """Place an actor's box centre for the next tick; it goes straight on from there."""
-        self._sumo.place(actor, self.kind_of(actor).length, x, y, yaw, speed)
+        self._sumo.commands.place(actor, self.kind_of(actor).length, x, y, yaw, speed)
         ahead = PATH_STEP * np.arange(PATH_POSES)
         self.paths[actor] = np.stack(
             (x + ahead * math.cos(yaw), y + ahead * math.sin(yaw), np.full(PATH_POSES, yaw)), axis=1
@@ -173,7 +164,7 @@ class Stage:
             np.interp(after, at, line[:, 0]) - np.interp(before, at, line[:, 0]),
         )
         length = self.kind_of(actor).length
-        self._sumo.place(actor, length, float(x[0]), float(y[0]), float(yaw[0]), speed)
+        self._sumo.commands.place(actor, length, float(x[0]), float(y[0]), float(yaw[0]), speed)
         self.paths[actor] = np.stack((x, y, yaw), axis=1)
 
     def send(
@@ -204,15 +195,15 @@ class Stage:
 
     def drive(self, vehicle: int, speed: float, *, lawless: bool = False) -> None:
         """Command a vehicle's speed; a lawless one minds neither lights nor the right of way."""
-        self._sumo.command_speed(vehicle, speed, lawless=lawless)
+        self._sumo.commands.drive(vehicle, speed, lawless=lawless)
 
     def brake_hard(self, vehicle: int, deceleration: float) -> None:
         """Let a vehicle stop with a deceleration, m/s2."""
-        self._sumo.command_stop(vehicle, deceleration)
+        self._sumo.commands.brake(vehicle, deceleration)
 
     def release(self, vehicle: int) -> None:
         """Give a vehicle back to the traffic."""
-        self._sumo.release(vehicle)
+        self._sumo.commands.release(vehicle)
         self._traffic.scripted.discard(vehicle)
 
     def reroute(self, vehicle: int, edges: tuple[str, ...]) -> bool:
@@ -274,7 +265,7 @@ class Stage:
         """Return what a way's signal shows to those who would take it; UNKNOWN without one."""
         if link.signal is None:
             return Light.UNKNOWN
-        return self._sumo.light(link.signal, link.signal_index)
+        return self._sumo.signals.light(link.signal, link.signal_index)
 
     def next_via(self, vehicle: int) -> str:
         """Return the first lane inside the next junction on a vehicle's path, or ""."""
@@ -287,7 +278,7 @@ class Stage:
 
     def unforgiving(self, vehicle: int, *, on: bool) -> None:
         """Have a driver insist on its right of way over the ego on junctions, or no more."""
-        self._sumo.ignore(vehicle, (int(EGO_ID),) if on else ())
+        self._sumo.commands.ignore(vehicle, (int(EGO_ID),) if on else ())
 
     def beside_road(self, seen: Mapping[int, VehicleState]) -> dict[int, VehicleState]:
         """Return the placed actors in sight that SUMO leaves out, since they stand on no lane."""

@@ -1,0 +1,54 @@
+"""The director lets go of traffic that waits for an ego that waits."""
+
+import random
+
+import pytest
+
+from plant_bench.sim.hazards import director as module
+from plant_bench.sim.hazards.director import PATIENCE, Director
+from plant_bench.sim.hazards.stage import Stage
+from plant_bench.world.hazard import Hazard, HazardKind, Phase
+from plant_bench.world.scene import TICK, EgoState
+
+MOVING, WAITING = EgoState(0.0, 0.0, 0.0, 5.0), EgoState(0.0, 0.0, 0.0, 0.0)
+TICKS = round(PATIENCE / TICK) + 2
+
+
+class EmptyStage(Stage):
+    def __init__(self) -> None:
+        self.progress, self.tick = 0.0, 0
+
+
+class Holding:
+    """A script that waits for the ego for ever."""
+
+    def __init__(self, hazard: Hazard, stage: Stage, draw: random.Random) -> None:
+        self.phase, self.reason = Phase.ARMED, ""
+
+    def step(self, ego: EgoState, stage: Stage) -> None:
+        assert self.phase is Phase.ARMED
+
+    def give_up(self, stage: Stage, reason: str) -> None:
+        self.phase, self.reason = Phase.VOID, reason
+
+
+@pytest.fixture
+def director(monkeypatch) -> Director:
+    monkeypatch.setattr(module, "load_script", lambda _: Holding)
+    hazard = Hazard(HazardKind.MERGE_PRESSURE, 100.0, 0.0, 1, {})
+    return Director(EmptyStage(), (hazard,), 0)
+
+
+def test_who_waits_for_an_ego_that_stands_is_let_go(director):
+    for _ in range(TICKS):
+        director.step(WAITING)
+    (outcome,) = director.outcomes
+    assert outcome.phase is Phase.VOID
+    assert "stood still" in outcome.reason
+    assert director.idle
+
+
+def test_an_ego_that_goes_on_now_and_then_is_waited_for(director):
+    for tick in range(2 * TICKS):
+        director.step(MOVING if tick % 1000 == 0 else WAITING)
+    assert director.outcomes[0].phase is Phase.ARMED

@@ -266,9 +266,10 @@ def reason_of(agent: Agent) -> Reason | None:
     Raises:
         AgentError: It gives something that is no `Reason`.
     """
-    if not isinstance(agent, Explains):
+    explain = getattr(agent, "explain", None)  # `isinstance` of a protocol takes 10 to 20 us
+    if explain is None:
         return None
-    reason = agent.explain()
+    reason = explain()
     if reason is not None and not isinstance(reason, Reason):
         message = f"explain returned a {type(reason).__name__}: a Reason or None is wanted."
         raise AgentError(message)

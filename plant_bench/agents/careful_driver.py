@@ -19,11 +19,12 @@ from plant_bench.agent import (
     Reason,
     RouteAhead,
 )
-from plant_bench.agents.conflicts import clearest, ego_poses, first_conflicts, rollout
+from plant_bench.agents.conflicts import clearest, first_conflicts
 from plant_bench.agents.control import follow_route, idm, stop_within
 from plant_bench.agents.corridor import Corridor, corridor
 from plant_bench.agents.forecast import STEP, Forecast
-from plant_bench.agents.neighbours import left_behind, may_conflict
+from plant_bench.agents.neighbours import brake_for_ego, left_behind, may_conflict
+from plant_bench.agents.rollouts import CURVE_BRAKING, at_slower_pace, ego_poses, rollout
 from plant_bench.errors import AgentError
 from plant_bench.world.route import Passage, Route
 from plant_bench.world.scene import (
@@ -38,11 +39,11 @@ from plant_bench.world.scene import (
 Forecaster = Callable[[Observation, np.ndarray], Forecast]
 
 INTERVAL = 2  # ticks between two decisions: 10 Hz
-CURVE_BRAKING = 1.8  # m/s2 towards a lower speed limit ahead
 YELLOW_BRAKING = 3.5  # m/s2 up to which the driver stops for a yellow light
 CHOICES = np.array([0.5, 0.0, -1.0, -2.0, -3.5, -5.0, -8.0])  # m/s2 tried when the first fails
 LINE_BRAKING = 4.5  # m/s2 up to which a conflict in a junction is answered at its stop line
 SLOW_LEADER = 3.0  # m/s below which a leader may block a junction
+LEADER_GAP = 2.0  # m to a standing leader, in the slower forecast of the ego itself
 ROOM_BEYOND = 1.5  # m kept free behind the ego when it has cleared a junction
 PATIENCE = 8.0  # s of waiting after which the margins towards who stands begin to shrink
 SHRINKING = 20.0  # s of further waiting until they are gone
@@ -176,20 +177,25 @@ class CarefulDriver:
             return least
         boldness = min(max((self._waited - PATIENCE) / SHRINKING, 0.0), 1.0)
         forecast = self._forecaster(observation, keep)
-        first = np.array([least.pull])
-        travel = rollout(ego.speed, first, np.array([target]))
-        ours = first_conflicts(ego_poses(route, route.past, travel), forecast, boldness)
-        if ours.times[0] == math.inf:
+        leader = ahead.leader()
+        room = leader.distance - HALF - LEADER_GAP
+        choices = np.concatenate(([least.pull], CHOICES[least.pull > CHOICES]))
+        travel = rollout(ego.speed, choices, target)
+        slow = at_slower_pace(travel[0], ego.speed, route, room, leader.speed)
+        going_on = ego_poses(route, np.stack((travel[0], slow)))
+        who = _first_met(going_on, forecast, boldness)
+        if who != NOBODY and (behind := brake_for_ego(ego, actors.only(keep), forecast)).any():
+            keep, forecast = keep[~behind], forecast.only(~behind)
+            who = _first_met(going_on, forecast, boldness)
+        if who == NOBODY:
             self._waited = 0.0
             return least
         self._waited = self._waited + INTERVAL * TICK if ego.speed < 0.5 else 0.0
-        choices = np.concatenate((first, CHOICES[least.pull > CHOICES]))
-        travel = rollout(ego.speed, choices, np.full(len(choices), target))
-        best = clearest(ego_poses(route, route.past, travel), forecast, boldness)
+        best = clearest(ego_poses(route, travel), forecast, boldness)
         pull = self._at_the_line(ego, route.progress, float(choices[best]), travel[best])
         if pull >= least.pull:
             return least
-        return Demand(pull, Cause.CONFLICT, int(actors.ids[keep[ours.actors[0]]]))
+        return Demand(pull, Cause.CONFLICT, int(actors.ids[keep[who]]))
 
     def _at_the_line(
         self, ego: EgoState, progress: float, pull: float, travel: np.ndarray
@@ -206,6 +212,12 @@ class CarefulDriver:
         if stops and inside and distance > -0.5 and needed < LINE_BRAKING:
             return min(pull, stop_within(ego.speed, max(distance, 0.1)))
         return pull
+
+
+def _first_met(poses: np.ndarray, forecast: Forecast, boldness: float) -> int:
+    """Return whose forecast box the ego meets first, at any pace: a row, `NOBODY` for none."""
+    met = first_conflicts(poses, forecast, boldness)
+    return int(met.actors[np.argmin(met.times)])
 
 
 def allowed_speed(route: RouteAhead) -> float:

@@ -6,12 +6,12 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float, Int
 
-from plant_bench.agent import RouteAhead
-from plant_bench.agents.forecast import STEP, STEPS, TIMES, Forecast
+from plant_bench.agents.forecast import TIMES, Forecast
 from plant_bench.geometry.box import overlap
 from plant_bench.world.scene import EGO_EXTENT, EGO_LENGTH, EGO_WIDTH
 
 MARGIN_ASIDE = 0.25  # m on each side of others
+TOUCHING = 0.3  # share of the margins within which others are as good as touched
 
 
 class Conflicts(NamedTuple):
@@ -26,69 +26,77 @@ class Conflicts(NamedTuple):
     actors: Int[np.ndarray, " choices"]
 
 
-def rollout(
-    speed: float, accelerations: Float[np.ndarray, " choices"], top: Float[np.ndarray, " choices"]
-) -> Float[np.ndarray, "choices steps"]:
-    """Return how far each constant acceleration gets, between standing and a top speed."""
-    speeds = np.clip(speed + accelerations[:, None] * TIMES, 0.0, np.maximum(top, speed)[:, None])
-    travel = np.zeros((len(accelerations), STEPS))
-    np.cumsum(0.5 * STEP * (speeds[:, 1:] + speeds[:, :-1]), axis=1, out=travel[:, 1:])
-    return travel
-
-
-def ego_poses(
-    route: RouteAhead, past: float, travel: Float[np.ndarray, "choices steps"]
-) -> Float[np.ndarray, "choices steps 3"]:
-    """Return the ego's poses on the route after the given distances."""
-    place = np.minimum(past + travel, len(route.points) - 1.001)
-    index = place.astype(np.intp)
-    share = (place - index)[..., None]
-    points = route.points[index]
-    points = points + share * (route.points[index + 1] - points)
-    return np.concatenate((points, route.headings[index][..., None]), axis=2)
-
-
 def first_conflicts(
-    poses: Float[np.ndarray, "choices steps 3"],
-    forecast: Forecast,
-    boldness: float,
-    caution: float = 1.0,
+    poses: Float[np.ndarray, "choices steps 3"], forecast: Forecast, boldness: float
 ) -> Conflicts:
-    """Return for each choice the first overlap; of several at once, the nearest box.
+    """Return for each choice the first overlap within the margins; of several, the nearest box.
 
     Args:
         poses: The ego's poses, one row a choice.
         forecast: The others.
         boldness: 0 keeps the full margins, 1 none towards who stands.
-        caution: Share of the margins kept towards all.
     """
-    times, actors = np.full(len(poses), np.inf), np.full(len(poses), -1)
-    share = caution * np.where(forecast.standing, 1.0 - boldness, 1.0)
-    lengths = forecast.lengths + 2 * (forecast.margins * share)[:, None]
-    widths = forecast.widths + 2 * MARGIN_ASIDE * share
+    return _near(poses, forecast).first(boldness, 1.0)
+
+
+def clearest(
+    poses: Float[np.ndarray, "choices steps 3"], forecast: Forecast, boldness: float
+) -> int:
+    """Return the gentlest braking that keeps the margins, else going on if that keeps them.
+
+    Where nothing keeps them, it is the hardest braking that does not touch, else what touches last.
+
+    Args:
+        poses: The ego's poses for going on, the first row, and for ever harder braking.
+        forecast: The others.
+        boldness: As of `first_conflicts`.
+    """
+    near = _near(poses, forecast)
+    clear = np.flatnonzero(near.first(boldness, 1.0).times == math.inf)
+    if clear.size:
+        return int(clear[min(clear.size - 1, int(clear[0] == 0))])
+    times = near.first(boldness, TOUCHING).times
+    return len(times) - 1 - int(np.argmax(times[::-1]))
+
+
+class _Near(NamedTuple):
+    """The pairs of an ego's pose and a forecast box that are near each other."""
+
+    choices: int
+    forecast: Forecast
+    choice: Int[np.ndarray, " pairs"]
+    actor: Int[np.ndarray, " pairs"]
+    step: Int[np.ndarray, " pairs"]
+    square: Float[np.ndarray, " pairs"]
+    poses: Float[np.ndarray, "pairs 3"]
+
+    def first(self, boldness: float, caution: float) -> Conflicts:
+        """Return the first overlaps with a share of the margins kept."""
+        times, actors = np.full(self.choices, np.inf), np.full(self.choices, -1)
+        if not self.choice.size:
+            return Conflicts(times, actors)
+        forecast, actor, step = self.forecast, self.actor, self.step
+        share = caution * np.where(forecast.standing, 1.0 - boldness, 1.0)[actor]
+        lengths = forecast.lengths[actor, step] + 2 * forecast.margins[actor] * share
+        extents = np.stack((lengths, forecast.widths[actor] + 2 * MARGIN_ASIDE * share), axis=1)
+        ego_extents = np.broadcast_to(np.array(EGO_EXTENT), extents.shape)
+        hits = overlap(self.poses, ego_extents, forecast.poses[actor, step], extents)
+        choice, actor, step = self.choice[hits], actor[hits], step[hits]
+        order = np.lexsort((self.square[hits], step, choice))
+        found, first = np.unique(choice[order], return_index=True)
+        times[found] = TIMES[step[order][first]]
+        actors[found] = actor[order][first]
+        return Conflicts(times, actors)
+
+
+def _near(poses: Float[np.ndarray, "choices steps 3"], forecast: Forecast) -> _Near:
+    lengths = forecast.lengths + 2 * forecast.margins[:, None]
+    widths = forecast.widths + 2 * MARGIN_ASIDE
     dx = poses[:, None, :, 0] - forecast.poses[None, :, :, 0]
     dy = poses[:, None, :, 1] - forecast.poses[None, :, :, 1]
     reach = 0.5 * (EGO_LENGTH + EGO_WIDTH + lengths + widths[:, None])
     square = dx * dx + dy * dy
     choice, actor, step = np.nonzero(square < reach * reach)
-    if not choice.size:
-        return Conflicts(times, actors)
-    ego_extents = np.broadcast_to(np.array(EGO_EXTENT), (len(choice), 2))
-    extents = np.stack((lengths[actor, step], widths[actor]), axis=1)
-    hits = overlap(poses[choice, step], ego_extents, forecast.poses[actor, step], extents)
-    choice, actor, step = choice[hits], actor[hits], step[hits]
-    order = np.lexsort((square[choice, actor, step], step, choice))
-    found, first = np.unique(choice[order], return_index=True)
-    times[found] = TIMES[step[order][first]]
-    actors[found] = actor[order][first]
-    return Conflicts(times, actors)
-
-
-def clearest(poses: np.ndarray, forecast: Forecast, boldness: float) -> int:
-    """Return the first choice that is clear, else the one that is clear longest, else the last."""
-    times = first_conflicts(poses, forecast, boldness).times
-    if times.max() == 0.0:  # within the margins already: what matters is not to touch
-        times = first_conflicts(poses, forecast, boldness, caution=0.0).times
-    if times.max() > times.min() or times[0] == math.inf:
-        return int(np.argmax(times))
-    return len(times) - 1
+    return _Near(
+        len(poses), forecast, choice, actor, step, square[choice, actor, step], poses[choice, step]
+    )

@@ -38,6 +38,10 @@ class Forecast(NamedTuple):
     standing: Bool[np.ndarray, " actors"]
     margins: Float[np.ndarray, " actors"]
 
+    def only(self, keep: np.ndarray) -> "Forecast":
+        """Return the forecast of the actors that a mask selects."""
+        return Forecast(*(values[keep] for values in self))
+
 
 def along_true_lanes(observation: Observation, keep: np.ndarray) -> Forecast:
     """Forecast by what only the simulator knows (PlanT, section 4: the expert).

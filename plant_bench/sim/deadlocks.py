@@ -10,7 +10,8 @@ import numpy as np
 
 from plant_bench.agent import Privileged
 from plant_bench.geometry.box import overlap_one
-from plant_bench.sim.sumo import EGO_ID, Sumo, VehicleState
+from plant_bench.sim.sumo import EGO_ID, VehicleState
+from plant_bench.sim.sumo_commands import Commands
 from plant_bench.world.scene import EGO_EXTENT, TICK, Actors, EgoState
 
 PATIENCE = 8.0  # s that the ego and the driver have been standing before
@@ -26,11 +27,11 @@ class Deadlocks:
     """Watches over stand-offs; mutable.
 
     Args:
-        sumo: The running simulation.
+        commands: To the drivers.
     """
 
-    def __init__(self, sumo: Sumo) -> None:
-        self._sumo = sumo
+    def __init__(self, commands: Commands) -> None:
+        self._commands = commands
         self._standing_since: int | None = None
         self._released: dict[int, int] = {}
 
@@ -42,7 +43,7 @@ class Deadlocks:
             self._standing_since = tick
         for vehicle in [key for key, end in self._released.items() if tick >= end]:
             del self._released[vehicle]
-            self._sumo.ignore(vehicle, ())
+            self._commands.ignore(vehicle, ())
         since = self._standing_since
         return since is not None and tick % LOOK_INTERVAL == 0 and (tick - since) * TICK >= PATIENCE
 
@@ -64,7 +65,7 @@ class Deadlocks:
             vehicle = int(vehicles.ids[row])
             others = vehicles.only(stuck[stuck != row])
             if vehicle not in self._released and _is_free(facts, vehicles, int(row), ego, others):
-                self._sumo.ignore(vehicle, (int(EGO_ID), *others.ids.tolist()))
+                self._commands.ignore(vehicle, (int(EGO_ID), *others.ids.tolist()))
                 self._released[vehicle] = tick + round(RELEASE / TICK)
 
 

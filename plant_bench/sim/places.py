@@ -4,9 +4,9 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 from plant_bench.data_files import networks_dir
-from plant_bench.sim.footways import Footways, read_footways
-from plant_bench.sim.parking import Places, parking_places
-from plant_bench.sim.roadway import Roadway
+from plant_bench.sim.bystanders.footways import Footways, read_footways
+from plant_bench.sim.bystanders.parking import Places, parking_places
+from plant_bench.sim.bystanders.roadway import Roadway
 from plant_bench.sim.traffic import StreetGrid
 from plant_bench.world.town import Town, load_town
 

@@ -9,7 +9,8 @@ from plant_bench.agent import Control, Privileged
 from plant_bench.data_files import networks_dir
 from plant_bench.geometry.polyline import Cursor
 from plant_bench.geometry.pose import wrap_angle
-from plant_bench.sim.bystanders import LEVEL_GAP, Bystanders
+from plant_bench.sim.bystanders.bystanders import LEVEL_GAP, Bystanders
+from plant_bench.sim.bystanders.stepping_out import FIRST_WALKER
 from plant_bench.sim.deadlocks import Deadlocks
 from plant_bench.sim.ego import advance
 from plant_bench.sim.hazards.director import Director
@@ -17,7 +18,6 @@ from plant_bench.sim.hazards.stage import Stage
 from plant_bench.sim.lane_paths import LanePaths
 from plant_bench.sim.places import places_of
 from plant_bench.sim.seeing import join, join_facts, vehicle_actors
-from plant_bench.sim.stepping_out import FIRST_WALKER
 from plant_bench.sim.sumo import Sumo, VehicleState
 from plant_bench.sim.traffic import MANAGE_INTERVAL, SIGHT, Traffic, density_of
 from plant_bench.world.hazard import HazardOutcome
@@ -61,7 +61,7 @@ class Simulation:
         self._entries = route.signal_entries
         self._traffic = Traffic(self._sumo, places.streets, density, scenario.seed)
         self._paths = LanePaths(self._sumo, self.town)
-        self._deadlocks = Deadlocks(self._sumo)
+        self._deadlocks = Deadlocks(self._sumo.commands)
         self._stage = Stage(self._sumo, self._traffic, self.town, route)
         self._director = Director(self._stage, scenario.played_hazards, scenario.seed)
         self._bystanders = Bystanders(self._sumo, self._traffic, places, scenario)
@@ -198,5 +198,5 @@ class Simulation:
         for index in range(first, last):
             passage = self._signals[index]
             if passage.signal is not None:
-                lights[index] = self._sumo.light(passage.signal, passage.signal_index)
+                lights[index] = self._sumo.signals.light(passage.signal, passage.signal_index)
         return lights

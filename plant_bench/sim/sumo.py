@@ -1,11 +1,10 @@
-"""The only door to libsumo: units, headings and front bumpers end here.
+"""The only door to libsumo, with its parts `sumo_*`: units, headings, front bumpers end here.
 
 SUMO measures angles in degrees clockwise from north and places vehicles by the centre of their
 front bumper; above this module all is radians counter-clockwise from +x and box centres.
 libsumo holds one simulation per process.
 """
 
-import contextlib
 import math
 import os
 from pathlib import Path
@@ -16,18 +15,14 @@ os.environ.setdefault("LIBSUMO_AS_TRACI", "quiet")  # the name misleads: no arro
 import libsumo
 
 from plant_bench.errors import SimulationError
+from plant_bench.sim.sumo_commands import Commands, place_vehicle
+from plant_bench.sim.sumo_signals import Signals
 from plant_bench.sim.vehicle_types import TYPES_FILE
-from plant_bench.world.scene import EGO_LENGTH, TICK, Light
+from plant_bench.world.scene import EGO_LENGTH, TICK
 
 EGO_ID = "0"
 ACTION_STEP = 0.2  # s between a background driver's decisions: halves the cost of a step
 LANE_CHANGE_DURATION = 3.0  # s: without it a lane change is a jump sideways
-MATCH_RADIUS = 8.0  # m around the ego in which SUMO looks for its lane; the default costs 4 times
-DEFAULT_MODE = 31  # SUMO's speed mode: minds safe gaps, limits, foes and lights
-DEFAULT_LANE_CHANGES = 1621  # SUMO's lane change mode
-LAWLESS_MODE = 39  # safe gap and limits of acceleration only; ignores foes inside junctions
-LAWLESS_FACTOR = 1.5  # a lawless driver's speed limit, times the lane's
-_LIGHTS = {"r": Light.RED, "R": Light.RED, "u": Light.RED, "y": Light.YELLOW, "Y": Light.YELLOW}
 
 _POSITION, _ANGLE, _SPEED = 0x39, 0x43, 0x40  # TraCI variables: 3D position, angle, speed
 _ACCELERATION, _LANE, _LANE_POSITION, _LATERAL = 0x72, 0x51, 0x56, 0xB8
@@ -62,6 +57,10 @@ class Sumo:
         network: The `.net.xml` file.
         seed: SUMO's own random seed.
 
+    Attributes:
+        commands: What single vehicles are told.
+        signals: The traffic lights.
+
     Raises:
         SimulationError: SUMO cannot start.
     """
@@ -79,10 +78,9 @@ class Sumo:
         except libsumo.TraCIException as error:
             message = f"SUMO cannot start on {network}: {error}"
             raise SimulationError(message) from error
-        self._routes = 0
+        self.commands = Commands()
+        self.signals = Signals()
         self._lane_lengths: dict[str, float] = {}
-        self._phases: dict[str, tuple] = {}  # of a signal's program
-        self._tempers: dict[int, float] = {}  # speed factors of the drivers now lawless
 
     def __enter__(self) -> "Sumo":  # noqa: PYI034 - the run-time type check knows no Self
         return self
@@ -159,12 +157,8 @@ class Sumo:
         Raises:
             SimulationError: SUMO has lost the ego.
         """
-        half = 0.5 * EGO_LENGTH
-        front_x, front_y = x + half * math.cos(yaw), y + half * math.sin(yaw)
-        angle = 90.0 - math.degrees(yaw)
         try:
-            libsumo.vehicle.moveToXY(EGO_ID, "", 0, front_x, front_y, angle, 2, MATCH_RADIUS)
-            libsumo.vehicle.setSpeed(EGO_ID, speed)
+            place_vehicle(EGO_ID, EGO_LENGTH, x, y, yaw, speed)
         except libsumo.TraCIException as error:
             message = f"SUMO has lost the ego: {error}"
             raise SimulationError(message) from error
@@ -201,32 +195,6 @@ class Sumo:
         links = libsumo.vehicle.getNextLinks(str(vehicle))
         return [NextLink(link[0], link[4]) for link in links]
 
-    def light(self, signal: str, index: int) -> Light:
-        """Return what a signal shows to one of its links."""
-        state = libsumo.trafficlight.getRedYellowGreenState(signal)[index]
-        return _LIGHTS.get(state, Light.GREEN)
-
-    def time_to_green(self, signal: str, index: int) -> float:
-        """Return the seconds until a link of a signal of fixed times shows green; 0 if it does."""
-        lights = libsumo.trafficlight
-        phases = self._phases.get(signal)
-        if phases is None:
-            phases = self._phases[signal] = lights.getAllProgramLogics(signal)[0].phases
-        now = lights.getPhase(signal)
-        if phases[now].state[index] in "Gg":
-            return 0.0
-        time = lights.getNextSwitch(signal) - libsumo.simulation.getTime()
-        for step in range(1, len(phases)):
-            phase = phases[(now + step) % len(phases)]
-            if phase.state[index] in "Gg":
-                break
-            time += phase.duration
-        return float(time)
-
-    def time_to_switch(self, signal: str) -> float:
-        """Return the seconds until a signal may change what it shows."""
-        return libsumo.trafficlight.getNextSwitch(signal) - libsumo.simulation.getTime()
-
     def vehicles(self) -> list[int]:
         """Return the numbers of all vehicles on the road, the ego left out."""
         return [int(name) for name in libsumo.vehicle.getIDList() if name != EGO_ID]
@@ -260,38 +228,12 @@ class Sumo:
         self, vehicle: int, kind: str, edges: tuple[str, ...], lane: int, at: float, speed: float
     ) -> None:
         """Ask for a vehicle at the next step; SUMO leaves it out where there is no safe room."""
-        self._routes += 1
-        route = f"r{self._routes}"
+        route = f"r{vehicle}"
         libsumo.route.add(route, edges)
         libsumo.vehicle.add(
             str(vehicle), route, typeID=kind,
             departLane=str(lane), departPos=f"{at:.2f}", departSpeed=f"{speed:.2f}",
         )  # fmt: skip
-
-    def ignore(self, vehicle: int, others: tuple[int, ...]) -> None:
-        """Have a driver take no notice of some vehicles on junctions; of none, to undo that."""
-        with contextlib.suppress(libsumo.TraCIException):  # it may have left
-            names = " ".join(map(str, others))
-            libsumo.vehicle.setParameter(str(vehicle), "junctionModel.ignoreIDs", names)
-
-    def add_scripted(self, vehicle: int, kind: str, edge: str) -> None:
-        """Add a vehicle that is placed by `place` from now on; do so before the next step."""
-        self._routes += 1
-        route = f"r{self._routes}"
-        libsumo.route.add(route, (edge,))
-        libsumo.vehicle.add(str(vehicle), route, typeID=kind, departSpeed="0")
-        libsumo.vehicle.setSpeedMode(str(vehicle), 0)
-        libsumo.vehicle.setLaneChangeMode(str(vehicle), 0)
-
-    def place(
-        self, vehicle: int, length: float, x: float, y: float, yaw: float, speed: float
-    ) -> None:
-        """Place a scripted vehicle's box centre."""
-        front_x, front_y = x + 0.5 * length * math.cos(yaw), y + 0.5 * length * math.sin(yaw)
-        angle = 90.0 - math.degrees(yaw)
-        name = str(vehicle)
-        libsumo.vehicle.moveToXY(name, "", 0, front_x, front_y, angle, 2, MATCH_RADIUS)
-        libsumo.vehicle.setSpeed(name, speed)
 
     def vehicles_on(self, lane: str) -> list[tuple[int, float, float]]:
         """Return number, lane position and speed of all on a lane, the ego left out, rear first."""
@@ -316,39 +258,6 @@ class Sumo:
             of.getLateralSpeed(name),
         )  # fmt: skip
 
-    def command_speed(self, vehicle: int, speed: float, *, lawless: bool) -> None:
-        """Command a vehicle's speed; a lawless one keeps its distance, but no other rule."""
-        name = str(vehicle)
-        libsumo.vehicle.setSpeedMode(name, LAWLESS_MODE if lawless else DEFAULT_MODE)
-        if lawless:
-            self._tempers.setdefault(vehicle, libsumo.vehicle.getSpeedFactor(name))
-            libsumo.vehicle.setSpeedFactor(name, LAWLESS_FACTOR)
-        libsumo.vehicle.setLaneChangeMode(name, 0)
-        libsumo.vehicle.setSpeed(name, speed)
-
-    def command_stop(self, vehicle: int, deceleration: float) -> None:
-        """Let a vehicle brake to a stop."""
-        name = str(vehicle)
-        libsumo.vehicle.setDecel(name, deceleration)
-        libsumo.vehicle.setSpeed(name, 0.0)
-
-    def release(self, vehicle: int) -> None:
-        """Undo all commands to a vehicle."""
-        if self.exists(vehicle):
-            name = str(vehicle)
-            libsumo.vehicle.setSpeed(name, -1.0)
-            libsumo.vehicle.setSpeedMode(name, DEFAULT_MODE)
-            kind, *_ = libsumo.vehicle.getTypeID(name).split("@")  # a changed one's is "kind@id"
-            libsumo.vehicle.setDecel(name, libsumo.vehicletype.getDecel(kind))
-            if vehicle in self._tempers:
-                libsumo.vehicle.setSpeedFactor(name, self._tempers.pop(vehicle))
-            libsumo.vehicle.setLaneChangeMode(name, DEFAULT_LANE_CHANGES)
-
     def remove(self, vehicle: int) -> None:
         """Take a vehicle off the road."""
         libsumo.vehicle.remove(str(vehicle))
-
-    def withdraw(self, vehicle: int) -> None:
-        """Take a vehicle off the road, or keep it from entering; as well if it has left."""
-        with contextlib.suppress(libsumo.TraCIException):
-            libsumo.vehicle.remove(str(vehicle))

@@ -95,6 +95,12 @@ def _type(body: _Body, temper: _Temper) -> VehicleType:
 
 VEHICLE_TYPES = tuple(_type(body, temper) for body in _BODIES for temper in _TEMPERS)
 
+# Whom scripts place or send; their share is of none of the traffic.
+WALKER = VehicleType("walker", 0.5, 0.6, ActorKind.PEDESTRIAN, 0.0)
+RIDER = VehicleType("rider", 1.8, 0.65, ActorKind.BICYCLE, 0.0)
+CAR = VehicleType("car_medium", 4.47, 1.84, ActorKind.CAR, 0.0)
+VAN = VehicleType("van", 5.32, 2.01, ActorKind.VAN, 0.0)
+
 
 def types_xml() -> str:
     """Return the text of `vehicle_types.add.xml`."""

@@ -17,15 +17,20 @@ from plant_bench.agent import Control
 
 class Stops:
     inputs = frozenset()
+    most = 60
 
     def reset(self, route):
         self.ticks = 0
 
     def act(self, observation):
         self.ticks += 1
-        if self.ticks > 60:
+        if self.ticks > self.most:
             raise ValueError("enough")
         return Control(1.0, 0.0)
+
+
+class StopsLater(Stops):
+    most = 200
 """
 
 
@@ -51,8 +56,8 @@ def place(tmp_path_factory):
     return folder
 
 
-def score(agent: str, out: str, *, workers: int) -> list[str]:
-    fixed = ["--routes", "town01-5,town02-5", "--repetitions", "1", "--density", "light"]
+def score(agent: str, out: str, *, workers: int, routes: str = "town01-5,town02-5") -> list[str]:
+    fixed = ["--routes", routes, "--repetitions", "1", "--density", "light"]
     return ["score", "--agent", agent, *fixed, "--out", out, "--workers", str(workers)]
 
 
@@ -125,14 +130,23 @@ def test_a_changed_record_is_found_by_rescoring(place, tmp_path):
     assert "1 of 2 records" in plant_bench("rescore", "run", cwd=tmp_path, code=1)
 
 
-def test_an_agent_that_crashes_is_scored_and_compared(place):
+def test_an_agent_that_crashes_is_scored(place):
     (place / "stops.py").write_text(STOPPING)
 
     said = plant_bench(*score("stops.py:Stops", "crash", workers=2), cwd=place, code=2)
 
     assert "2 Failed - Agent crashed" in said
-    plant_bench("rescore", "crash", cwd=place)
-    assert "Worse" in plant_bench("compare", "one", "crash", cwd=place, code=1)
-    said = plant_bench("compare", "one", "crash", "--law", "lb2.1", cwd=place, code=1)
+    assert "2 of 2 records are equal" in plant_bench("rescore", "crash", cwd=place)
+    assert "Too few routes" in plant_bench("compare", "one", "crash", cwd=place)
+
+
+def test_the_exit_code_tells_a_regression(tmp_path):
+    (tmp_path / "stops.py").write_text(STOPPING)
+    for name in ("Stops", "StopsLater"):
+        drives = score(f"stops.py:{name}", name, workers=2, routes="6-11")
+        plant_bench(*drives, cwd=tmp_path, code=2)
+
+    assert "Better" in plant_bench("compare", "Stops", "StopsLater", cwd=tmp_path)
+    assert "Worse" in plant_bench("compare", "StopsLater", "Stops", cwd=tmp_path, code=1)
+    said = plant_bench("compare", "StopsLater", "Stops", "--law", "lb2.1", cwd=tmp_path, code=1)
     assert "law lb2.1" in said
-    assert "Better" in plant_bench("compare", "crash", "one", cwd=place)

@@ -11,11 +11,11 @@ from plant_bench.agents.registry import load_agent
 from plant_bench.geometry.box import overlap_one
 from plant_bench.runner.observing import observe
 from plant_bench.scoring.referee import Referee
-from plant_bench.sim.parking import FIRST_PARKED
+from plant_bench.sim.bystanders.parking import FIRST_PARKED
+from plant_bench.sim.bystanders.roadway import Roadway
+from plant_bench.sim.bystanders.stepping_out import FIRST_WALKER
 from plant_bench.sim.places import places_of
-from plant_bench.sim.roadway import Roadway
 from plant_bench.sim.simulation import Simulation
-from plant_bench.sim.stepping_out import FIRST_WALKER
 from plant_bench.sim.traffic import SIGHT
 from plant_bench.world.route import Route, Scenario, load_suite
 from plant_bench.world.scene import EGO_EXTENT, TICK, ActorKind, Actors, Scene
@@ -110,6 +110,7 @@ def test_on_an_empty_road_there_is_nobody() -> None:
 def test_in_all_towns_cars_are_clear_of_lanes_and_people_of_cars(name: str) -> None:
     places = places_of(name)
     parking = places.parking
+    assert bool(len(parking.poses)) == (places.town.life.parking > 0.0)
     assert not parking.edges & set(places.footways.sidewalks)
     roadway = Roadway(places.town)
     for pose, (length, width) in zip(parking.poses, parking.extents, strict=True):

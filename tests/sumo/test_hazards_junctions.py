@@ -81,9 +81,9 @@ def test_the_time_to_green_is_told_before() -> None:
     passage = whole.signal_passages[0]
     assert passage.signal is not None
     with Simulation(Scenario(whole, 1, "empty")) as simulation:
-        sumo, told = simulation._sumo, {}
+        signals, told = simulation._sumo.signals, {}
         for tick in range(3000):
-            told[tick] = sumo.time_to_green(passage.signal, passage.signal_index)
+            told[tick] = signals.time_to_green(passage.signal, passage.signal_index)
             if tick and told[tick] == 0.0 < told[tick - 1]:
                 break
             simulation.step(Control(0.0, 0.0))

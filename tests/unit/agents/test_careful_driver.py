@@ -263,3 +263,10 @@ def test_a_stream_across_a_junction_is_waited_for_at_its_line() -> None:
     stream = observe(cars(*((35.0, -y, math.pi / 2, 8.0) for y in (20, 32, 44))), speed=1.0)
     assert pull(stream) == pytest.approx(0.0)
     assert pull(stream, Passage("j", 23.5, 45.0, "left", "priority")) < -1.0
+
+
+def test_to_pass_before_somebody_needs_time_in_reserve() -> None:
+    """At full pace the ego is past before the other comes, at a slower one it is not."""
+    early, late = cars((40.0, -26.0, math.pi / 2, 8.0)), cars((40.0, -40.0, math.pi / 2, 8.0))
+    assert pull(observe(early)) < -0.5
+    assert pull(observe(late)) == pytest.approx(0.0, abs=0.01)

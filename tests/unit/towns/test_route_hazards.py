@@ -5,7 +5,8 @@ from itertools import pairwise
 
 import pytest
 
-from plant_bench.sim.hazards import crossing, stage
+from plant_bench.sim.hazards import crossing
+from plant_bench.sim.vehicle_types import RIDER, WALKER
 from plant_bench.towns import route_hazards
 from plant_bench.towns.hazard_picture import SKETCHES, save_hazard_pictures
 from plant_bench.towns.hazard_places import MARGIN, possible_places
@@ -92,7 +93,7 @@ def test_possible_places_keep_to_the_route():
 
 def test_numbers_agree_with_those_of_the_scripts():
     assert route_hazards.FARTHEST_START == crossing.FARTHEST_START
-    for rider, kind in ((False, stage.WALKER), (True, stage.RIDER)):
+    for rider, kind in ((False, WALKER), (True, RIDER)):
         wide = 0.5 * (EGO_WIDTH + kind.length)
         assert route_hazards.HALF_WIDTHS[rider] == pytest.approx(wide)
 

@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from plant_bench.sim.parking import (
+from plant_bench.sim.bystanders.parking import (
     FIRST_PARKED,
     FROM_LANE,
     LEFT_FREE,
     ParkedCars,
     parking_places,
 )
-from plant_bench.sim.roadway import Roadway
+from plant_bench.sim.bystanders.roadway import Roadway
 from plant_bench.sim.seeing import join
 from plant_bench.world.hazard import Hazard, HazardKind
 from plant_bench.world.route import LaneSpan, Route, Scenario
@@ -41,8 +41,9 @@ def cars(seed: int, *hazards: Hazard) -> Actors:
     return ParkedCars(parking_places(town, Roadway(town)), scenario(seed, *hazards)).all
 
 
-def test_cars_stand_beside_the_lane_and_away_from_its_ends() -> None:
-    town = street(1.0)
+@pytest.mark.parametrize("limit", [8.33, 13.89])
+def test_cars_stand_beside_the_lane_and_away_from_its_ends(limit: float) -> None:
+    town = street(1.0, limit)
     places = parking_places(town, Roadway(town))
     assert len(places.poses) > 20
     left = places.poses[:, 1] + 0.5 * places.extents[:, 1]
@@ -54,7 +55,7 @@ def test_cars_stand_beside_the_lane_and_away_from_its_ends() -> None:
     assert room.min() > -1.0
 
 
-@pytest.mark.parametrize(("parking", "limit"), [(0.0, 8.33), (1.0, 13.9)])
+@pytest.mark.parametrize(("parking", "limit"), [(0.0, 8.33), (1.0, 16.7)])
 def test_no_cars_where_none_are_wanted(parking: float, limit: float) -> None:
     town = street(parking, limit)
     places = parking_places(town, Roadway(town))

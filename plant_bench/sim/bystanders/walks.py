@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from plant_bench.geometry.polyline import arc_lengths
-from plant_bench.sim.footways import Crossing, Footways, Heading
+from plant_bench.sim.bystanders.footways import Crossing, Footways, Heading
 
 SAMPLE = 0.5  # m between the poses of a walk
 WALK = 600.0  # m that a walker is given: seven minutes

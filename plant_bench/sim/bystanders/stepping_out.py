@@ -6,8 +6,8 @@ from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
-from plant_bench.sim.footways import Crossing
-from plant_bench.sim.hazards.stage import BRAKING, REACTION, SPARE
+from plant_bench.sim.bystanders.footways import Crossing
+from plant_bench.sim.surprise import SPARE, stopping_distance
 from plant_bench.world.route import Route
 from plant_bench.world.scene import EGO_LENGTH, EGO_WIDTH, Actors, EgoState, Light
 
@@ -23,7 +23,7 @@ RIM = 2.0  # m beside a crossing's ends where a driver's way still meets it
 
 @runtime_checkable
 class Lights(Protocol):
-    """What is asked of the simulation: `Sumo` has it."""
+    """What is asked of the simulation: `Signals` has it."""
 
     def light(self, signal: str, index: int) -> Light:
         """Return what a signal shows to one of its links."""
@@ -56,7 +56,7 @@ class SteppingOut:
     """Decides who may cross; mutable only in what it remembers of the route's crossings.
 
     Args:
-        lights: The running simulation.
+        lights: Of the running simulation.
         route: The ego's.
     """
 
@@ -99,14 +99,12 @@ class SteppingOut:
     def _respects(
         self, crossing: Crossing, duration: float, ego: EgoState, progress: float
     ) -> bool:
-        """Tell whether a surprised driver of the ego could stop, as `Stage.slack` has it."""
+        """Tell whether a surprised driver of the ego could stop."""
         span = self.span(crossing)
         if span is None or progress - 0.5 * EGO_LENGTH > span[1]:
             return True
         distance = span[0] - progress - 0.5 * EGO_LENGTH
-        after = ego.speed + max(ego.acceleration, 0.0) * REACTION
-        stop = REACTION * 0.5 * (ego.speed + after) + after**2 / (2.0 * BRAKING)
-        if distance - stop < min(SPARE, ego.speed):
+        if distance - stopping_distance(ego) < min(SPARE, ego.speed):
             return False
         if crossing.signal is None and ego.speed > MOVING:
             return distance / ego.speed > duration + SPARE_TIME

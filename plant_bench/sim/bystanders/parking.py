@@ -11,7 +11,7 @@ from jaxtyping import Bool, Float
 
 from plant_bench.agent import PATH_POSES, Privileged
 from plant_bench.geometry.box import corners
-from plant_bench.sim.roadway import Roadway
+from plant_bench.sim.bystanders.roadway import Roadway
 from plant_bench.world.hazard import HazardKind
 from plant_bench.world.route import Scenario
 from plant_bench.world.scene import TICK, ActorKind, Actors

@@ -3,13 +3,13 @@
 import numpy as np
 
 from plant_bench.agent import Privileged
-from plant_bench.sim.parking import ParkedCars
+from plant_bench.sim.bystanders.parking import ParkedCars
+from plant_bench.sim.bystanders.stand_ins import StandIns
+from plant_bench.sim.bystanders.stepping_out import SteppingOut
+from plant_bench.sim.bystanders.walkers import Walkers
 from plant_bench.sim.places import TownPlaces
-from plant_bench.sim.stand_ins import StandIns
-from plant_bench.sim.stepping_out import SteppingOut
 from plant_bench.sim.sumo import Sumo
 from plant_bench.sim.traffic import DENSITIES, SIGHT, Traffic, density_of
-from plant_bench.sim.walkers import Walkers
 from plant_bench.world.route import Scenario
 from plant_bench.world.scene import Actors, EgoState
 
@@ -34,8 +34,8 @@ class Bystanders:
         route = scenario.route
         share = density_of(scenario.density) / DENSITIES["dense"]
         density = places.town.life.walkers_per_km * share
-        rules = SteppingOut(sumo, route)
-        stand_ins = StandIns(sumo, traffic, route.edges[0])
+        rules = SteppingOut(sumo.signals, route)
+        stand_ins = StandIns(sumo.commands, traffic, route.edges[0])
         self._walkers = Walkers(places.footways, rules, stand_ins, density, scenario.seed)
         self._parked = ParkedCars(places.parking, scenario) if share else None
         self._looks = 0

@@ -15,12 +15,11 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from plant_bench.agent import PATH_POSES, PATH_STEP, Privileged
-from plant_bench.geometry.box import overlap_one
-from plant_bench.sim.footways import Crossing, Footways, Heading
-from plant_bench.sim.hazards.stage import WALKER
-from plant_bench.sim.stepping_out import FIRST_WALKER, Moving, moving
-from plant_bench.sim.walks import SAMPLE, SAMPLES, WALK, Kerb, Walk, random_walk
-from plant_bench.world.scene import EGO_EXTENT, EGO_LENGTH, TICK, ActorKind, Actors, EgoState
+from plant_bench.sim.bystanders.bumping import BODY, blocked
+from plant_bench.sim.bystanders.footways import Crossing, Footways, Heading
+from plant_bench.sim.bystanders.stepping_out import FIRST_WALKER, Moving, moving
+from plant_bench.sim.bystanders.walks import SAMPLE, SAMPLES, WALK, Kerb, Walk, random_walk
+from plant_bench.world.scene import TICK, ActorKind, Actors, EgoState
 
 ENTRY_RADIUS = 90.0  # m: walkers come in no nearer to the ego; nobody on foot is fast
 FILL_RADIUS = 130.0  # m: their density is kept within this distance of the ego
@@ -32,11 +31,7 @@ SPACING = 5.0  # m between the places at which walkers may enter
 SPEEDS = (1.2, 1.5)  # m/s
 STARTING, STOPPING = 2.0, 2.0  # m/s2
 AT_KERB = 1.5  # m before the waiting place at which one looks whether to cross
-LOOK_AHEAD = (0.2, 0.5, 0.8)  # m of way that must be free of others' boxes
-ELBOW_ROOM = 0.2  # m between a walker and a box
-NEAR = 2.0  # m around a vehicle's ends within which a walker minds its box
 STANDING = 0.1  # m/s
-BODY = (WALKER.length, WALKER.width)
 
 
 @runtime_checkable
@@ -187,7 +182,8 @@ class Walkers:
         others = moving(actors) if len(deciding) or self._crossing else []
         self._decide(deciding, ego, progress, others)
         self._held = np.zeros(len(self.ids), dtype=bool)
-        self._held[self._blocked(ego, others)] = True
+        crossing = np.searchsorted(self.ids, sorted(self._crossing))
+        self._held[blocked(self.poses, crossing, ego, others)] = True
 
     def _poses(self, at: np.ndarray) -> Float[np.ndarray, "walkers 4"]:
         place = at / SAMPLE
@@ -217,35 +213,6 @@ class Walkers:
                 del self._kerbs[number][0]
                 self._crossing[number] = kerb
                 self._stop[index] = self._next_stop(number)
-
-    def _blocked(self, ego: EgoState, others: Sequence[Moving]) -> Int[np.ndarray, " blocked"]:
-        """Return who would walk into somebody's box: the ego's, or on the road a vehicle's."""
-        found = []
-        away = np.hypot(self.poses[:, 0] - ego.x, self.poses[:, 1] - ego.y)
-        for index in np.flatnonzero(away < 0.5 * EGO_LENGTH + NEAR).tolist():
-            if self._bumps(index, ego.pose, EGO_EXTENT):
-                found.append(index)
-        for number in self._crossing:
-            index = int(np.searchsorted(self.ids, number))
-            x, y = self.poses[index, :2].tolist()
-            for other in others:
-                reach = 0.5 * other.length + NEAR
-                if abs(other.x - x) < reach and abs(other.y - y) < reach:
-                    pose, extent = (other.x, other.y, other.yaw), (other.length, other.width)
-                    if self._bumps(index, pose, extent):
-                        found.append(index)
-        return np.array(found, np.intp)
-
-    def _bumps(
-        self, index: int, pose: tuple[float, float, float], extent: tuple[float, float]
-    ) -> bool:
-        x, y, yaw, _ = self.poses[index].tolist()
-        poses = np.array(
-            [(x + by * math.cos(yaw), y + by * math.sin(yaw), yaw) for by in (0.0, *LOOK_AHEAD)]
-        )
-        size = extent[0] + 2.0 * ELBOW_ROOM, extent[1] + 2.0 * ELBOW_ROOM
-        hits = overlap_one(pose, size, poses, np.tile(BODY, (len(poses), 1)))
-        return bool(hits[1:].any() and not hits[0])
 
     # On the road
 

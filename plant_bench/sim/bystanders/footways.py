@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float
 
 from plant_bench.geometry.polyline import arc_lengths
-from plant_bench.sim.roadway import Roadway
+from plant_bench.sim.bystanders.roadway import Roadway
 
 CORNER_CLEARANCE = 0.7  # m from the road that a corner keeps
 KERB_CLEARANCE = 0.5  # m from the road at which people wait: half a body and some room

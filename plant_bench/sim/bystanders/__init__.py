@@ -1,0 +1,1 @@
+"""Pedestrians and parked cars: all whom SUMO does not move."""

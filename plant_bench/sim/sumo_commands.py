@@ -1,0 +1,89 @@
+"""What single vehicles are told: how SUMO is made to place, drive, stop and release one.
+
+Part of the only door to libsumo; `Sumo.commands` is the only instance.
+"""
+
+import contextlib
+import math
+
+import libsumo
+
+MATCH_RADIUS = 8.0  # m around a place in which SUMO looks for its lane; the default costs 4 times
+DEFAULT_MODE = 31  # SUMO's speed mode: minds safe gaps, limits, foes and lights
+DEFAULT_LANE_CHANGES = 1621  # SUMO's lane change mode
+LAWLESS_MODE = 39  # safe gap and limits of acceleration only; ignores foes inside junctions
+LAWLESS_FACTOR = 1.5  # a lawless driver's speed limit, times the lane's
+
+
+def place_vehicle(name: str, length: float, x: float, y: float, yaw: float, speed: float) -> None:
+    """Place a vehicle by its box centre; SUMO's own place is that of the front bumper.
+
+    Raises:
+        libsumo.TraCIException: SUMO does not know the vehicle.
+    """
+    front_x, front_y = x + 0.5 * length * math.cos(yaw), y + 0.5 * length * math.sin(yaw)
+    angle = 90.0 - math.degrees(yaw)
+    libsumo.vehicle.moveToXY(name, "", 0, front_x, front_y, angle, 2, MATCH_RADIUS)
+    libsumo.vehicle.setSpeed(name, speed)
+
+
+class Commands:
+    """Commands to single vehicles of a running simulation, by number; mutable."""
+
+    def __init__(self) -> None:
+        self._tempers: dict[int, float] = {}  # speed factors of the drivers now lawless
+
+    def add_scripted(self, vehicle: int, kind: str, edge: str) -> None:
+        """Add a vehicle that is placed by `place` from now on; do so before the next step."""
+        name = str(vehicle)
+        route = f"r{name}"
+        libsumo.route.add(route, (edge,))
+        libsumo.vehicle.add(name, route, typeID=kind, departSpeed="0")
+        libsumo.vehicle.setSpeedMode(name, 0)
+        libsumo.vehicle.setLaneChangeMode(name, 0)
+
+    def place(
+        self, vehicle: int, length: float, x: float, y: float, yaw: float, speed: float
+    ) -> None:
+        """Place a scripted vehicle's box centre."""
+        place_vehicle(str(vehicle), length, x, y, yaw, speed)
+
+    def withdraw(self, vehicle: int) -> None:
+        """Take a vehicle off the road, or keep it from entering; as well if it has left."""
+        with contextlib.suppress(libsumo.TraCIException):
+            libsumo.vehicle.remove(str(vehicle))
+
+    def ignore(self, vehicle: int, others: tuple[int, ...]) -> None:
+        """Have a driver take no notice of some vehicles on junctions; of none, to undo that."""
+        with contextlib.suppress(libsumo.TraCIException):  # it may have left
+            names = " ".join(map(str, others))
+            libsumo.vehicle.setParameter(str(vehicle), "junctionModel.ignoreIDs", names)
+
+    def drive(self, vehicle: int, speed: float, *, lawless: bool) -> None:
+        """Command a vehicle's speed; a lawless one keeps its distance, but no other rule."""
+        name = str(vehicle)
+        libsumo.vehicle.setSpeedMode(name, LAWLESS_MODE if lawless else DEFAULT_MODE)
+        if lawless:
+            self._tempers.setdefault(vehicle, libsumo.vehicle.getSpeedFactor(name))
+            libsumo.vehicle.setSpeedFactor(name, LAWLESS_FACTOR)
+        libsumo.vehicle.setLaneChangeMode(name, 0)
+        libsumo.vehicle.setSpeed(name, speed)
+
+    def brake(self, vehicle: int, deceleration: float) -> None:
+        """Let a vehicle brake to a stop, m/s2."""
+        name = str(vehicle)
+        libsumo.vehicle.setDecel(name, deceleration)
+        libsumo.vehicle.setSpeed(name, 0.0)
+
+    def release(self, vehicle: int) -> None:
+        """Undo all commands to a vehicle, if it is still on the road."""
+        name = str(vehicle)
+        if name not in libsumo.vehicle.getIDList():
+            return
+        libsumo.vehicle.setSpeed(name, -1.0)
+        libsumo.vehicle.setSpeedMode(name, DEFAULT_MODE)
+        kind, *_ = libsumo.vehicle.getTypeID(name).split("@")  # a changed one's is "kind@id"
+        libsumo.vehicle.setDecel(name, libsumo.vehicletype.getDecel(kind))
+        if vehicle in self._tempers:
+            libsumo.vehicle.setSpeedFactor(name, self._tempers.pop(vehicle))
+        libsumo.vehicle.setLaneChangeMode(name, DEFAULT_LANE_CHANGES)

@@ -1,0 +1,69 @@
+"""One whole episode with hazards: what its recording holds, and what can be made of it again."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+from plant_bench.agent import NOBODY
+from plant_bench.agents.careful_driver import INTERVAL
+from plant_bench.agents.registry import agent_checksum
+from plant_bench.data.recording import RECORDING_FORMAT, Recording
+from plant_bench.runner.episode import run_episode
+from plant_bench.runner.jobs import Job
+from plant_bench.scoring.rescore import rescore
+from plant_bench.scoring.results import EpisodeResult
+from plant_bench.world.hazard import Phase
+from plant_bench.world.route import Route, load_suite
+from plant_bench.world.town import load_town
+
+pytestmark = pytest.mark.sumo
+
+
+class Driven(NamedTuple):
+    """A record, and what was recorded."""
+
+    route: Route
+    result: EpisodeResult
+    recording: Recording
+
+
+@pytest.fixture(scope="module")
+def driven(tmp_path_factory: pytest.TempPathFactory) -> Driven:
+    """The first 200 m of a route with a hazard on them, in dense traffic."""
+    whole = next(route for route in load_suite("longest6") if route.id == "town03-1")
+    route = replace(
+        whole,
+        id="town03-1-short",
+        points=whole.points[:201],
+        elevations=whole.elevations[:201],
+        speed_limits=whole.speed_limits[:201],
+        passages=tuple(passage for passage in whole.passages if passage.exit < 200.0),
+    )
+    file: Path = tmp_path_factory.mktemp("episode") / "episode.parquet"
+    job = Job("expert", agent_checksum("expert"), route, 0, 5, "dense")
+    return Driven(route, run_episode(job, recording=file).result, Recording.load(file))
+
+
+def test_the_recording_says_at_each_decision_why(driven: Driven) -> None:
+    reasons = driven.recording.reasons
+    told = [reason is not None for reason in reasons]
+    decided = [tick % INTERVAL == 0 for tick in range(len(reasons) - 1)]
+    assert told == [*decided, False]  # nobody is asked at the last scene
+    assert len({reason.cause for reason in reasons if reason}) > 1
+
+
+def test_whom_it_brakes_for_is_in_sight(driven: Driven) -> None:
+    pairs = zip(driven.recording, driven.recording.reasons, strict=True)
+    named = [(scene, reason.actor) for scene, reason in pairs if reason and reason.actor != NOBODY]
+    assert len(named) > 10
+    assert all(np.isin(actor, scene.actors.ids) for scene, actor in named)
+
+
+def test_the_recording_gives_the_same_record_again(driven: Driven) -> None:
+    assert RECORDING_FORMAT == 2
+    assert any(hazard.phase is Phase.DONE for hazard in driven.result.hazards)
+    again = rescore(driven.recording, load_town(driven.route.town), driven.route)
+    assert again.to_json() == driven.result.to_json()

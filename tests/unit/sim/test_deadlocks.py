@@ -1,0 +1,91 @@
+"""Stand-offs inside junctions: who is talked out of them, and who is not."""
+
+import math
+
+import numpy as np
+import pytest
+
+from plant_bench.agent import PATH_POSES, Privileged
+from plant_bench.sim.deadlocks import LOOK_INTERVAL, PATIENCE, RELEASE, Deadlocks
+from plant_bench.sim.sumo import VehicleState
+from plant_bench.sim.sumo_commands import Commands
+from plant_bench.world.scene import TICK, ActorKind, Actors, EgoState
+
+EGO = EgoState(0.0, 0.0, 0.0, 0.0)  # stands inside the junction, eastwards
+CROSSING = (8.0, -8.0, math.pi / 2)  # would drive north past the ego's front
+BEHIND = (-8.0, 0.0, 0.0)  # stands behind the ego
+NOW = 400  # a tick at which a look may be due
+
+
+class Told(Commands):
+    """Keeps what drivers are told to take no notice of."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.ignored: dict[int, tuple[int, ...]] = {}
+
+    def ignore(self, vehicle: int, others: tuple[int, ...]) -> None:
+        self.ignored[vehicle] = others
+
+
+def look(
+    told: Told, *poses: tuple[float, float, float], lanes: str = ":J_0_0", speed: float = 0.0
+) -> Deadlocks:
+    """One look at vehicles 1, 2, ...; each would go straight on."""
+    count = len(poses)
+    placed = np.array(poses)
+    actors = Actors(
+        np.arange(1, count + 1), placed.astype(np.float32), np.full(count, speed, np.float32),
+        np.tile(np.array([4.5, 1.8], np.float32), (count, 1)),
+        np.full(count, ActorKind.CAR, np.uint8),
+    )  # fmt: skip
+    ahead = np.stack((np.cos(placed[:, 2]), np.sin(placed[:, 2]), np.zeros(count)), axis=1)
+    paths = placed[:, None] + np.arange(PATH_POSES)[:, None] * ahead[:, None]
+    zero = np.zeros(count)
+    states = {
+        number: VehicleState(x, y, 0.0, yaw, speed, 0.0, lanes, 0.0, 0.0)
+        for number, (x, y, yaw) in enumerate(poses, start=1)
+    }
+    deadlocks = Deadlocks(told)
+    deadlocks.look(NOW, EGO, actors, Privileged(paths, zero, zero, zero, zero), states)
+    return deadlocks
+
+
+def test_who_waits_for_the_ego_and_for_who_stands_behind_it_is_told_to_go_on() -> None:
+    """Three of them: the one that crosses waits for the one behind the ego too."""
+    told = Told()
+    look(told, CROSSING, BEHIND)
+    assert told.ignored == {1: (0, 2)}  # the ego's own number is 0; 2 has the ego before it
+
+
+def test_nobody_is_told_to_drive_into_who_stands() -> None:
+    told = Told()
+    look(told, CROSSING, (8.0, 0.0, 0.0))
+    assert 1 not in told.ignored
+
+
+@pytest.mark.parametrize(("lanes", "speed"), [("street_0", 0.0), (":J_0_0", 1.0)])
+def test_who_drives_or_stands_before_the_junction_is_left_alone(lanes: str, speed: float) -> None:
+    told = Told()
+    look(told, CROSSING, lanes=lanes, speed=speed)
+    assert told.ignored == {}
+
+
+def test_a_driver_takes_notice_again_after_a_while() -> None:
+    told = Told()
+    deadlocks = look(told, CROSSING)
+    assert told.ignored == {1: (0,)}
+    end = NOW + round(RELEASE / TICK)
+    deadlocks.due(end - 1, EGO)
+    assert told.ignored == {1: (0,)}
+    deadlocks.due(end, EGO)
+    assert told.ignored == {1: ()}
+
+
+def test_a_look_is_due_only_when_the_ego_has_stood_for_long() -> None:
+    deadlocks = Deadlocks(Told())
+    due = [tick for tick in range(300) if deadlocks.due(tick, EGO)]
+    assert due[0] == pytest.approx(PATIENCE / TICK, abs=LOOK_INTERVAL)
+    assert set(np.diff(due).tolist()) == {LOOK_INTERVAL}
+    assert not deadlocks.due(300, EgoState(0.0, 0.0, 0.0, 3.0))
+    assert not deadlocks.due(320, EGO)

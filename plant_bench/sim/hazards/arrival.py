@@ -14,6 +14,7 @@ GAIN = 2.0  # m/s2 that the ego is thought to speed up with
 START = 0.3  # s until the ego goes when it may
 QUEUE_TIME, QUEUE_ROOM = 1.2, 7.5  # s and m for each that stands before the ego
 SLOW = 2.0  # m/s below which one is in a queue
+SPACING = 2.0  # m between the places at which the ego's drive is computed
 STANDS = 1.0  # m/s below which the ego waits where it is
 
 
@@ -45,14 +46,15 @@ def drive_time(route: Route, speed: float, begin: float, end: float) -> float:
         begin: Arc length, metres.
         end: Arc length, metres.
     """
-    count = max(math.ceil(end - begin), 1)
-    places = begin + np.arange(count + 1)
+    count = max(math.ceil((end - begin) / SPACING), 1)
+    step = max(end - begin, 0.0) / count
+    places = begin + step * np.arange(count + 1)
     caps = np.maximum(np.interp(places, route.along, route.speed_limits), 1.0).tolist()
     for k in range(count - 1, -1, -1):
-        caps[k] = min(caps[k], math.sqrt(caps[k + 1] ** 2 + 2.0 * CURVE_BRAKING))
-    step, time = max(end - begin, 0.0) / count, 0.0
+        caps[k] = min(caps[k], math.sqrt(caps[k + 1] ** 2 + 2.0 * CURVE_BRAKING * step))
+    time = 0.0
     for k in range(count):
-        after = min(math.sqrt(speed**2 + 2.0 * GAIN * step), max(caps[k + 1], speed - 0.3))
+        after = min(math.sqrt(speed**2 + 2.0 * GAIN * step), max(caps[k + 1], speed - 0.3 * step))
         time += 2.0 * step / max(speed + after, 0.1)
         speed = after
     return time

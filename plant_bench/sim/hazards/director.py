@@ -27,6 +27,7 @@ SCRIPTS: dict[HazardKind, str] = {
 ENDED = (Phase.DONE, Phase.VOID)
 PATIENCE = 60.0  # s, longer than a red light, that vehicles wait for an ego that stands
 STANDING = 0.1  # m/s
+ARMED_INTERVAL = 2  # ticks between two looks of a script that only prepares
 
 
 def load_script(kind: HazardKind) -> Callable[[Hazard, Stage, random.Random], Script]:
@@ -76,7 +77,8 @@ class Director:
         for hazard, script in self._playing:
             if self._stood > PATIENCE and script.phase is Phase.ARMED:
                 _give_up(script, self._stage)
-            if script.phase not in ENDED:
+            due = script.phase is Phase.COMMITTED or self._stage.tick % ARMED_INTERVAL == 0
+            if due and script.phase not in ENDED:
                 script.step(ego, self._stage)
             self._note(hazard, script)
         self._playing = [item for item in self._playing if item[1].phase not in ENDED]

@@ -20,8 +20,8 @@ from plant_bench.world.scene import EGO_LENGTH, ActorKind
 DENSITIES = {"empty": 0.0, "light": 4.0, "medium": 8.0, "dense": 20.0}  # vehicles per lane-km
 SIGHT = 80.0  # m: what the ego may see, and nothing appears or vanishes in
 ENTRY_RADIUS = 110.0  # m: nearest place to enter; a car at 20 m/s is seen after more than a second
-FILL_RADIUS = 160.0  # m: the density is kept within this distance of the ego
-EXIT_RADIUS = 190.0  # m: beyond it vehicles are taken away
+FILL_RADIUS = 135.0  # m: the density is kept within this distance of the ego
+EXIT_RADIUS = 165.0  # m: beyond it vehicles are taken away
 JAM_TIME = 45.0  # s of standing out of sight until a vehicle is taken away
 MANAGE_INTERVAL = 10  # ticks between two looks at the population: 0.5 s
 ENTRIES = 6  # vehicles that may enter at one look

@@ -16,7 +16,7 @@ from plant_bench.world.scene import EGO_EXTENT, TICK, Actors, EgoState
 
 PATIENCE = 8.0  # s that the ego and the driver have been standing before
 RELEASE = 4.0  # s for which the driver takes no notice of the ego
-REACH = 20.0  # m from the ego within which drivers are looked at
+REACH = 40.0  # m from the ego within which drivers are looked at
 CLEAR_PATH = 10  # m of a driver's path that must be free of the ego and of who stands
 MARGIN = 0.1  # m around those who stand
 STANDING = 0.1  # m/s

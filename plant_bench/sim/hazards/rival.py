@@ -17,6 +17,7 @@ from plant_bench.world.town import Town
 ONWARD = 300.0  # m that a vehicle put out has to go behind the junction
 LEAST_RUN = 35.0  # m before the meeting place at which a vehicle may be put out at the nearest
 FROM_EGO = 45.0  # m from the ego at which a vehicle may be put out at the nearest
+LAST_TURN, LAST_TURN_TIME = 0.2, 0.6  # m and s before its lane's end until which one may reroute
 FROM_OTHERS = 14.0  # m kept to others on the lane when a vehicle is put out
 
 
@@ -119,10 +120,17 @@ def put_out(
 
 
 def reroute(stage: Stage, approach: Approach, vehicle: int, draw: random.Random) -> bool:
-    """Have a vehicle on an approach's lanes take its way; False where it cannot."""
+    """Have a vehicle on an approach's lanes take its way; False where it cannot.
+
+    A driver carries out what it last decided: one that is about to leave its lane would enter the
+    junction on its old way, and SUMO dies of a vehicle that is on none of its route's lanes.
+    """
     state = stage.state_of(vehicle)
     lane = None if state is None else stage.town.lanes.get(state.lane)
-    if lane is None or lane.edge not in approach.edges[:-1]:
+    if state is None or lane is None or lane.edge not in approach.edges[:-1]:
+        return False
+    left = lane.length - stage.along_lane(state)
+    if left < LAST_TURN + LAST_TURN_TIME * state.speed:
         return False
     edges = approach.edges[approach.edges.index(lane.edge) :]
     return stage.reroute(vehicle, (*edges, *walk(stage.town, edges[-1], draw)))

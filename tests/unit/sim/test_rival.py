@@ -1,0 +1,59 @@
+"""A vehicle takes another way only while it can still decide so."""
+
+import random
+
+import numpy as np
+import pytest
+
+from plant_bench.sim.hazards.rival import reroute
+from plant_bench.sim.hazards.stage import Stage
+from plant_bench.sim.sumo import VehicleState
+from plant_bench.world.approaches import Approach
+from plant_bench.world.town import load_town
+
+TOWN = load_town("town02")
+LINK = next(link for link in TOWN.links if link.control == "signal" and link.via)
+LANE = TOWN.lanes[LINK.source]
+APPROACH = Approach(
+    link=LINK,
+    line=LANE.points[:, :2],
+    starts={LANE.id: 0.0},
+    edges=(LANE.edge, TOWN.lanes[LINK.target].edge),
+    stop=LANE.length,
+    meets=LANE.length,
+    at=0.0,
+    clear=0.0,
+    angle=0.0,
+)
+
+
+class OneVehicle(Stage):
+    def __init__(self, left: float, speed: float) -> None:
+        self.town = TOWN
+        self.asked: list[tuple[str, ...]] = []
+        x, y, z = np.append(LANE.points[-1], 0.0)[:3].tolist()
+        self._state = VehicleState(x, y, z, 0.0, speed, 0.0, LANE.id, LANE.length - left, 0.0)
+
+    def state_of(self, vehicle: int) -> VehicleState:
+        return self._state
+
+    def along_lane(self, state: VehicleState) -> float:
+        return state.lane_position
+
+    def reroute(self, vehicle: int, edges: tuple[str, ...]) -> bool:
+        self.asked.append(edges)
+        return True
+
+
+@pytest.mark.parametrize(("left", "speed"), [(30.0, 10.0), (1.0, 0.0), (4.0, 5.0)])
+def test_who_can_still_decide_is_rerouted(left, speed):
+    stage = OneVehicle(left, speed)
+    assert reroute(stage, APPROACH, 1, random.Random(1))
+    assert stage.asked[0][:2] == APPROACH.edges
+
+
+@pytest.mark.parametrize(("left", "speed"), [(2.0, 10.0), (0.5, 1.0), (0.1, 0.0)])
+def test_who_is_about_to_leave_its_lane_is_not(left, speed):
+    stage = OneVehicle(left, speed)
+    assert not reroute(stage, APPROACH, 1, random.Random(1))
+    assert not stage.asked

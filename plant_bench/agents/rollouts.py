@@ -63,8 +63,7 @@ def _pace(speed: float, route: RouteAhead) -> Float[np.ndarray, " steps"]:
     places = np.arange(len(route.speed_limits), dtype=float)
     slope = 2.0 * CURVE_BRAKING * places
     allowed = np.minimum.accumulate((route.speed_limits**2 + slope)[::-1])[::-1] - slope
-    places -= route.past
-    places[0] = 0.0
+    places = np.maximum(places - route.past, 0.0)
     gained = speed**2 + 2.0 * SLOWER * IDM_ACCELERATION * places
     reached = np.sqrt(np.minimum(gained, SLOWER**2 * allowed))
     mean = np.maximum(0.5 * (reached[1:] + reached[:-1]), LEAST_PACE)

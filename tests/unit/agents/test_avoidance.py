@@ -1,6 +1,7 @@
 """How the careful driver enters, crosses and merges: rules about time lost and who reacts."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -55,6 +56,15 @@ def test_a_slower_pace_meets_the_limits_ahead() -> None:
     slow = at_slower_pace(travel, 5.0, straight_ahead(limits), math.inf, 0.0)
     assert (slow <= travel).all()
     assert (slow[-1] - slow[-2]) / STEP == pytest.approx(0.85 * 4.0, abs=0.1)
+
+
+def test_a_slower_pace_of_one_who_stands_beyond_the_first_points() -> None:
+    """The ego may be a little more than a metre beyond the first point: points lie unevenly."""
+    travel = rollout(0.0, np.array([2.5]), LIMIT)[0]
+    slow = at_slower_pace(travel, 0.0, replace(straight_ahead(), past=1.3), math.inf, 0.0)
+    assert np.isfinite(slow).all()
+    assert slow[0] == 0.0
+    assert 0.5 * travel[-1] < slow[-1] < travel[-1]
 
 
 def test_a_slower_pace_stays_behind_the_leader() -> None:

@@ -13,6 +13,12 @@ def arc_lengths(points: Float[np.ndarray, "points 2"]) -> Float[np.ndarray, " po
     return np.concatenate(([0.0], np.cumsum(steps)))
 
 
+def without_repeats(points: Float[np.ndarray, "points 2"]) -> Float[np.ndarray, "kept 2"]:
+    """Return the points but those within a millimetre of the one before."""
+    steps = np.hypot(*np.diff(points, axis=0).T)
+    return points[np.concatenate(([True], steps > 1e-3))]
+
+
 def headings(points: Float[np.ndarray, "points 2"]) -> Float[np.ndarray, " points"]:
     """Return the heading at each point, unwrapped: that of its segment, the last one repeated."""
     delta = np.diff(points, axis=0)

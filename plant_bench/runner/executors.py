@@ -133,6 +133,7 @@ class _Pool:
         self._stillborn = 0  # workers in a row that died before they were ready
 
     def start(self, number: int) -> None:
+        """Start a worker in a process of its own."""
         context = get_context("spawn")
         ours, theirs = context.Pipe()
         log = None if self._logs is None else self._logs / f"worker{number}.log"
@@ -143,6 +144,7 @@ class _Pool:
         theirs.close()
 
     def stop(self) -> None:
+        """End all workers at once, whatever they do."""
         for worker in self._workers:
             worker.process.kill()
         for worker in self._workers:
@@ -151,6 +153,7 @@ class _Pool:
         self._workers.clear()
 
     def busy(self) -> bool:
+        """Tell whether a task waits or is worked on."""
         return bool(self._waiting) or any(worker.task is not None for worker in self._workers)
 
     def listen(self) -> None:

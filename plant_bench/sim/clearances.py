@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from plant_bench.geometry.polyline import arc_lengths
+from plant_bench.world.approaches import joined_line
 from plant_bench.world.town import Link, Town
 
 MARGIN = 0.4  # m beyond its lane's side: an ego in the middle of a lane of 3.5 m is 0.28 m from it
@@ -46,8 +47,5 @@ def fits(town: Town, link: Link, length: float, width: float) -> bool:
     if length < FREE_LENGTH:
         return True
     lanes = [town.lanes[lane] for lane in (link.source, *link.via, link.target)]
-    line = np.concatenate([lane.points[:, :2] for lane in lanes])
-    steps = np.hypot(*np.diff(line, axis=0).T)
-    line = line[np.concatenate(([True], steps > 1e-3))]
     allowed = 0.5 * min(lane.width for lane in lanes) + MARGIN
-    return reach_aside(line, length, width) <= allowed
+    return reach_aside(joined_line(lanes), length, width) <= allowed

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from plant_bench.agent import PATH_POSES, PATH_STEP, Privileged
-from plant_bench.geometry.polyline import arc_lengths
+from plant_bench.geometry.polyline import arc_lengths, without_repeats
 from plant_bench.sim.sumo import NextLink, Sumo, VehicleState
 from plant_bench.world.scene import TICK, Actors
 from plant_bench.world.town import Lane, Town
@@ -207,9 +207,9 @@ class LanePaths:
         if not lanes:
             return np.zeros((PATH_SAMPLES, 3))
         shapes = [self._town.lanes[lane].points[:, :2] for lane in lanes]
-        points = _without_repeats(np.concatenate(shapes))
+        points = without_repeats(np.concatenate(shapes))
         tail = self._tail(behind, points)
-        line = _without_repeats(np.concatenate((tail, points)))
+        line = without_repeats(np.concatenate((tail, points)))
         along = arc_lengths(line)
         start = along[len(tail)] + begin - BEHIND
         at = start + PATH_STEP / FINENESS * np.arange(PATH_SAMPLES)
@@ -235,11 +235,6 @@ class LanePaths:
         along = arc_lengths(shape)
         begin = shape[0] + (shape[0] - shape[1]) / max(along[1], 1e-6) * (BEHIND + 4.0)
         return np.concatenate((begin[None], shape))
-
-
-def _without_repeats(points: Float[np.ndarray, "points 2"]) -> Float[np.ndarray, "kept 2"]:
-    steps = np.hypot(*np.diff(points, axis=0).T)
-    return points[np.concatenate(([True], steps > 1e-3))]
 
 
 def _ahead(

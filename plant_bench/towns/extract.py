@@ -1,4 +1,7 @@
-"""From the text of a SUMO net to a Town: the only reader of `town.net.xml` besides SUMO."""
+"""From the text of a SUMO net to a Town.
+
+Besides SUMO, only this and `sim.bystanders.footways` (sidewalks, crossings) read `town.net.xml`.
+"""
 
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element

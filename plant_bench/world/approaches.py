@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from plant_bench.geometry.box import overlap
-from plant_bench.geometry.polyline import arc_lengths
+from plant_bench.geometry.polyline import arc_lengths, without_repeats
 from plant_bench.geometry.pose import wrap_angle
 from plant_bench.world.hazard import HazardKind
 from plant_bench.world.route import Passage, Route
@@ -160,8 +160,7 @@ def _approach(
 
 def joined_line(lanes: list[Lane]) -> Float[np.ndarray, "points 2"]:
     """Return the centre line of lanes that follow each other."""
-    line = np.concatenate([lane.points[:, :2] for lane in lanes])
-    return line[np.concatenate(([True], np.hypot(*np.diff(line, axis=0).T) > 1e-3))]
+    return without_repeats(np.concatenate([lane.points[:, :2] for lane in lanes]))
 
 
 def lane_starts(lanes: list[Lane]) -> dict[str, float]:

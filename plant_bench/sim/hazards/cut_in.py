@@ -10,6 +10,7 @@ import random
 import numpy as np
 
 from plant_bench.sim.hazards.hard_brake import LANE_HALF, Neighbour, along_route
+from plant_bench.sim.hazards.script import HoldsTraffic
 from plant_bench.sim.hazards.stage import Stage
 from plant_bench.sim.surprise import BRAKING, REACTION
 from plant_bench.sim.vehicle_types import CAR
@@ -40,7 +41,7 @@ STILL = 0.05  # m/s sideways: it is not changing lanes already
 BLOCK_END = 25.0  # m before its edge's end at which it is given up
 
 
-class CutIn:
+class CutIn(HoldsTraffic):
     """One vehicle that cuts in; mutable.
 
     Parameters: `gap` (m), `duration` (s of moving over), `braking` (m/s2 after it), `side` (1 from
@@ -66,10 +67,10 @@ class CutIn:
         if self.phase is Phase.COMMITTED:
             self._move(stage)
         elif self._neighbour is None:
-            self._end(stage, Phase.VOID, "there is no neighbour lane")
+            self.end(stage, Phase.VOID, "there is no neighbour lane")
         elif stage.distance_to(self._at + LATE) < 0.0:
             why = "nobody drove beside" if self._other is None else "no fair moment to cut in"
-            self._end(stage, Phase.VOID, why)
+            self.end(stage, Phase.VOID, why)
         elif self._other is not None and not stage.on_road(self._other):
             stage.remove(self._other)
             self._other, self._sent = None, 0.0
@@ -128,7 +129,7 @@ class CutIn:
     def _prepare(self, ego: EgoState, stage: Stage, lane: Lane) -> None:
         here = stage.lane_at(self._centre + BLOCK_END)
         if here is None or here.edge != lane.edge:
-            self._give_up(stage)
+            self.let_go(stage)
             return
         around = along_route(stage, 140.0)
         gap = stage.distance_to(self._rear(stage))
@@ -151,7 +152,8 @@ class CutIn:
             pull = -CAUTIOUS
         self._advance(stage, pull, 0.0)
 
-    def _give_up(self, stage: Stage) -> None:
+    def let_go(self, stage: Stage) -> None:
+        """Give the vehicle back to the traffic."""
         if self._other is not None:
             stage.hand_back(self._other)
         self._other = None
@@ -185,7 +187,7 @@ class CutIn:
 
     def _move(self, stage: Stage) -> None:
         if self._other is None or not stage.on_road(self._other):
-            self._end(stage, Phase.DONE)
+            self.end(stage, Phase.DONE)
             return
         self._moved += TICK
         slowest = KEPT * self._wanted
@@ -196,7 +198,7 @@ class CutIn:
             pull, slowest = -CAUTIOUS, 0.0
         self._advance(stage, pull, slowest)
         if self._moved > self._duration + 0.5 and self._speed <= KEPT * self._wanted:
-            self._end(stage, Phase.DONE)
+            self.end(stage, Phase.DONE)
 
     def _advance(self, stage: Stage, pull: float, slowest: float) -> None:
         if self._other is not None:
@@ -204,14 +206,6 @@ class CutIn:
             self._centre += self._speed * TICK
             along = self._centre - self._from
             stage.place_along(self._other, self._line, along, self._speed)
-
-    def give_up(self, stage: Stage, reason: str) -> None:
-        """End as void; called where the ego does not come on."""
-        self._end(stage, Phase.VOID, reason)
-
-    def _end(self, stage: Stage, phase: Phase, reason: str = "") -> None:
-        self._give_up(stage)
-        self.phase, self.reason = phase, reason
 
 
 def _neighbour(stage: Stage, hazard: Hazard, draw: random.Random) -> tuple[Lane | None, float]:

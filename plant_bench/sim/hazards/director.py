@@ -75,8 +75,9 @@ class Director:
             self._playing.append((hazard, load_script(hazard.kind)(hazard, self._stage, draw)))
         self._stood = self._stood + TICK if ego.speed < STANDING else 0.0
         for hazard, script in self._playing:
-            if self._stood > PATIENCE and script.phase is Phase.ARMED:
-                _give_up(script, self._stage)
+            waits = self._stood > PATIENCE and script.phase is Phase.ARMED
+            if waits and isinstance(script, HoldsTraffic):
+                script.end(self._stage, Phase.VOID, "the ego stood still for long")
             due = script.phase is Phase.COMMITTED or self._stage.tick % ARMED_INTERVAL == 0
             if due and script.phase not in ENDED:
                 script.step(ego, self._stage)
@@ -99,9 +100,3 @@ class Director:
             self._outcomes[hazard.at] = HazardOutcome(
                 hazard.kind, hazard.at, script.phase, time, script.reason
             )
-
-
-def _give_up(script: Script, stage: Stage) -> None:
-    """Let go whom a script holds up for an ego that may be waiting for the same vehicles."""
-    if isinstance(script, HoldsTraffic):
-        script.give_up(stage, "the ego stood still for long")

@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from plant_bench.sim.hazards.script import HoldsTraffic
 from plant_bench.sim.hazards.stage import Stage
 from plant_bench.sim.surprise import BRAKING, REACTION, SPARE
 from plant_bench.sim.vehicle_types import CAR
@@ -48,7 +49,7 @@ class Neighbour(NamedTuple):
     speed: float
 
 
-class HardBrake:
+class HardBrake(HoldsTraffic):
     """One leader that brakes; mutable.
 
     Parameters: `braking` (m/s2), `headway` (s, which it comes to before), `wait` (s it stands).
@@ -72,7 +73,7 @@ class HardBrake:
             self._stand(stage)
         elif stage.distance_to(self._at + LATE) < 0.0:
             why = "nobody drove ahead" if self._leader is None else "no fair moment to brake"
-            self._end(stage, Phase.VOID, why)
+            self.end(stage, Phase.VOID, why)
         else:
             self._prepare(ego, stage)
 
@@ -130,20 +131,16 @@ class HardBrake:
     def _stand(self, stage: Stage) -> None:
         state = stage.state_of(self._leader) if self._leader is not None else None
         if state is None:
-            self._end(stage, Phase.DONE)
+            self.end(stage, Phase.DONE)
         elif state.speed < 0.1 and self._stood is None:
             self._stood = stage.time
         elif self._stood is not None and stage.time - self._stood > self._wait:
-            self._end(stage, Phase.DONE)
+            self.end(stage, Phase.DONE)
 
-    def give_up(self, stage: Stage, reason: str) -> None:
-        """End as void; called where the ego does not come on."""
-        self._end(stage, Phase.VOID, reason)
-
-    def _end(self, stage: Stage, phase: Phase, reason: str = "") -> None:
+    def let_go(self, stage: Stage) -> None:
+        """Give the leader back to the traffic."""
         if self._leader is not None:
             stage.hand_back(self._leader)
-        self.phase, self.reason = phase, reason
 
 
 def leader_of(stage: Stage) -> Neighbour | None:

@@ -10,6 +10,7 @@ import random
 
 from plant_bench.sim.hazards.arrival import expected_arrival, speed_to_arrive, time_to_go
 from plant_bench.sim.hazards.rival import Rival, first_on, place_on, put_out, reroute
+from plant_bench.sim.hazards.script import HoldsTraffic
 from plant_bench.sim.hazards.stage import Stage
 from plant_bench.sim.surprise import SPARE
 from plant_bench.world.approaches import FITS, Approach, approaches, passage_at
@@ -33,7 +34,7 @@ LONGEST = 40.0  # s that a hazard may take once it has begun
 STANDING = 1.0  # m/s of an ego that waits
 
 
-class Meeting:
+class Meeting(HoldsTraffic):
     """One vehicle that meets the ego on a junction; mutable. The kind says which may do so.
 
     Parameters: `speed` (m/s of the vehicle; without it, somewhat more than the ego's limit).
@@ -90,7 +91,7 @@ class Meeting:
             self._pending = None
             return
         if not any(stage.avoidable(ego, self._clear(way)) for way in self._ways):
-            self._end(stage, Phase.VOID, self._why)
+            self.end(stage, Phase.VOID, self._why)
             return
         for way in self._ways:
             if not _timely(stage, passage, way):
@@ -143,7 +144,7 @@ class Meeting:
             return
         self._pace = min(speed_to_arrive(to_go, time, speed), top)
         if not stage.avoidable(ego, self._clear(way)):
-            self._end(stage, Phase.VOID, self._why)
+            self.end(stage, Phase.VOID, self._why)
         elif stage.light(passage) in OPEN and self._is_due(ego, stage, rival, front, time):
             self._decide(ego, stage, rival, front, time)
         elif stage.opens_in(passage) > JUMPS or self._holds(time, to_go, speed):
@@ -209,7 +210,7 @@ class Meeting:
     def _pass(self, stage: Stage) -> None:
         rival = self.rival
         if rival is None or stage.time - self._begun > LONGEST or self.over(stage, rival):
-            self._end(stage, Phase.DONE)
+            self.end(stage, Phase.DONE)
             return
         front = rival.front(stage)
         if front is not None and front <= rival.approach.meets + PASSED:
@@ -220,14 +221,6 @@ class Meeting:
         if self.rival is not None:
             self.rival.let_go(stage)
             self.rival = None
-
-    def give_up(self, stage: Stage, reason: str) -> None:
-        """End as void; called where the ego does not come on."""
-        self._end(stage, Phase.VOID, reason)
-
-    def _end(self, stage: Stage, phase: Phase, reason: str = "") -> None:
-        self.let_go(stage)
-        self.phase, self.reason = phase, reason
 
 
 def _timely(stage: Stage, passage: Passage, way: Approach) -> bool:

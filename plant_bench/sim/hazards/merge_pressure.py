@@ -13,6 +13,7 @@ from plant_bench.geometry.box import corners
 from plant_bench.geometry.polyline import arc_lengths, distance_to
 from plant_bench.sim.hazards.arrival import expected_arrival, speed_to_arrive, time_to_go
 from plant_bench.sim.hazards.rival import Rival, place_on, put_out
+from plant_bench.sim.hazards.script import HoldsTraffic
 from plant_bench.sim.hazards.stage import Stage
 from plant_bench.sim.surprise import SPARE
 from plant_bench.world.approaches import Approach, clear_place, joined_line, lane_starts
@@ -33,7 +34,7 @@ ROOM = 2.0  # m kept behind the ego
 GIVING, HARDEST = 4.0, 8.0  # m/s2 with which vehicles give way, and at the most
 
 
-class MergePressure:
+class MergePressure(HoldsTraffic):
     """A row of vehicles in the lane that the ego changes to; mutable.
 
     Parameters: `vehicles` (put out in all), `gap` (s from front to front).
@@ -69,7 +70,7 @@ class MergePressure:
         if self.phase is Phase.ARMED:
             self._adapt(ego, stage, self.rival, front)
         elif stage.distance_to(self._at) < MERGED or self._is_stale(ego, stage, way):
-            self._end(stage, Phase.DONE)
+            self.end(stage, Phase.DONE)
         if self.rival is not None:
             self._drive(ego, stage, self.rival, front)
 
@@ -80,7 +81,7 @@ class MergePressure:
 
     def _seek(self, ego: EgoState, stage: Stage, way: Approach) -> None:
         if not stage.avoidable(ego, way.clear):
-            self._end(stage, Phase.VOID, self._why)
+            self.end(stage, Phase.VOID, self._why)
             return
         if stage.tick % LOOK:
             return
@@ -108,7 +109,7 @@ class MergePressure:
         if front is None:
             gone = not stage.on_road(rival.vehicle)
             self._why = "SUMO did not put the vehicle in" if gone else "the vehicle left the lane"
-            self._let_go(stage)
+            self.let_go(stage)
             return
         time = expected_arrival(ego, stage, self._at)
         speed, to_go = rival.speed(stage), rival.way_to_go(front)
@@ -121,13 +122,13 @@ class MergePressure:
                 if meets
                 else "the vehicle could not be there in time"
             )
-            self._end(stage, Phase.VOID, why)
+            self.end(stage, Phase.VOID, why)
         elif meets and stage.slack(ego, clear) <= SPARE + LEEWAY:
             self.phase, self._begun = Phase.COMMITTED, stage.time
         elif not meets:
             self._why = "the vehicle could not be there in time"
             if stage.tick % LOOK == 0 and self._present(stage, rival.approach, time) is not None:
-                self._let_go(stage)
+                self.let_go(stage)
 
     def _drive(self, ego: EgoState, stage: Stage, rival: Rival, front: float | None) -> None:
         """Drive the row; rules are minded until the junctions lie behind."""
@@ -180,21 +181,14 @@ class MergePressure:
         stage.command(vehicle)
         self.vehicles.append(vehicle)
 
-    def _let_go(self, stage: Stage) -> None:
+    def let_go(self, stage: Stage) -> None:
+        """Give the whole row back to the traffic."""
         for vehicle in self.vehicles:
             stage.release(vehicle)
         self.vehicles.clear()
         if self.rival is not None:
             self.rival.let_go(stage)
             self.rival = None
-
-    def give_up(self, stage: Stage, reason: str) -> None:
-        """End as void; called where the ego does not come on."""
-        self._end(stage, Phase.VOID, reason)
-
-    def _end(self, stage: Stage, phase: Phase, reason: str = "") -> None:
-        self._let_go(stage)
-        self.phase, self.reason = phase, reason
 
 
 def place_inside(ego: EgoState, way: Approach) -> float | None:

@@ -34,10 +34,17 @@ class Script(Protocol):
         ...
 
 
-@runtime_checkable
-class HoldsTraffic(Protocol):
-    """A script whose vehicles wait for the ego while it is ARMED."""
+class HoldsTraffic:
+    """The part shared by scripts whose vehicles wait for the ego while they are ARMED; mutable."""
 
-    def give_up(self, stage: Stage, reason: str) -> None:
-        """End as VOID and let the vehicles go."""
-        ...
+    phase: Phase
+    reason: str
+
+    def let_go(self, stage: Stage) -> None:
+        """Give all vehicles under command back to the traffic."""
+        raise NotImplementedError
+
+    def end(self, stage: Stage, phase: Phase, reason: str = "") -> None:
+        """Let the vehicles go, and end as DONE or VOID."""
+        self.let_go(stage)
+        self.phase, self.reason = phase, reason

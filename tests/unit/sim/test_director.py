@@ -6,6 +6,7 @@ import pytest
 
 from plant_bench.sim.hazards import director as module
 from plant_bench.sim.hazards.director import PATIENCE, Director
+from plant_bench.sim.hazards.script import HoldsTraffic
 from plant_bench.sim.hazards.stage import Stage
 from plant_bench.world.hazard import Hazard, HazardKind, Phase
 from plant_bench.world.scene import TICK, EgoState
@@ -19,7 +20,7 @@ class EmptyStage(Stage):
         self.progress, self.tick = 0.0, 0
 
 
-class Holding:
+class Holding(HoldsTraffic):
     """A script that waits for the ego for ever."""
 
     def __init__(self, hazard: Hazard, stage: Stage, draw: random.Random) -> None:
@@ -28,8 +29,8 @@ class Holding:
     def step(self, ego: EgoState, stage: Stage) -> None:
         assert self.phase is Phase.ARMED
 
-    def give_up(self, stage: Stage, reason: str) -> None:
-        self.phase, self.reason = Phase.VOID, reason
+    def let_go(self, stage: Stage) -> None:
+        self.phase = Phase.DONE
 
 
 @pytest.fixture

@@ -54,6 +54,9 @@ def train_plant(
         str | None, typer.Option(help="Which of them, as in `score --routes`.")
     ] = None,
     hazards: Annotated[bool, typer.Option(help="Play hazards in validation.")] = True,
+    onnx: Annotated[
+        bool, typer.Option("--onnx", help="Write network.onnx, too: half the time a decision.")
+    ] = False,
     accelerator: Annotated[str, typer.Option(help="cpu, cuda, mps or auto.")] = "auto",
     devices: Annotated[int, typer.Option(help="Processes, one a device.", min=1)] = 1,
     threads: Annotated[int, typer.Option(help="Of each process; 0 for one a core.", min=0)] = 0,
@@ -127,6 +130,7 @@ def train_plant(
             work or Path("reports") / f"training-{out.name}",
             drive,
             overwrite,
+            onnx,
         )
         if fabric.is_global_zero:
             typer.echo(

@@ -13,7 +13,7 @@ from typing import Any
 import torch
 from lightning_fabric import Fabric
 
-from plant_bench.agents.plant.config import PlanTConfig
+from plant_bench.agents.plant.config import GRAPH_FILE, PlanTConfig
 from plant_bench.agents.plant.weights import load_network, save_network
 from plant_bench.errors import InputError
 from plant_bench.training.batches import Split
@@ -43,6 +43,7 @@ class TrainingRequest:
         work: Folder for checkpoint, logs and validation runs.
         closed_loop: What to drive for validation; None where `validate_every` is 0.
         overwrite: Start anew even if there is a checkpoint.
+        graph: Whether to write the network as an ONNX graph, too.
     """
 
     config: PlanTConfig
@@ -51,6 +52,7 @@ class TrainingRequest:
     work: Path
     closed_loop: ClosedLoop | None = None
     overwrite: bool = False
+    graph: bool = False
 
 
 def make_fabric(*, accelerator: str, devices: int) -> Fabric:
@@ -181,6 +183,11 @@ class _Keeper:
                 f"DS {score:.1f} on the validation routes."
             )
             save_network(load_network(self._best), request.out)
+        (request.out / GRAPH_FILE).unlink(missing_ok=True)  # of earlier weights
+        if request.graph:
+            from plant_bench.agents.plant.export import export_graph
+
+            export_graph(request.out)
         card = model_card(
             request.out.name,
             self._trainer.network,

@@ -1,12 +1,20 @@
 """What a PlanT network is: its size, what it is told, and its bins. Needs no torch."""
 
+import json
 import math
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Literal
 
+from pydantic import TypeAdapter, ValidationError
+
+from plant_bench.errors import InputError
 from plant_bench.features.tokens import TokenSpec
 
 SizeName = Literal["mini", "small", "medium"]
+
+WEIGHTS_FILE, CONFIG_FILE, GRAPH_FILE = "weights.safetensors", "config.json", "network.onnx"
+WEIGHTS_FORMAT = 1
 
 TOP_SPEED = 60.0 / 3.6  # m/s, of the bins (PlanT, dataset.py)
 LARGEST_EXTENT = 30.0  # m, of the bins (PlanT, dataset.py)
@@ -81,3 +89,27 @@ class PlanTConfig:
         extent = Bins(PLACE_BINS, 0.0, LARGEST_EXTENT)
         yaw = Bins(YAW_BINS, -math.pi, math.pi)
         return Bins(SPEED_BINS, 0.0, TOP_SPEED), place, place, yaw, extent, extent
+
+
+def load_config(folder: Path) -> PlanTConfig:
+    """Read a network's config.
+
+    Raises:
+        InputError: There is none, or it is broken or of another format.
+    """
+    path = folder / CONFIG_FILE
+    try:
+        payload = json.loads(path.read_text(encoding="utf-8"))
+        if payload.pop("format") != WEIGHTS_FORMAT or payload.pop("network") != "plant":
+            message = f"format {WEIGHTS_FORMAT} of network 'plant' is wanted"
+            raise ValueError(message)
+        return TypeAdapter(PlanTConfig).validate_python(payload)
+    except FileNotFoundError as error:
+        message = (
+            f"There are no weights in {folder}: `plant-bench train plant --out {folder}` makes "
+            "them; `--agent plant@FOLDER` takes those of another folder."
+        )
+        raise InputError(message) from error
+    except (OSError, KeyError, ValueError, AttributeError, ValidationError) as error:
+        message = f"Not the config of a PlanT network: {path} ({error})."
+        raise InputError(message) from error

@@ -1,18 +1,14 @@
 """From one scene to waypoints: the network on one thread, one scene at a time."""
 
-from pathlib import Path
-
 import numpy as np
 import torch
 from jaxtyping import Float
 
 from plant_bench.agents.plant.network import Batch, PlanTNetwork
-from plant_bench.agents.plant.weights import load_network
 from plant_bench.features.inputs import SceneInput
-from plant_bench.features.tokens import TokenSpec
 
 
-class Predictor:
+class TorchPredictor:
     """Holds a network; the same input always gives the same answer.
 
     Args:
@@ -22,20 +18,6 @@ class Predictor:
     def __init__(self, network: PlanTNetwork) -> None:
         torch.set_num_threads(1)  # one scene is too little work for two; workers share the cores
         self._network = network
-
-    @classmethod
-    def load(cls, folder: Path) -> "Predictor":
-        """Return a predictor with the weights of a folder.
-
-        Raises:
-            InputError: The folder holds none that can be used.
-        """
-        return cls(load_network(folder))
-
-    @property
-    def spec(self) -> TokenSpec:
-        """What the network wants as tokens."""
-        return self._network.config.tokens
 
     def waypoints(self, given: SceneInput) -> Float[np.ndarray, "waypoints 2"]:
         """Return the plan in the ego frame, metres."""

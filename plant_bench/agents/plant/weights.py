@@ -6,16 +6,17 @@ from dataclasses import asdict
 from pathlib import Path
 
 import torch
-from pydantic import TypeAdapter, ValidationError
 from safetensors import SafetensorError
 from safetensors.torch import load_file, save_file
 
-from plant_bench.agents.plant.config import PlanTConfig
+from plant_bench.agents.plant.config import (
+    CONFIG_FILE,
+    WEIGHTS_FILE,
+    WEIGHTS_FORMAT,
+    load_config,
+)
 from plant_bench.agents.plant.network import PlanTNetwork
 from plant_bench.errors import InputError
-
-WEIGHTS_FILE, CONFIG_FILE = "weights.safetensors", "config.json"
-WEIGHTS_FORMAT = 1
 
 
 def save_network(network: PlanTNetwork, folder: Path) -> None:
@@ -32,30 +33,6 @@ def save_network(network: PlanTNetwork, folder: Path) -> None:
     save_file(state, weights_part)
     config_part.replace(folder / CONFIG_FILE)
     weights_part.replace(folder / WEIGHTS_FILE)
-
-
-def load_config(folder: Path) -> PlanTConfig:
-    """Read a network's config.
-
-    Raises:
-        InputError: There is none, or it is broken or of another format.
-    """
-    path = folder / CONFIG_FILE
-    try:
-        payload = json.loads(path.read_text(encoding="utf-8"))
-        if payload.pop("format") != WEIGHTS_FORMAT or payload.pop("network") != "plant":
-            message = f"format {WEIGHTS_FORMAT} of network 'plant' is wanted"
-            raise ValueError(message)
-        return TypeAdapter(PlanTConfig).validate_python(payload)
-    except FileNotFoundError as error:
-        message = (
-            f"There are no weights in {folder}: `plant-bench train plant --out {folder}` makes "
-            "them; `--agent plant@FOLDER` takes those of another folder."
-        )
-        raise InputError(message) from error
-    except (OSError, KeyError, ValueError, AttributeError, ValidationError) as error:
-        message = f"Not the config of a PlanT network: {path} ({error})."
-        raise InputError(message) from error
 
 
 def load_network(folder: Path) -> PlanTNetwork:

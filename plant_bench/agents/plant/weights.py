@@ -31,6 +31,7 @@ def save_network(network: PlanTNetwork, folder: Path) -> None:
     config_part, weights_part = folder / f"{CONFIG_FILE}.part", folder / f"{WEIGHTS_FILE}.part"
     config_part.write_text(text, encoding="utf-8")
     save_file(state, weights_part)
+    weights_part.chmod(0o644)  # safetensors makes it private
     config_part.replace(folder / CONFIG_FILE)
     weights_part.replace(folder / WEIGHTS_FILE)
 

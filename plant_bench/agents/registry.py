@@ -4,9 +4,11 @@ import difflib
 import hashlib
 import importlib
 import importlib.util
+import re
 import sys
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 from plant_bench.agent import Agent, Input
 from plant_bench.errors import InputError
@@ -16,6 +18,7 @@ AGENTS: dict[str, str] = {
     "expert": "plant_bench.agents.expert:Expert",
     "expert-nearest": "plant_bench.agents.expert_nearest:expert_nearest",
     "idm": "plant_bench.agents.idm_follower:IdmFollower",
+    "plant": "plant_bench.agents.plant.agent:PlanT",
     "rule-based": "plant_bench.agents.rule_based:RuleBased",
     "sumo": "plant_bench.agents.sumo_driver:SumoDriver",
 }
@@ -25,20 +28,18 @@ def load_agent(spec: str) -> Agent:
     """Return a new planner.
 
     Args:
-        spec: A name in `AGENTS`, "package.module:Class" or "path/to/file.py:Class".
+        spec: A name in `AGENTS`, "package.module:Class" or "path/to/file.py:Class"; what follows
+            an "@" is given to the class as its only argument, as in "plant@models/mine".
 
     Raises:
         InputError: There is no such planner, or it is none; says what was meant perhaps.
     """
-    module_name, class_name = _split(spec)
-    module = _module(module_name, spec)
-    factory = getattr(module, class_name, None)
-    if factory is None:
-        names = [name for name, value in vars(module).items() if isinstance(value, type)]
-        message = f"There is no '{class_name}' in {module_name}.{_did_you_mean(class_name, names)}"
-        raise InputError(message)
+    target, argument = _split(spec)
+    factory = agent_factory(target)
     try:
-        agent = factory()
+        agent = factory() if argument is None else factory(argument)
+    except InputError:
+        raise
     except (Exception, SystemExit) as error:
         message = f"The agent '{spec}' cannot be made: {type(error).__name__}: {error}"
         raise InputError(message) from error
@@ -51,33 +52,56 @@ def load_agent(spec: str) -> Agent:
     return agent
 
 
-def describe_agent(spec: str) -> str:
-    """Return the first line of what a planner's class, or what makes it, says of itself.
+def describe_agent(spec: str) -> tuple[str, frozenset[Input]]:
+    """Return the first line of what a planner says of itself, and what it wants to be given.
+
+    A class that declares its inputs is not made: it may want weights that are not there.
 
     Raises:
         InputError: There is no such planner.
     """
-    module_name, class_name = _split(spec)
-    made_by = getattr(_module(module_name, spec), class_name, None)
-    return (made_by.__doc__ or "").strip().partition("\n")[0]
+    made_by = agent_factory(spec)
+    inputs = getattr(made_by, "inputs", None)
+    about = (made_by.__doc__ or "").strip().partition("\n")[0]
+    return about, load_agent(spec).inputs if inputs is None else inputs
+
+
+def agent_factory(spec: str) -> Any:
+    """Return a planner's class, or the function that makes it, without making one.
+
+    Raises:
+        InputError: There is no such class.
+    """
+    module_name, class_name = _names(_split(spec)[0])
+    module = _module(module_name, spec)
+    factory = getattr(module, class_name, None)
+    if factory is None:
+        names = [name for name, value in vars(module).items() if isinstance(value, type)]
+        message = f"There is no '{class_name}' in {module_name}.{_did_you_mean(class_name, names)}"
+        raise InputError(message)
+    return factory
 
 
 def agent_checksum(spec: str) -> str:
     """Return a content hash of what makes a planner drive as it does.
 
-    A built-in planner is hashed with all of `plant_bench.agents`, whose parts it is made of; an
-    outsider's with every module it has loaded from its own folder (or package), and with the files
-    that its class lists as `files`: its weights, for instance.
+    A built-in planner is hashed with all modules of `plant_bench.agents`, whose parts it is made
+    of, and of its own package in there; an outsider's with every module it has loaded from its own
+    folder (or package). Either with the files that it, or its class, lists as `files`: its weights,
+    for instance.
 
     Raises:
         InputError: There is no such planner.
     """
-    module_name, class_name = _split(spec)
-    module = _module(module_name, spec)
-    file = Path(module.__file__ or "")
-    built_in = module_name.startswith("plant_bench.agents.")
-    files = set(file.parent.glob("*.py")) if built_in else _loaded_beside(file)
-    files |= {Path(item) for item in getattr(getattr(module, class_name, None), "files", ())}
+    agent = load_agent(spec)
+    module_name, class_name = _names(_split(spec)[0])
+    file = Path(_module(module_name, spec).__file__ or "")
+    if module_name.startswith("plant_bench.agents."):
+        folders = {Path(__file__).parent, file.parent}
+        files = {path for folder in folders for path in folder.glob("*.py")}
+    else:
+        files = _loaded_beside(file)
+    files |= {Path(item) for item in getattr(agent, "files", ())}
     digest = hashlib.sha256(class_name.encode())
     for path in sorted(files):
         digest.update(path.name.encode())
@@ -103,12 +127,21 @@ def _content(path: Path, spec: str) -> bytes:
         raise InputError(message) from error
 
 
-def _split(spec: str) -> tuple[str, str]:
-    target = AGENTS.get(spec, spec)
-    module_name, colon, class_name = target.rpartition(":")
+def _split(spec: str) -> tuple[str, str | None]:
+    """Return what names the class, and what follows the "@" after it."""
+    name, at, argument = spec.partition("@")
+    if at and (name in AGENTS or ":" not in spec):
+        return name, argument
+    found = re.fullmatch(r"(.+?:\w+)@(.+)", spec)
+    return (found[1], found[2]) if found else (spec, None)
+
+
+def _names(target: str) -> tuple[str, str]:
+    """Return the names of module and class."""
+    module_name, colon, class_name = AGENTS.get(target, target).rpartition(":")
     if not colon or not module_name or not class_name:
         message = (
-            f"There is no agent '{spec}'.{_did_you_mean(spec, list(AGENTS))} "
+            f"There is no agent '{target}'.{_did_you_mean(target, list(AGENTS))} "
             f"Agents here: {', '.join(AGENTS)}; or give package.module:Class or file.py:Class."
         )
         raise InputError(message)

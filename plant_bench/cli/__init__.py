@@ -12,6 +12,7 @@ from plant_bench.cli.routes import routes_app
 from plant_bench.cli.runs import compare_runs, rescore_run
 from plant_bench.cli.score import score
 from plant_bench.cli.towns import towns_app
+from plant_bench.cli.train import train_app
 from plant_bench.errors import InputError, PlantBenchError
 
 EXIT_FAILED = 1
@@ -29,6 +30,7 @@ app.command("score")(score)
 app.command("rescore")(rescore_run)
 app.command("compare")(compare_runs)
 app.command("agents")(list_agents)
+app.add_typer(train_app, name="train")
 app.add_typer(towns_app, name="towns")
 app.add_typer(routes_app, name="routes")
 app.add_typer(hazards_app, name="hazards")

@@ -9,10 +9,10 @@ def list_agents() -> None:
     Your own planner needs no registration: give `--agent path/to/file.py:Class` or
     `--agent package.module:Class` to `plant-bench score`.
     """
-    from plant_bench.agents.registry import AGENTS, describe_agent, load_agent
+    from plant_bench.agents.registry import AGENTS, describe_agent
 
     width = max(len(name) for name in AGENTS)
     for name in AGENTS:
-        about = describe_agent(name)
-        given = ", ".join(sorted(load_agent(name).inputs)) or "nothing but its own state"
+        about, inputs = describe_agent(name)
+        given = ", ".join(sorted(inputs)) or "nothing but its own state"
         typer.echo(f"{name:<{width}}  {about}\n{'':<{width}}  is given: {given}")

@@ -17,7 +17,11 @@ def _cores() -> int:
 
 def score(
     agent: Annotated[
-        str, typer.Option(help="A name of `plant-bench agents`, module:Class or file.py:Class.")
+        str,
+        typer.Option(
+            help="A name of `plant-bench agents`, module:Class or file.py:Class; weights after an "
+            "@, as in plant@models/mine."
+        ),
     ],
     suite: Annotated[
         str, typer.Option(help="A suite's name, or a folder or file of routes.")

@@ -6,7 +6,10 @@ import pytest
 
 from plant_bench.agent import Agent
 from plant_bench.agents.registry import AGENTS, agent_checksum, load_agent
+from plant_bench.data_files import models_dir
 from plant_bench.errors import InputError
+
+TRAINED = [name for name in AGENTS if name != "plant" or (models_dir() / "plant-mini").is_dir()]
 
 PLANNER = """
 from plant_bench.agent import Control, Input
@@ -33,7 +36,7 @@ def planner(tmp_path: Path) -> Path:
     return path
 
 
-@pytest.mark.parametrize("name", AGENTS)
+@pytest.mark.parametrize("name", TRAINED)
 def test_all_registered_agents_load(name: str) -> None:
     assert isinstance(load_agent(name), Agent)
 
@@ -59,6 +62,17 @@ def test_a_file_is_loaded_and_hashed_by_content(planner: Path) -> None:
 def test_typos_get_one_clear_message(spec: str, message: str) -> None:
     with pytest.raises(InputError, match=message):
         load_agent(spec)
+
+
+def test_what_follows_the_at_sign_is_given_to_the_class(planner: Path) -> None:
+    with planner.open("a") as file:
+        file.write("class Told(Mine):\n    def __init__(self, what='a@b:c'): self.what = what\n")
+    assert vars(load_agent(f"{planner}:Told@models/mine"))["what"] == "models/mine"
+    assert vars(load_agent(f"{planner}:Told"))["what"] == "a@b:c"
+    with pytest.raises(InputError, match="takes no arguments"):
+        load_agent(f"{planner}:Mine@models/mine")
+    with pytest.raises(InputError, match="Did you mean 'plant'"):
+        load_agent("plannt@models/mine")
 
 
 @pytest.mark.parametrize(

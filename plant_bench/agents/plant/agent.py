@@ -1,0 +1,97 @@
+"""PlanT as a planner: the network plans, `follow_plan` drives, attention tells who matters."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+from jaxtyping import Float
+
+import plant_bench.features
+from plant_bench.agent import Input, Observation, Plan
+from plant_bench.agents.plant.config import CONFIG_FILE, GRAPH_FILE, WEIGHTS_FILE, load_config
+from plant_bench.data_files import models_dir
+from plant_bench.errors import AgentError
+from plant_bench.features.inputs import SceneInput, scene_input
+from plant_bench.features.tokens import NOWHERE
+from plant_bench.world.route import Route
+
+DEFAULT_WEIGHTS = "plant-mini"  # in models/
+
+
+class PlanT:
+    """Learned by imitation: a transformer over nearby vehicles and the route.
+
+    Attributes:
+        files: What makes it drive as it does, apart from the code of planners.
+
+    Args:
+        weights: Folder of the trained network; `models/plant-mini` without it.
+    """
+
+    inputs = frozenset({Input.OBJECTS, Input.ROUTE, Input.LIGHT})
+    interval = 2  # ticks: 10 Hz, as PlanT with perception
+
+    def __init__(self, weights: str | None = None) -> None:
+        folder = models_dir() / DEFAULT_WEIGHTS if weights is None else Path(weights)
+        self._spec = load_config(folder).tokens
+        self._predictor = load_predictor(folder)
+        self.files: Sequence[Path] = _files(folder)
+
+    def reset(self, route: Route | None) -> None:
+        """Start a new episode; there is nothing to forget."""
+
+    def act(self, observation: Observation) -> Plan:
+        """Plan the next two seconds."""
+        return Plan(self._predictor.waypoints(scene_input(observation, self._spec)))
+
+    def rank(self, observation: Observation) -> Float[np.ndarray, " actors"]:
+        """Return the attention to each actor; who is no token ranks below all, the nearer higher.
+
+        Raises:
+            AgentError: The observation holds no objects.
+        """
+        actors, ego = observation.actors, observation.ego
+        if actors is None:
+            message = "PlanT needs the input 'objects'."
+            raise AgentError(message)
+        given = scene_input(observation, self._spec)
+        ranks = -np.hypot(actors.poses[:, 0] - ego.x, actors.poses[:, 1] - ego.y).astype(float)
+        told = given.tokens.places != NOWHERE
+        ranks[given.tokens.places[told]] = self._predictor.attention(given)[told]
+        return ranks
+
+
+@runtime_checkable
+class Predictor(Protocol):
+    """Answers one scene; the same scene always gets the same answer."""
+
+    def waypoints(self, given: SceneInput) -> Float[np.ndarray, "waypoints 2"]:
+        """Return the plan in the ego frame, metres."""
+        ...
+
+    def attention(self, given: SceneInput) -> Float[np.ndarray, " tokens"]:
+        """Return how much [CLS] attends to each token, summed over layers and heads."""
+        ...
+
+
+def load_predictor(folder: Path) -> Predictor:
+    """Return what answers scenes with the weights of a folder: its graph if it holds one.
+
+    Raises:
+        InputError: The folder holds no weights that can be used.
+    """
+    if (folder / GRAPH_FILE).is_file():
+        from plant_bench.agents.plant.graph import GraphPredictor
+
+        return GraphPredictor(folder / GRAPH_FILE)
+    from plant_bench.agents.plant.predictor import TorchPredictor  # torch is loaded here only
+    from plant_bench.agents.plant.weights import load_network
+
+    return TorchPredictor(load_network(folder))
+
+
+def _files(folder: Path) -> list[Path]:
+    features = Path(plant_bench.features.__file__).parent
+    weights = [folder / name for name in (WEIGHTS_FILE, CONFIG_FILE, GRAPH_FILE)]
+    return [path for path in weights if path.is_file()] + list(features.glob("*.py"))

@@ -1,0 +1,115 @@
+"""What a PlanT network is: its size, what it is told, and its bins. Needs no torch."""
+
+import json
+import math
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal
+
+from pydantic import TypeAdapter, ValidationError
+
+from plant_bench.errors import InputError
+from plant_bench.features.tokens import TokenSpec
+
+SizeName = Literal["mini", "small", "medium"]
+
+WEIGHTS_FILE, CONFIG_FILE, GRAPH_FILE = "weights.safetensors", "config.json", "network.onnx"
+WEIGHTS_FORMAT = 1
+
+TOP_SPEED = 60.0 / 3.6  # m/s, of the bins (PlanT, dataset.py)
+LARGEST_EXTENT = 30.0  # m, of the bins (PlanT, dataset.py)
+SPEED_BINS, PLACE_BINS, YAW_BINS = 4, 128, 32  # Z_a (PlanT, "Implementation")
+
+
+@dataclass(frozen=True)
+class Size:
+    """An encoder's size.
+
+    Attributes:
+        layers: Number of transformer layers.
+        width: H, the hidden width.
+        heads: Of attention.
+    """
+
+    layers: int
+    width: int
+    heads: int
+
+
+SIZES: dict[SizeName, Size] = {  # Turc et al., 2019
+    "mini": Size(4, 256, 4),
+    "small": Size(4, 512, 8),
+    "medium": Size(8, 512, 8),
+}
+
+
+@dataclass(frozen=True)
+class Bins:
+    """How one attribute is cut into classes.
+
+    Attributes:
+        count: Number of bins.
+        low: The lowest bin's centre.
+        high: The highest bin's centre; values beyond the two count to them.
+    """
+
+    count: int
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class PlanTConfig:
+    """All that decides a network's shape and inputs; stored beside its weights.
+
+    Attributes:
+        size: A name in `SIZES`.
+        tokens: What becomes a token.
+        speed_input: Whether the ego's speed is told. PlanT does without: told its speed, a learner
+            by imitation goes on as it goes, and what stands never starts.
+        speed_dropout: Share of the training samples in which the speed is withheld.
+        limit_input: Whether the speed limit is told. PlanT does without.
+    """
+
+    size: SizeName = "mini"
+    tokens: TokenSpec = field(default_factory=TokenSpec)
+    speed_input: bool = False
+    speed_dropout: float = 0.5
+    limit_input: bool = False
+
+    @property
+    def encoder(self) -> Size:
+        """The encoder's size."""
+        return SIZES[self.size]
+
+    @property
+    def bins(self) -> tuple[Bins, ...]:
+        """The bins of z, x, y, yaw, width and length for the auxiliary task."""
+        place = Bins(PLACE_BINS, -self.tokens.reach, self.tokens.reach)
+        extent = Bins(PLACE_BINS, 0.0, LARGEST_EXTENT)
+        yaw = Bins(YAW_BINS, -math.pi, math.pi)
+        return Bins(SPEED_BINS, 0.0, TOP_SPEED), place, place, yaw, extent, extent
+
+
+def load_config(folder: Path) -> PlanTConfig:
+    """Read a network's config.
+
+    Raises:
+        InputError: There is none, or it is broken or of another format.
+    """
+    path = folder / CONFIG_FILE
+    try:
+        payload = json.loads(path.read_text(encoding="utf-8"))
+        if payload.pop("format") != WEIGHTS_FORMAT or payload.pop("network") != "plant":
+            message = f"format {WEIGHTS_FORMAT} of network 'plant' is wanted"
+            raise ValueError(message)
+        return TypeAdapter(PlanTConfig).validate_python(payload)
+    except FileNotFoundError as error:
+        message = (
+            f"There are no weights in {folder}: `plant-bench train plant --out {folder}` makes "
+            "them; `--agent plant@FOLDER` takes those of another folder."
+        )
+        raise InputError(message) from error
+    except (OSError, KeyError, ValueError, AttributeError, ValidationError) as error:
+        message = f"Not the config of a PlanT network: {path} ({error})."
+        raise InputError(message) from error

@@ -1,0 +1,125 @@
+"""BERT's encoder (Devlin et al., 2019), for a few dozen tokens; batch first.
+
+Equal to `transformers.BertModel` number for number; a test copies its weights and compares.
+"""
+
+import math
+
+import torch
+from jaxtyping import Bool, Float
+from torch import Tensor, nn
+from torch.nn import functional
+
+from plant_bench.agents.plant.config import Size
+
+NORM_EPSILON = 1e-12  # BERT
+DROPOUT = 0.1  # BERT
+DEVIATION = 0.02  # of initial weights, BERT
+WIDENING = 4  # of the feed-forward layer, BERT
+BERT_WORDS, BERT_POSITIONS, BERT_TYPES = 30_522, 512, 2  # rows of BERT's tables
+
+
+class Layer(nn.Module):
+    """Attention and feed-forward, each added to its input and then normalised."""
+
+    def __init__(self, size: Size) -> None:
+        super().__init__()
+        width = size.width
+        self.heads = size.heads
+        self.query_key_value = nn.Linear(width, 3 * width)
+        self.mix = nn.Linear(width, width)
+        self.attention_norm = nn.LayerNorm(width, eps=NORM_EPSILON)
+        self.widen = nn.Linear(width, WIDENING * width)
+        self.narrow = nn.Linear(WIDENING * width, width)
+        self.norm = nn.LayerNorm(width, eps=NORM_EPSILON)
+        self.dropout = nn.Dropout(DROPOUT)
+
+    def forward(
+        self,
+        hidden: Float[Tensor, "batch tokens width"],
+        bias: Float[Tensor, "batch 1 1 tokens"] | None,
+        *,
+        explain: bool,
+    ) -> tuple[Float[Tensor, "batch tokens width"], Float[Tensor, "batch tokens"] | None]:
+        """Return the new hidden states and, if wanted, the first token's attention over heads."""
+        batch, tokens, width = hidden.shape
+        parts = self.query_key_value(hidden).view(batch, tokens, 3, self.heads, -1)
+        query, key, value = parts.permute(2, 0, 3, 1, 4)
+        seen = _attention_of_first(query, key, bias) if explain else None
+        mixed = functional.scaled_dot_product_attention(
+            query, key, value, attn_mask=bias, dropout_p=DROPOUT if self.training else 0.0
+        )
+        mixed = mixed.transpose(1, 2).reshape(batch, tokens, width)
+        hidden = self.attention_norm(hidden + self.dropout(self.mix(mixed)))
+        widened = functional.gelu(self.widen(hidden))
+        return self.norm(hidden + self.dropout(self.narrow(widened))), seen
+
+
+class Encoder(nn.Module):
+    """Normalises embeddings and runs them through the layers.
+
+    Args:
+        size: How many layers of what width.
+    """
+
+    def __init__(self, size: Size) -> None:
+        super().__init__()
+        self.norm = nn.LayerNorm(size.width, eps=NORM_EPSILON)
+        self.dropout = nn.Dropout(DROPOUT)
+        self.layers = nn.ModuleList(Layer(size) for _ in range(size.layers))
+
+    def forward(
+        self,
+        embedded: Float[Tensor, "batch tokens width"],
+        absent: Bool[Tensor, "batch tokens"] | None = None,
+        *,
+        explain: bool = False,
+    ) -> tuple[Float[Tensor, "batch tokens width"], Float[Tensor, "batch tokens"] | None]:
+        """Encode.
+
+        Args:
+            embedded: Embeddings.
+            absent: Where there is padding, which nobody attends to; None for no padding.
+            explain: Whether the first token's attention, summed over layers and heads, is wanted.
+        """
+        hidden = self.dropout(self.norm(embedded))
+        bias = None
+        if absent is not None:
+            bias = torch.zeros_like(absent, dtype=hidden.dtype).masked_fill(absent, -math.inf)
+            bias = bias[:, None, None, :]
+        total = None
+        for layer in self.layers:
+            hidden, seen = layer(hidden, bias, explain=explain)
+            if seen is not None:
+                total = seen if total is None else total + seen
+        return hidden, total
+
+
+def initialise(module: nn.Module) -> None:
+    """Set a module's own weights as BERT does, for `nn.Module.apply`."""
+    if isinstance(module, nn.Linear | nn.Embedding):
+        nn.init.normal_(module.weight, std=DEVIATION)
+    if isinstance(module, nn.Linear) and module.bias is not None:
+        nn.init.zeros_(module.bias)
+
+
+def bert_parameters(size: Size) -> int:
+    """Return the parameters of a BERT of this size, as the paper counts them.
+
+    That is the encoder, and what PlanT loads with it and never uses: the word, position and type
+    tables and the pooler.
+
+    >>> [bert_parameters(Size(*size)) for size in ((4, 256, 4), (4, 512, 8), (8, 512, 8))]
+    [11170560, 28763648, 41373184]
+    """
+    used = sum(weights.numel() for weights in Encoder(size).parameters())
+    tables = (BERT_WORDS + BERT_POSITIONS + BERT_TYPES) * size.width
+    pooler = (size.width + 1) * size.width
+    return used + tables + pooler
+
+
+def _attention_of_first(query: Tensor, key: Tensor, bias: Tensor | None) -> Tensor:
+    weights = query[:, :, :1] @ key.transpose(2, 3) / math.sqrt(query.shape[-1])
+    if bias is not None:
+        weights = weights + bias
+    return weights.softmax(dim=-1).sum(dim=(1, 2))

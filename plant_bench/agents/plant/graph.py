@@ -1,0 +1,65 @@
+"""The network as a graph for ONNX Runtime, which needs half of PyTorch's time for one scene.
+
+A folder of weights that holds `network.onnx` is driven with it, and torch is never loaded; so the
+folder decides how an agent drives, not what happens to be installed.
+"""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from plant_bench.errors import InputError
+from plant_bench.features.inputs import SceneInput
+
+WAYPOINTS, ATTENTION = "waypoints", "attention"
+_HOW = "pip install 'plant-bench[onnx]'"
+
+
+class GraphPredictor:
+    """Holds a graph; the same input always gives the same answer.
+
+    Args:
+        path: Of the graph.
+
+    Raises:
+        InputError: The graph is broken, or ONNX Runtime is missing.
+    """
+
+    def __init__(self, path: Path) -> None:
+        try:
+            import onnxruntime
+        except ImportError as error:
+            message = f"{path} needs ONNX Runtime: {_HOW}, or remove the file."
+            raise InputError(message) from error
+        options = onnxruntime.SessionOptions()
+        options.intra_op_num_threads = options.inter_op_num_threads = 1
+        try:
+            self._session: Any = onnxruntime.InferenceSession(
+                str(path), options, providers=["CPUExecutionProvider"]
+            )
+        except Exception as error:  # its errors share no base but Exception
+            message = f"Broken graph {path}: {str(error).splitlines()[0]}"
+            raise InputError(message) from error
+        self._wanted = {item.name for item in self._session.get_inputs()}
+
+    def waypoints(self, given: SceneInput) -> Float[np.ndarray, "waypoints 2"]:
+        """Return the plan in the ego frame, metres."""
+        return self._run(WAYPOINTS, given)
+
+    def attention(self, given: SceneInput) -> Float[np.ndarray, " tokens"]:
+        """Return how much [CLS] attends to each token, summed over layers and heads."""
+        return self._run(ATTENTION, given)
+
+    def _run(self, name: str, given: SceneInput) -> np.ndarray:
+        scene = {
+            "attributes": given.tokens.attributes[None],
+            "kinds": given.tokens.kinds[None],
+            "red": np.array([given.red], np.float32),
+            "target": np.array([given.target], np.float32),
+            "speed": np.array([given.speed], np.float32),
+            "limit": np.array([given.limit], np.float32),
+        }
+        feed = {key: values for key, values in scene.items() if key in self._wanted}
+        return np.asarray(self._session.run([name], feed)[0][0], dtype=float)

@@ -1,0 +1,136 @@
+"""PlanT's network: an encoder over object tokens, and a GRU that writes waypoints.
+
+Sources: PlanT, section 3, equations 1 to 3; its public code for what the paper leaves open (the
+decoder's width). Unlike there, attributes are scaled to about 1 and padding is masked.
+"""
+
+import math
+from typing import NamedTuple
+
+import torch
+from jaxtyping import Float, UInt8
+from torch import Tensor, nn
+from torch.nn import functional
+
+from plant_bench.agent import PLAN_STEPS
+from plant_bench.agents.plant.config import PlanTConfig
+from plant_bench.agents.plant.encoder import DEVIATION, Encoder, initialise
+from plant_bench.features.tokens import ATTRIBUTES, TokenKind
+
+DECODER_WIDTH = 64  # of the GRU, the light's flag apart (PlanT, model.py)
+SCALES = (10.0, 15.0, 15.0, math.pi, 2.0, 5.0)  # attributes are divided by these
+METRES, SPEED = 10.0, 10.0  # the same for points and for the ego's speed and limit
+
+
+class Batch(NamedTuple):
+    """What the network is told of some scenes; see `plant_bench.features.inputs`.
+
+    Attributes:
+        attributes: Of the tokens.
+        kinds: `TokenKind` of each; padding is masked.
+        red: 1 where the next light is red or yellow.
+        target: A route point ahead in the ego frame, metres.
+        speed: m/s; used if the config says so, NaN where it is withheld.
+        limit: m/s; used if the config says so.
+    """
+
+    attributes: Float[Tensor, "batch tokens 6"]
+    kinds: UInt8[Tensor, "batch tokens"]
+    red: Float[Tensor, " batch"]
+    target: Float[Tensor, "batch 2"]
+    speed: Float[Tensor, " batch"]
+    limit: Float[Tensor, " batch"]
+
+
+class Output(NamedTuple):
+    """What the network answers.
+
+    Attributes:
+        waypoints: In the ego frame, metres, every 0.5 s.
+        futures: For each of the six attributes the logits of its bins half a second later.
+    """
+
+    waypoints: Float[Tensor, "batch waypoints 2"]
+    futures: tuple[Float[Tensor, "batch tokens bins"], ...]
+
+
+class PlanTNetwork(nn.Module):
+    """The whole network.
+
+    Args:
+        config: Its size and inputs.
+    """
+
+    def __init__(self, config: PlanTConfig) -> None:
+        super().__init__()
+        width = config.encoder.width
+        self.config = config
+        self.scales = nn.Buffer(torch.tensor(SCALES), persistent=False)
+        self.project = nn.Linear(ATTRIBUTES, width)
+        self.kinds = nn.Embedding(len(TokenKind), width)
+        self.cls = nn.Parameter(torch.zeros(width))
+        extras = 2 * config.speed_input + config.limit_input
+        self.facts = nn.Linear(extras, width) if extras else None
+        self.encoder = Encoder(config.encoder)
+        self.futures = nn.ModuleList(nn.Linear(width, bins.count) for bins in config.bins)
+        self.narrow = nn.Linear(width, DECODER_WIDTH)
+        self.apply(initialise)
+        nn.init.normal_(self.cls, std=DEVIATION)
+        self.decoder = nn.GRUCell(4, DECODER_WIDTH + 1)
+        self.step = nn.Linear(DECODER_WIDTH + 1, 2)
+
+    def forward(self, batch: Batch) -> Output:
+        """Answer some scenes, for training."""
+        hidden, _ = self.encode(batch, padded=True, explain=False)
+        futures = tuple(head(hidden[:, 1:]) for head in self.futures)
+        return Output(self.decode(hidden[:, 0], batch.red, batch.target), futures)
+
+    def plan(
+        self, batch: Batch, *, explain: bool = False
+    ) -> tuple[Float[Tensor, "batch waypoints 2"], Float[Tensor, "batch tokens"] | None]:
+        """Return the waypoints of scenes without padding, and if wanted what was attended to.
+
+        That is the attention of [CLS] to each token, summed over layers and heads (PlanT, 4.2).
+        """
+        hidden, attention = self.encode(batch, padded=False, explain=explain)
+        return self.decode(hidden[:, 0], batch.red, batch.target), attention
+
+    def encode(
+        self, batch: Batch, *, padded: bool, explain: bool
+    ) -> tuple[Float[Tensor, "batch hidden width"], Float[Tensor, "batch tokens"] | None]:
+        """Return the encoder's output, [CLS] first, and the attention of [CLS] to the tokens."""
+        kinds = batch.kinds.long()
+        tokens = self.project(batch.attributes / self.scales) + self.kinds(kinds)
+        cls = self.cls.expand(len(kinds), 1, -1)
+        if self.facts is not None:
+            cls = cls + self.facts(self._facts(batch))[:, None]
+        absent = functional.pad(kinds == TokenKind.PADDING, (1, 0)) if padded else None
+        hidden, attention = self.encoder(torch.cat((cls, tokens), 1), absent, explain=explain)
+        return hidden, None if attention is None else attention[:, 1:]
+
+    def decode(
+        self,
+        cls: Float[Tensor, "batch width"],
+        red: Float[Tensor, " batch"],
+        target: Float[Tensor, "batch 2"],
+    ) -> Float[Tensor, "batch waypoints 2"]:
+        """Write the waypoints one after the other, each from the last; always in full precision."""
+        with torch.autocast(cls.device.type, enabled=False):
+            narrowed = functional.linear(cls.float(), self.narrow.weight, self.narrow.bias)
+            hidden = torch.cat((narrowed, red[:, None]), dim=1)
+            point, goal = torch.zeros_like(target), target / METRES
+            points = []
+            for _ in range(PLAN_STEPS):
+                hidden = self.decoder(torch.cat((point, goal), dim=1), hidden)
+                point = point + self.step(hidden)
+                points.append(point)
+            return torch.stack(points, dim=1) * METRES
+
+    def _facts(self, batch: Batch) -> Float[Tensor, "batch facts"]:
+        facts = []
+        if self.config.speed_input:
+            withheld = batch.speed.isnan()
+            facts += [batch.speed.nan_to_num() / SPEED, 1.0 - withheld.float()]
+        if self.config.limit_input:
+            facts.append(batch.limit / SPEED)
+        return torch.stack(facts, dim=1)

@@ -1,0 +1,61 @@
+"""A trained network on disk: a folder with `weights.safetensors` (half precision) and a config."""
+
+import json
+import math
+from dataclasses import asdict
+from pathlib import Path
+
+import torch
+from safetensors import SafetensorError
+from safetensors.torch import load_file, save_file
+
+from plant_bench.agents.plant.config import (
+    CONFIG_FILE,
+    WEIGHTS_FILE,
+    WEIGHTS_FORMAT,
+    load_config,
+)
+from plant_bench.agents.plant.network import PlanTNetwork
+from plant_bench.errors import InputError
+
+
+def save_network(network: PlanTNetwork, folder: Path) -> None:
+    """Write a network's weights and config, each file whole or not at all."""
+    folder.mkdir(parents=True, exist_ok=True)
+    payload = {"format": WEIGHTS_FORMAT, "network": "plant", **asdict(network.config)}
+    text = json.dumps(payload, indent=1) + "\n"
+    state = {
+        name: values.detach().to("cpu", torch.float16).contiguous()
+        for name, values in network.state_dict().items()
+    }
+    config_part, weights_part = folder / f"{CONFIG_FILE}.part", folder / f"{WEIGHTS_FILE}.part"
+    config_part.write_text(text, encoding="utf-8")
+    save_file(state, weights_part)
+    weights_part.chmod(0o644)  # safetensors makes it private
+    config_part.replace(folder / CONFIG_FILE)
+    weights_part.replace(folder / WEIGHTS_FILE)
+
+
+def load_network(folder: Path) -> PlanTNetwork:
+    """Read a network, ready to plan: float32, dropout off.
+
+    Raises:
+        InputError: Files are missing or broken, or the weights do not fit the config.
+    """
+    config = load_config(folder)
+    path = folder / WEIGHTS_FILE
+    try:
+        state = {name: values.float() for name, values in load_file(path).items()}
+        network = PlanTNetwork(config)
+        network.load_state_dict(state)
+    except (OSError, SafetensorError, RuntimeError) as error:
+        lines = str(error).splitlines()
+        message = (
+            f"Cannot use the weights {path} as a PlanT of size '{config.size}': {lines[0]} "
+            "Get the file again, or train anew."
+        )
+        raise InputError(message) from error
+    if not all(math.isfinite(values.sum()) for values in state.values()):
+        message = f"The weights {path} hold values that are not finite: train anew."
+        raise InputError(message)
+    return network.eval()

@@ -1,0 +1,162 @@
+"""`plant-bench train`."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from plant_bench.errors import InputError
+
+EXIT_INTERRUPTED = 130
+train_app = typer.Typer(no_args_is_help=True, help="Learn to drive from recordings.")
+
+
+@train_app.callback()
+def _root() -> None:
+    """Keep the planner's name a command of its own, also while there is one only."""
+
+
+@train_app.command("plant")
+def train_plant(
+    data: Annotated[Path, typer.Option(help="Folder with routes/ and episodes/.")],
+    out: Annotated[Path, typer.Option(help="Folder for the model, as models/mine.")],
+    size: Annotated[Literal["mini", "small", "medium"], typer.Option(help="Encoder.")] = "mini",
+    epochs: Annotated[int, typer.Option(help="Passes over the data.", min=1)] = 47,
+    drop_after: Annotated[
+        int | None, typer.Option(help="Epochs before the rate falls to a tenth; 45 of 47.", min=0)
+    ] = None,
+    batch: Annotated[int, typer.Option(help="Samples a step, over all devices.", min=1)] = 128,
+    rate: Annotated[float, typer.Option(help="Learning rate.")] = 1e-4,
+    auxiliary: Annotated[
+        float, typer.Option(help="Weight of predicting the others' future.", min=0.0)
+    ] = 0.2,
+    seed: Annotated[int, typer.Option(help="Of weights, order and held-out routes.", min=0)] = 0,
+    held_out: Annotated[
+        float, typer.Option(help="Share of the routes kept for validation.", min=0.0, max=0.9)
+    ] = 0.1,
+    reach: Annotated[float, typer.Option(help="Metres within which others are seen.")] = 30.0,
+    segments: Annotated[int, typer.Option(help="Route segments told.", min=1)] = 2,
+    vulnerable: Annotated[
+        bool, typer.Option(help="See walkers, and riders as a type of their own.")
+    ] = False,
+    speed_input: Annotated[bool, typer.Option(help="Tell the ego's speed.")] = False,
+    limit_input: Annotated[bool, typer.Option(help="Tell the speed limit.")] = False,
+    full_precision: Annotated[
+        bool, typer.Option("--full-precision", help="float32 instead of bfloat16.")
+    ] = False,
+    validate_every: Annotated[
+        int, typer.Option(help="Epochs between closed-loop validations; 0 for none.", min=0)
+    ] = 0,
+    validate_suite: Annotated[
+        str | None, typer.Option(help="What to drive then; without it the routes held out.")
+    ] = None,
+    validate_routes: Annotated[
+        str | None, typer.Option(help="Which of them, as in `score --routes`.")
+    ] = None,
+    hazards: Annotated[bool, typer.Option(help="Play hazards in validation.")] = True,
+    onnx: Annotated[
+        bool, typer.Option("--onnx", help="Write network.onnx, too: half the time a decision.")
+    ] = False,
+    accelerator: Annotated[str, typer.Option(help="cpu, cuda, mps or auto.")] = "auto",
+    devices: Annotated[int, typer.Option(help="Processes, one a device.", min=1)] = 1,
+    threads: Annotated[int, typer.Option(help="Of each process; 0 for one a core.", min=0)] = 0,
+    workers: Annotated[
+        int, typer.Option(help="Processes that make samples and drive validations.", min=1)
+    ] = 2,
+    work: Annotated[
+        Path | None,
+        typer.Option(help="Checkpoint, logs, validation; reports/training-NAME without it."),
+    ] = None,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Start anew instead of going on.")
+    ] = False,
+) -> None:
+    """Train PlanT to imitate what was recorded; the defaults are the paper's.
+
+    The same command goes on where it was stopped, with Ctrl-C or by a crash, and comes to the same
+    weights. A model is `weights.safetensors`, `config.json` and `card.md`.
+
+    For instance:
+
+        plant-bench train plant --data data/expert --out models/mine --epochs 10
+
+        plant-bench score --agent plant@models/mine
+    """
+    _check_installed()
+    import torch
+
+    from plant_bench.agents.plant.config import PlanTConfig
+    from plant_bench.cli.training_progress import SamplesProgress, TrainingProgress, bars
+    from plant_bench.features.tokens import TokenSpec
+    from plant_bench.training.batches import split_by_route
+    from plant_bench.training.closed_loop import ClosedLoop
+    from plant_bench.training.imitation import TrainingRequest, make_fabric, train
+    from plant_bench.training.logs import NO_TENSORBOARD, has_tensorboard
+    from plant_bench.training.settings import TrainingSettings
+    from plant_bench.training.shards import load_shards
+
+    spec = TokenSpec(reach=reach, segments=segments, vulnerable=vulnerable)
+    config = PlanTConfig(size, spec, speed_input=speed_input, limit_input=limit_input)
+    settings = TrainingSettings(
+        epochs=epochs,
+        drop_after=round(epochs * 45 / 47) if drop_after is None else drop_after,
+        batch=batch,
+        rate=rate,
+        auxiliary=auxiliary,
+        seed=seed,
+        held_out=held_out,
+        precision="32-true" if full_precision else "bf16-mixed",
+        validate_every=validate_every,
+    )
+    if threads:
+        torch.set_num_threads(threads)
+    try:
+        with bars() as shown:
+            samples = SamplesProgress(shown)
+            shards = load_shards(data, spec, workers=workers, on_progress=samples)
+        split = split_by_route(shards, settings.held_out, settings.seed)
+        fabric = make_fabric(accelerator=accelerator, devices=devices)
+        drive = None
+        if validate_every:
+            routes = validate_routes
+            if validate_suite is None and routes is None:
+                routes = ",".join(split.held_out)
+            suite = validate_suite or str(data / "routes")
+            drive = ClosedLoop(suite, routes, hazards, workers)
+        request = TrainingRequest(
+            config,
+            settings,
+            out,
+            work or Path("reports") / f"training-{out.name}",
+            drive,
+            overwrite,
+            onnx,
+        )
+        if fabric.is_global_zero:
+            typer.echo(
+                f"{len(split.training)} samples to learn from, {len(split.validation)} of "
+                f"{len(split.held_out)} other routes to check with.",
+                err=True,
+            )
+            if not has_tensorboard():
+                typer.echo(NO_TENSORBOARD, err=True)
+        with bars() as shown:
+            train(request, split, fabric, TrainingProgress(shown, epochs))
+    except KeyboardInterrupt:
+        typer.echo("Stopped. The same command goes on from here.", err=True)
+        raise typer.Exit(EXIT_INTERRUPTED) from None
+    if fabric.is_global_zero:
+        typer.echo(f"Model: {out}")
+
+
+def _check_installed() -> None:
+    """Say what to install where Lightning Fabric is missing.
+
+    Raises:
+        InputError: It is.
+    """
+    import importlib.util
+
+    if importlib.util.find_spec("lightning_fabric") is None:
+        message = "Training needs Lightning Fabric: pip install 'plant-bench[train]'."
+        raise InputError(message)

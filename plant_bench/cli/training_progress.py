@@ -1,0 +1,96 @@
+"""Live progress of `plant-bench train` on standard error."""
+
+from rich.console import Console
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    TaskID,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
+
+from plant_bench.training.events import Driving, EpochEnded, StepEnded, TrainingEvent
+
+SMOOTHING = 0.98  # of the loss shown
+
+
+class SamplesProgress:
+    """Follows the making of samples; shows nothing if none are to be made. Mutable.
+
+    Args:
+        bars: Are being shown.
+    """
+
+    def __init__(self, bars: Progress) -> None:
+        self._bars = bars
+        self._task: TaskID | None = None
+
+    def __call__(self, done: int, total: int) -> None:
+        """Show how many episodes are ready."""
+        if self._task is None:
+            self._task = self._bars.add_task("episodes made into samples", total=total)
+        self._bars.update(self._task, completed=done)
+
+
+class TrainingProgress:
+    """Follows a training; mutable.
+
+    Args:
+        bars: Are being shown.
+        epochs: How many there will be.
+    """
+
+    def __init__(self, bars: Progress, epochs: int) -> None:
+        self._bars = bars
+        self._epochs = epochs
+        self._loss: float | None = None
+        self._whole: TaskID | None = None
+        self._steps: TaskID | None = None
+
+    def __call__(self, event: TrainingEvent) -> None:
+        """Show what has happened."""
+        match event:
+            case StepEnded():
+                self._show_step(event)
+            case Driving():
+                self._say(f"epoch {event.epoch + 1}: driving the validation routes")
+            case EpochEnded():
+                parts = [f"{name} {value:.4g}" for name, value in event.row.items()]
+                self._say(", ".join(parts))
+
+    def _show_step(self, event: StepEnded) -> None:
+        if self._steps is None:
+            self._whole = self._bars.add_task("steps of all epochs", total=None)
+            self._steps = self._bars.add_task("", total=event.steps)
+        old = event.loss if self._loss is None else self._loss
+        self._loss = SMOOTHING * old + (1.0 - SMOOTHING) * event.loss
+        self._bars.update(
+            self._steps,
+            total=event.steps,
+            completed=event.step,
+            description=f"epoch {event.epoch + 1} of {self._epochs}, loss {self._loss:.3f}",
+        )
+        if self._whole is not None:
+            self._bars.update(
+                self._whole,
+                total=self._epochs * event.steps,
+                completed=event.epoch * event.steps + event.step,
+            )
+
+    def _say(self, text: str) -> None:
+        self._bars.console.print(text, highlight=False, markup=False)
+
+
+def bars() -> Progress:
+    """Return bars to be shown on standard error, as a context."""
+    return Progress(
+        TextColumn("{task.description:<34}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeElapsedColumn(),
+        TimeRemainingColumn(),
+        console=Console(stderr=True),
+        speed_estimate_period=300,
+    )

@@ -1,0 +1,166 @@
+"""PlanT's objects: road users and route segments as tokens of six attributes (PlanT, section 3).
+
+A token is (z, x, y, yaw, width, length) in the ego frame: z is the speed of an actor, or the place
+of a route segment in their order. Metres, m/s and radians.
+"""
+
+import math
+from dataclasses import dataclass
+from enum import IntEnum
+from itertools import pairwise
+
+import numpy as np
+import shapely
+from jaxtyping import Float, Int, UInt8
+
+from plant_bench.agent import RouteAhead
+from plant_bench.world.scene import EGO_WIDTH, ActorKind, Actors, EgoState
+
+ATTRIBUTES = 6
+NOWHERE = -1  # the place of a route segment among the actors
+
+_IS_VULNERABLE = np.array([kind in (ActorKind.PEDESTRIAN, ActorKind.BICYCLE) for kind in ActorKind])
+
+
+class TokenKind(IntEnum):
+    """The object types, each with an embedding of its own."""
+
+    PADDING = 0
+    VEHICLE = 1
+    ROUTE = 2
+    VULNERABLE = 3
+
+
+@dataclass(frozen=True)
+class TokenSpec:
+    """What becomes a token.
+
+    Attributes:
+        reach: Metres from the ego's centre within which actors count, and within which a route
+            segment must start (D_max = 30; PlanT, "Implementation").
+        segments: Number of route segments (N_s = 2; PlanT, "Implementation").
+        longest: Metres at which a segment is split (L_max = 10; PlanT, "Implementation").
+        tolerance: Metres of the Ramer-Douglas-Peucker subsampling (0.5; PlanT, dataset.py).
+        view: Metres of route looked at (50; PlanT, dataset.py).
+        speed: Whether actors' speeds are told (PlanT, table 2).
+        rear: Whether actors behind the ego are told (PlanT, table 2).
+        vulnerable: Whether walkers and riders are told as a type of their own. PlanT leaves
+            walkers out, and riders are vehicles to it.
+    """
+
+    reach: float = 30.0
+    segments: int = 2
+    longest: float = 10.0
+    tolerance: float = 0.5
+    view: int = 50
+    speed: bool = True
+    rear: bool = True
+    vulnerable: bool = False
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Tokens:
+    """The objects of one scene: actors first, the nearest first, then the route's segments.
+
+    Attributes:
+        attributes: z, x, y, yaw, width, length.
+        kinds: `TokenKind` values.
+        places: Place in the observation's actors; `NOWHERE` for route segments.
+    """
+
+    attributes: Float[np.ndarray, "tokens 6"]
+    kinds: UInt8[np.ndarray, " tokens"]
+    places: Int[np.ndarray, " tokens"]
+
+    def __len__(self) -> int:
+        return len(self.kinds)
+
+
+def tokens_of(ego: EgoState, actors: Actors, route: RouteAhead, spec: TokenSpec) -> Tokens:
+    """Return the objects of a scene as the planner is told them."""
+    places = _nearest_first(ego, actors, spec)
+    segments = route_attributes(ego, route, spec)
+    near, count = len(places), len(places) + len(segments)
+    attributes = np.empty((count, ATTRIBUTES), np.float32)
+    attributes[:near] = actor_attributes(ego, actors, places)
+    attributes[near:] = segments
+    if not spec.speed:
+        attributes[:near, 0] = 0.0
+    kinds = np.full(count, TokenKind.ROUTE, np.uint8)
+    kinds[:near] = TokenKind.VEHICLE
+    if spec.vulnerable:
+        kinds[:near][_IS_VULNERABLE[actors.kinds[places]]] = TokenKind.VULNERABLE
+    all_places = np.full(count, NOWHERE, np.int64)
+    all_places[:near] = places
+    return Tokens(attributes, kinds, all_places)
+
+
+def actor_attributes(
+    ego: EgoState, actors: Actors, places: Int[np.ndarray, " tokens"]
+) -> Float[np.ndarray, "tokens 6"]:
+    """Return the six attributes of some actors in the frame of `ego`, in the order of `places`."""
+    cos, sin = math.cos(ego.yaw), math.sin(ego.yaw)
+    poses = actors.poses[places].astype(float)
+    dx, dy = poses[:, 0] - ego.x, poses[:, 1] - ego.y
+    attributes = np.empty((len(places), ATTRIBUTES))
+    attributes[:, 0] = actors.speeds[places]
+    attributes[:, 1] = cos * dx + sin * dy
+    attributes[:, 2] = cos * dy - sin * dx
+    attributes[:, 3] = (poses[:, 2] - ego.yaw + math.pi) % (2.0 * math.pi) - math.pi
+    attributes[:, 4:] = actors.extents[places, ::-1]
+    return attributes
+
+
+def route_attributes(
+    ego: EgoState, route: RouteAhead, spec: TokenSpec
+) -> Float[np.ndarray, "segments 6"]:
+    """Return the next segments of the route as boxes of the ego's width; fewer near its end."""
+    points = route.points[: spec.view + 1]
+    if len(points) < 2:
+        return np.empty((0, ATTRIBUTES))
+    line = shapely.simplify(shapely.linestrings(points), spec.tolerance, preserve_topology=False)
+    corners = shapely.get_coordinates(line).tolist()
+    rows: list[tuple[float, ...]] = []
+    cos, sin = math.cos(ego.yaw), math.sin(ego.yaw)
+    for (x0, y0), (x1, y1) in _split(corners, spec.longest, spec.segments):
+        if rows and math.hypot(x0 - ego.x, y0 - ego.y) > spec.reach:
+            break
+        dx, dy = 0.5 * (x0 + x1) - ego.x, 0.5 * (y0 + y1) - ego.y
+        yaw = (math.atan2(y1 - y0, x1 - x0) - ego.yaw + math.pi) % (2.0 * math.pi) - math.pi
+        length = math.hypot(x1 - x0, y1 - y0)
+        x, y = cos * dx + sin * dy, cos * dy - sin * dx
+        rows.append((float(len(rows)), x, y, yaw, EGO_WIDTH, length))
+    return np.array(rows, dtype=float).reshape(-1, ATTRIBUTES)
+
+
+def _nearest_first(ego: EgoState, actors: Actors, spec: TokenSpec) -> Int[np.ndarray, " tokens"]:
+    """Return the places of the actors that count; equal distances by id, the actors' order."""
+    poses = actors.poses
+    dx, dy = poses[:, 0] - ego.x, poses[:, 1] - ego.y
+    squares = dx * dx + dy * dy
+    counts = squares < spec.reach * spec.reach
+    if not spec.vulnerable:
+        counts &= actors.kinds != ActorKind.PEDESTRIAN
+    if not spec.rear:
+        counts &= math.cos(ego.yaw) * dx + math.sin(ego.yaw) * dy >= 0.0
+    places = counts.nonzero()[0]
+    return places[squares[places].argsort(kind="stable")]
+
+
+_Point = list[float]
+
+
+def _split(corners: list[_Point], longest: float, most: int) -> list[tuple[_Point, _Point]]:
+    """Return the first pieces of a line, cut at its corners and wherever one gets too long."""
+    pieces: list[tuple[_Point, _Point]] = []
+    for (x, y), (end_x, end_y) in pairwise(corners):
+        left = math.hypot(end_x - x, end_y - y)
+        while left > longest + 1e-6 and len(pieces) < most:
+            share = longest / left
+            cut = [x + share * (end_x - x), y + share * (end_y - y)]
+            pieces.append(([x, y], cut))
+            (x, y), left = cut, left - longest
+        if len(pieces) >= most:
+            break
+        pieces.append(([x, y], [end_x, end_y]))
+    return pieces

@@ -1,0 +1,1 @@
+"""Learning to drive from recordings. Needs torch and Lightning Fabric."""

@@ -1,0 +1,52 @@
+"""Scores a network in training by letting it drive: open-loop loss says little about that."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from plant_bench.runner.run import ScoreRequest, open_run
+from plant_bench.runner.suite import SuiteEvent, run_suite
+from plant_bench.runner.summary import write_summary
+
+
+@dataclass(frozen=True)
+class ClosedLoop:
+    """What is driven for validation.
+
+    Attributes:
+        suite: A suite's name, or a folder or file of routes.
+        routes: Selection of them, as in `plant-bench score --routes`.
+        hazards: Whether their hazards are played.
+        workers: Processes.
+    """
+
+    suite: str
+    routes: str | None = None
+    hazards: bool = True
+    workers: int = 1
+
+
+def closed_loop_score(weights: Path, out: Path, drive: ClosedLoop) -> float:
+    """Return the driving score, 0 to 100, of the network in a folder.
+
+    Args:
+        weights: The folder.
+        out: Folder of the run; what is finished there is not driven again.
+        drive: What to drive.
+
+    Raises:
+        PlantBenchError: The run cannot be made.
+    """
+    request = ScoreRequest(
+        agent=f"plant@{weights}",
+        suite=drive.suite,
+        routes=drive.routes,
+        repetitions=1,
+        hazards=drive.hazards,
+    )
+    run = open_run(request, out)
+    run_suite(run.missing, run.folder, workers=drive.workers, recordings=False, on_event=_not_shown)
+    return write_summary(run.folder).scores.driving_score.mean
+
+
+def _not_shown(_event: SuiteEvent) -> None:
+    """Take no notice."""

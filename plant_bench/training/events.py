@@ -1,0 +1,33 @@
+"""What a training tells while it goes on."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class StepEnded:
+    """A step is done; `loss` is its total loss."""
+
+    epoch: int
+    step: int
+    steps: int
+    loss: float
+
+
+@dataclass(frozen=True, slots=True)
+class EpochEnded:
+    """An epoch is done; `row` is its line in the history."""
+
+    epoch: int
+    row: dict[str, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Driving:
+    """A closed-loop validation begins."""
+
+    epoch: int
+
+
+TrainingEvent = StepEnded | EpochEnded | Driving
+Listener = Callable[[TrainingEvent], None]

@@ -1,0 +1,219 @@
+"""Learning by imitation: from samples to a folder of weights that an agent drives with."""
+
+import json
+import shlex
+import shutil
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import torch
+from lightning_fabric import Fabric
+
+from plant_bench.agents.plant.config import GRAPH_FILE, PlanTConfig
+from plant_bench.agents.plant.weights import load_network, save_network
+from plant_bench.errors import InputError
+from plant_bench.training.batches import Split
+from plant_bench.training.card import model_card
+from plant_bench.training.checkpoint import load_checkpoint, save_checkpoint
+from plant_bench.training.closed_loop import ClosedLoop, closed_loop_score
+from plant_bench.training.events import Driving, EpochEnded, Listener
+from plant_bench.training.interrupts import stop_wish
+from plant_bench.training.logs import History
+from plant_bench.training.settings import TrainingSettings
+from plant_bench.training.trainer import Trainer
+
+CHECKPOINT_EVERY = 300.0  # s, besides that at the end of each epoch
+CARD_FILE = "card.md"
+
+Score = Callable[[Path, Path], float]
+
+
+@dataclass(frozen=True)
+class TrainingRequest:
+    """What is asked of a training.
+
+    Attributes:
+        config: Of the network.
+        settings: How to train.
+        out: Folder for the finished model.
+        work: Folder for checkpoint, logs and validation runs.
+        closed_loop: What to drive for validation; None where `validate_every` is 0.
+        overwrite: Start anew even if there is a checkpoint.
+        graph: Whether to write the network as an ONNX graph, too.
+    """
+
+    config: PlanTConfig
+    settings: TrainingSettings
+    out: Path
+    work: Path
+    closed_loop: ClosedLoop | None = None
+    overwrite: bool = False
+    graph: bool = False
+
+
+def make_fabric(*, accelerator: str, devices: int) -> Fabric:
+    """Return a launched Fabric; with several devices this starts the other processes.
+
+    Raises:
+        InputError: There is no such accelerator, or it cannot be used.
+    """
+    try:
+        fabric = Fabric(
+            accelerator=accelerator,
+            devices=devices,
+            strategy="auto" if devices == 1 else "ddp",
+            precision="32-true",  # "bf16-mixed" would round the inputs too: see Trainer
+        )
+        fabric.launch()
+    except (ValueError, RuntimeError, ImportError) as error:
+        message = f"Cannot train on {devices} x '{accelerator}': {error}"
+        raise InputError(message) from error
+    return fabric
+
+
+def train(request: TrainingRequest, split: Split, fabric: Fabric, listen: Listener) -> None:
+    """Train to the end, or until Ctrl-C; the same request goes on where it was stopped.
+
+    Args:
+        request: What to train.
+        split: On what.
+        fabric: Launched.
+        listen: Told what happens, in the first process only.
+
+    Raises:
+        InputError: A folder cannot be used, or holds another training.
+        KeyboardInterrupt: The user wished to stop; the checkpoint is written.
+    """
+    trainer = Trainer(fabric, request.config, request.settings, split)
+    keeper = _Keeper(request, split, trainer, fabric)
+    keeper.take_up()
+    with stop_wish() as wish:
+        while trainer.progress.epoch < request.settings.epochs:
+            for _ in trainer.steps(listen if fabric.is_global_zero else _silent):
+                if trainer.any_wants(wish.wanted):
+                    keeper.save()
+                    raise KeyboardInterrupt
+                keeper.save_now_and_then()
+            row = trainer.end_epoch()
+            if fabric.is_global_zero:
+                keeper.end_epoch(row, listen)
+            fabric.barrier()
+            keeper.save()
+            if trainer.any_wants(wish.wanted) and trainer.progress.epoch < request.settings.epochs:
+                raise KeyboardInterrupt
+    if fabric.is_global_zero:
+        keeper.finish()
+
+
+class _Keeper:
+    """Keeps what a training leaves on disk; changes with each epoch."""
+
+    def __init__(
+        self, request: TrainingRequest, split: Split, trainer: Trainer, fabric: Fabric
+    ) -> None:
+        self._request, self._split, self._trainer = request, split, trainer
+        self._fabric = fabric
+        self._saved_at = time.monotonic()
+        self._history: History | None = None
+        self._best = request.work / "best"
+
+    def take_up(self) -> None:
+        """Go on from the checkpoint if there is one; otherwise start anew."""
+        work = self._request.work
+        if self._request.overwrite and self._fabric.is_global_zero:
+            shutil.rmtree(work, ignore_errors=True)
+        self._fabric.barrier()
+        found = load_checkpoint(work, self._identity())
+        if found is not None:
+            self._trainer.progress, network, optimizer = found
+            self._trainer.network.load_state_dict(network)
+            self._trainer.optimizer.load_state_dict(optimizer)
+            if not self._fabric.is_global_zero:
+                self._trainer.progress.sums = [0.0, 0.0, 0.0]  # they are the first process's
+        if self._fabric.is_global_zero:
+            self._history = History(work)
+
+    def save(self) -> None:
+        """Write the checkpoint."""
+        self._saved_at = time.monotonic()
+        if self._fabric.is_global_zero:
+            trainer = self._trainer
+            states = trainer.network.state_dict(), trainer.optimizer.state_dict()
+            save_checkpoint(self._request.work, trainer.progress, self._identity(), *states)
+
+    def save_now_and_then(self) -> None:
+        """Write the checkpoint if the last one is old."""
+        if time.monotonic() - self._saved_at > CHECKPOINT_EVERY:
+            self.save()
+
+    def end_epoch(self, row: dict[str, float], listen: Listener) -> None:
+        """Validate by driving if it is time, and write the history."""
+        request, progress = self._request, self._trainer.progress
+        every, drive = request.settings.validate_every, request.closed_loop
+        last = progress.epoch == request.settings.epochs
+        if drive is not None and every and (progress.epoch % every == 0 or last):
+            listen(Driving(progress.epoch - 1))
+            candidate = request.work / "candidate"
+            save_network(self._trainer.network, candidate)
+            run = request.work / "validation" / f"epoch-{progress.epoch:03d}"
+            score = closed_loop_score(candidate, run, drive)
+            row["driving_score"] = score
+            if progress.best is None or score >= progress.best[0]:
+                progress.best = (score, progress.epoch)
+                save_network(self._trainer.network, self._best)
+        event = EpochEnded(progress.epoch - 1, row)
+        if self._history is not None:
+            self._history.add(event, progress.history)
+        listen(event)
+
+    def finish(self) -> None:
+        """Write the model: the best that was driven, or else the last."""
+        request, progress = self._request, self._trainer.progress
+        chosen = f"These are the weights of the last epoch, {progress.epoch}."
+        if progress.best is None:
+            save_network(self._trainer.network, request.out)
+        else:
+            score, epoch = progress.best
+            chosen = (
+                f"These are the weights of epoch {epoch}, the best of those that were driven: "
+                f"DS {score:.1f} on the validation routes."
+            )
+            save_network(load_network(self._best), request.out)
+        (request.out / GRAPH_FILE).unlink(missing_ok=True)  # of earlier weights
+        if request.graph:
+            from plant_bench.agents.plant.export import export_graph
+
+            export_graph(request.out)
+        card = model_card(
+            request.out.name,
+            self._trainer.network,
+            request.settings,
+            self._split,
+            progress.history,
+            chosen=chosen,
+            command=shlex.join([Path(sys.argv[0]).name, *sys.argv[1:]]),
+        )
+        (request.out / CARD_FILE).write_text(card, encoding="utf-8")
+        if self._history is not None:
+            self._history.close()
+
+    def _identity(self) -> dict[str, Any]:
+        """Return what makes two trainings the same, as plain values."""
+        settings = asdict(self._request.settings)
+        del settings["epochs"]  # a longer training goes on from a shorter one
+        parts = {
+            "data": self._split.fingerprint,
+            "processes": self._fabric.world_size,
+            "torch": str(torch.__version__),
+            **asdict(self._request.config),
+            **settings,
+        }
+        return json.loads(json.dumps(parts))
+
+
+def _silent(_event: object) -> None:
+    """Take no notice."""

@@ -1,0 +1,53 @@
+"""PlanT's loss: waypoints by L1, the others' future by cross-entropy over bins (equation 3)."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import torch
+from jaxtyping import Float, Int
+from torch import Tensor
+from torch.nn import functional
+
+from plant_bench.agents.plant.config import Bins
+from plant_bench.agents.plant.network import Output
+from plant_bench.training.batches import Targets
+
+IGNORED = -100  # no class: there is nothing to learn
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Losses:
+    """The parts of equation 3, means over the batch.
+
+    Attributes:
+        waypoints: Sum over x and y, mean over the waypoints, metres.
+        vehicles: Sum over the six attributes, mean over each scene's actors; 0 for none.
+    """
+
+    waypoints: Float[Tensor, ""]
+    vehicles: Float[Tensor, ""]
+
+    def total(self, weight: float) -> Float[Tensor, ""]:
+        """Return what is minimised; `weight` is lambda."""
+        return self.waypoints + weight * self.vehicles
+
+
+def losses_of(output: Output, targets: Targets, bins: Sequence[Bins]) -> Losses:
+    """Return how far an output is from its targets."""
+    waypoints = (output.waypoints - targets.waypoints).abs().sum(dim=2).mean()
+    known = ~targets.futures[:, :, 0].isnan()
+    each = torch.zeros_like(known, dtype=waypoints.dtype)
+    for attribute, (logits, kind) in enumerate(zip(output.futures, bins, strict=True)):
+        classes = classes_of(targets.futures[:, :, attribute], kind)
+        each = each + functional.cross_entropy(
+            logits.float().flatten(0, 1), classes.flatten(), ignore_index=IGNORED, reduction="none"
+        ).view_as(each)
+    scenes = each.sum(dim=1) / known.sum(dim=1).clamp(min=1)
+    return Losses(waypoints, scenes.mean())
+
+
+def classes_of(values: Float[Tensor, "*shape"], bins: Bins) -> Int[Tensor, "*shape"]:
+    """Return the bin nearest to each value; `IGNORED` for NaN."""
+    share = ((values - bins.low) / (bins.high - bins.low)).clamp(0.0, 1.0)
+    classes = (share.nan_to_num() * (bins.count - 1)).round().long()
+    return classes.masked_fill(values.isnan(), IGNORED)

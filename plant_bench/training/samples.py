@@ -1,0 +1,184 @@
+"""From a recording to what a learner needs: scenes at 2 Hz, and what became of them.
+
+Scenes become inputs by the very functions that a planner uses while it drives.
+"""
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+from jaxtyping import Float, Int, UInt8
+
+from plant_bench.agent import PLAN_INTERVAL, PLAN_STEPS, Input
+from plant_bench.data.recording import Recording
+from plant_bench.errors import InputError
+from plant_bench.features.inputs import SceneInput, scene_input
+from plant_bench.features.tokens import ATTRIBUTES, NOWHERE, Tokens, TokenSpec, actor_attributes
+from plant_bench.geometry.pose import to_frame
+from plant_bench.runner.observing import observe
+from plant_bench.scoring.progress import RouteProgress
+from plant_bench.world.route import Route
+from plant_bench.world.scene import TICK, Actors, EgoState, Scene
+
+SAMPLE_TICKS = round(PLAN_INTERVAL / TICK)  # 10: data at 2 Hz (PlanT, section 4)
+HORIZON = PLAN_STEPS * SAMPLE_TICKS  # ticks
+SKIPPED_FIRST = 5  # samples of each episode (PlanT, dataset.py)
+SKIPPED_LAST = 2  # as above; the last four have no whole future anyway
+INPUTS = frozenset({Input.OBJECTS, Input.ROUTE, Input.LIGHT})
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Samples:
+    """Scenes and their futures; the tokens of all samples lie one after the other.
+
+    Everything is in the ego frame of the sample's own instant.
+
+    Attributes:
+        starts: Where the tokens of each sample start, and at the end their number.
+        attributes: Of the tokens (`plant_bench.features.tokens`).
+        kinds: `TokenKind` values.
+        futures: Attributes of the same actors 0.5 s later, NaN for those gone and for the route.
+        red: 1 where the next light is red or yellow.
+        target: A route point ahead, metres.
+        speed: The ego's, m/s.
+        limit: m/s.
+        waypoints: Where the ego's centre was 0.5, 1.0, 1.5 and 2.0 s later, metres.
+    """
+
+    starts: Int[np.ndarray, " ends"]
+    attributes: Float[np.ndarray, "tokens 6"]
+    kinds: UInt8[np.ndarray, " tokens"]
+    futures: Float[np.ndarray, "tokens 6"]
+    red: Float[np.ndarray, " batch"]
+    target: Float[np.ndarray, "batch 2"]
+    speed: Float[np.ndarray, " batch"]
+    limit: Float[np.ndarray, " batch"]
+    waypoints: Float[np.ndarray, "batch waypoints 2"]
+
+    def __len__(self) -> int:
+        return len(self.red)
+
+    @property
+    def counts(self) -> Int[np.ndarray, " batch"]:
+        """Number of tokens of each sample."""
+        return np.diff(self.starts)
+
+    def only(self, part: slice) -> "Samples":
+        """Return the samples of a slice, which must have a start, a stop and no step."""
+        first, last = (int(self.starts[at]) for at in (part.start, part.stop))
+        of_tokens = {"attributes", "kinds", "futures"}
+        columns = {
+            item.name: getattr(self, item.name)[
+                slice(first, last) if item.name in of_tokens else part
+            ]
+            for item in fields(self)
+            if item.name != "starts"
+        }
+        return Samples(starts=_ends(self.counts[part]), **columns)
+
+
+def samples_of(recording: Recording, route: Route, spec: TokenSpec) -> Samples:
+    """Return the samples of an episode.
+
+    Ego poses are wanted at every tick, actors at every tenth only.
+
+    Raises:
+        InputError: The recording is of another route, or a tick is missing.
+    """
+    known = recording.metadata.get("route_checksum")
+    if known != route.checksum:
+        message = (
+            f"A recording of route {recording.metadata.get('route')} ({str(known)[:12]}) does not "
+            f"fit route {route.id} ({route.checksum[:12]}): keep the routes it was driven on."
+        )
+        raise InputError(message)
+    kept = _kept_rows(len(recording))
+    place = RouteProgress(route)
+    rows: list[_Row] = []
+    followed = 0
+    for chosen in kept:
+        for row in range(followed, chosen + 1):
+            ego = recording[row].ego
+            place.follow(ego.x, ego.y)
+        followed = chosen + 1
+        scene = recording[chosen]
+        if scene.tick != chosen:
+            message = f"Row {chosen} of a recording holds tick {scene.tick}: all ticks are wanted."
+            raise InputError(message)
+        observation = observe(scene, route, place.progress, place.offset, INPUTS, None)
+        given = scene_input(observation, spec)
+        later = recording[chosen + SAMPLE_TICKS].actors
+        ahead = [recording[at].ego for at in _future_rows(chosen)]
+        rows.append(_Row(given, _futures(scene, given.tokens, later), _waypoints(scene.ego, ahead)))
+    return _stacked(rows)
+
+
+def joined(parts: list[Samples]) -> Samples:
+    """Return the samples of several episodes as one."""
+    columns = {
+        field.name: np.concatenate([getattr(part, field.name) for part in parts])
+        for field in fields(Samples)
+        if field.name != "starts"
+    }
+    counts = np.concatenate([part.counts for part in parts])
+    return Samples(starts=_ends(counts), **columns)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Row:
+    given: SceneInput
+    futures: Float[np.ndarray, "tokens 6"]
+    waypoints: Float[np.ndarray, "waypoints 2"]
+
+
+def _kept_rows(length: int) -> range:
+    """Return the rows that become samples: those with a whole future, the ends left out."""
+    first = SKIPPED_FIRST * SAMPLE_TICKS
+    last_sample = (length - 1) // SAMPLE_TICKS - SKIPPED_LAST
+    last = min(last_sample * SAMPLE_TICKS, length - 1 - HORIZON)
+    return range(first, last + 1, SAMPLE_TICKS)
+
+
+def _future_rows(row: int) -> range:
+    return range(row + SAMPLE_TICKS, row + HORIZON + 1, SAMPLE_TICKS)
+
+
+def _waypoints(ego: EgoState, ahead: list[EgoState]) -> Float[np.ndarray, "waypoints 2"]:
+    return to_frame(np.array([[later.x, later.y] for later in ahead]), *ego.pose)
+
+
+def _futures(scene: Scene, tokens: Tokens, later: Actors) -> Float[np.ndarray, "tokens 6"]:
+    """Return the later attributes of the tokens' actors in the frame of the ego now."""
+    futures = np.full((len(tokens), ATTRIBUTES), np.nan)
+    if len(later) == 0:
+        return futures
+    mine = (tokens.places != NOWHERE).nonzero()[0]
+    ids = scene.actors.ids[tokens.places[mine]]
+    order = later.ids.argsort()
+    found = order[np.searchsorted(later.ids, ids, sorter=order).clip(max=len(later) - 1)]
+    there = later.ids[found] == ids
+    futures[mine[there]] = actor_attributes(scene.ego, later, found[there])
+    return futures
+
+
+def _ends(counts: np.ndarray) -> Int[np.ndarray, " ends"]:
+    return np.concatenate(([0], np.cumsum(counts, dtype=np.int64)))
+
+
+def _stacked(rows: list[_Row]) -> Samples:
+    count = len(rows)
+    tokens = [row.given.tokens for row in rows]
+    none = np.empty((0, ATTRIBUTES), np.float32)
+    given = [row.given for row in rows]
+    return Samples(
+        starts=_ends(np.array([len(item) for item in tokens], np.int64)),
+        attributes=np.concatenate([none, *(item.attributes for item in tokens)]),
+        kinds=np.concatenate([np.empty(0, np.uint8), *(item.kinds for item in tokens)]),
+        futures=np.concatenate([none, *(row.futures for row in rows)]).astype(np.float32),
+        red=np.array([item.red for item in given], np.float32),
+        target=np.array([item.target for item in given], np.float32).reshape(count, 2),
+        speed=np.array([item.speed for item in given], np.float32),
+        limit=np.array([item.limit for item in given], np.float32),
+        waypoints=np.array([row.waypoints for row in rows], np.float32).reshape(
+            count, PLAN_STEPS, 2
+        ),
+    )

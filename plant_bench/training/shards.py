@@ -1,0 +1,162 @@
+"""The samples of a data folder, made once and kept: one compressed file an episode.
+
+DIR/routes/*.json          the routes driven (suite files)
+DIR/episodes/*.parquet     recordings; their metadata names the route
+DIR/samples/<key>/*.npz    what is made of them; the key is a hash of the code and spec that made it
+
+A finished file is never made again, so the same command goes on where it was stopped.
+"""
+
+import hashlib
+import json
+import zipfile
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, fields
+from functools import cache, lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from plant_bench.data.recording import Recording
+from plant_bench.errors import InputError
+from plant_bench.features.tokens import TokenSpec
+from plant_bench.runner.executors import Event, Finished, Lost, run_tasks
+from plant_bench.runner.worker import Report
+from plant_bench.training.samples import Samples, samples_of
+from plant_bench.world.route import Route, load_suite
+
+SHARD_FORMAT = 1
+KEY_LENGTH = 12
+_PACKAGE = Path(__file__).parents[1]
+_CODE = (  # what decides the numbers of a sample
+    *sorted((_PACKAGE / "features").glob("*.py")),
+    _PACKAGE / "training" / "samples.py",
+    _PACKAGE / "runner" / "observing.py",
+    _PACKAGE / "scoring" / "progress.py",
+    _PACKAGE / "geometry" / "polyline.py",
+    _PACKAGE / "geometry" / "pose.py",
+)
+
+
+@dataclass(frozen=True)
+class Shard:
+    """The samples of one episode.
+
+    Attributes:
+        route: The route's id: training and validation are told apart by it.
+        samples: What was seen and done.
+    """
+
+    route: str
+    samples: Samples
+
+
+@dataclass(frozen=True)
+class _Task:
+    recording: Path
+    shard: Path
+    routes: Path
+    spec: TokenSpec
+
+
+def shards_key(spec: TokenSpec) -> str:
+    """Return what names the folder of samples: a hash of the format, the code and the spec."""
+    digest = hashlib.sha256(f"{SHARD_FORMAT}|{json.dumps(asdict(spec), sort_keys=True)}".encode())
+    for path in _CODE:
+        digest.update(path.name.encode())
+        digest.update(path.read_bytes())
+    return digest.hexdigest()[:KEY_LENGTH]
+
+
+def load_shards(
+    data: Path,
+    spec: TokenSpec,
+    *,
+    workers: int = 1,
+    on_progress: Callable[[int, int], None] | None = None,
+) -> list[Shard]:
+    """Return the samples of a data folder, in the order of the recordings' names.
+
+    Args:
+        data: The data folder, see above.
+        spec: What becomes a token.
+        workers: Processes that make what is missing.
+        on_progress: Told how many of how many episodes are ready.
+
+    Raises:
+        InputError: The folder, a recording or its route cannot be used.
+    """
+    recordings = sorted((data / "episodes").glob("*.parquet"))
+    if not recordings:
+        message = (
+            f"No recordings found in {data / 'episodes'}: a data folder holds episodes/*.parquet "
+            "and routes/*.json, the routes they were driven on."
+        )
+        raise InputError(message)
+    routes = data / "routes"
+    if not any(routes.glob("*.json")):
+        message = f"No routes (*.json) found in {routes}: the routes driven are wanted there."
+        raise InputError(message)
+    folder = data / "samples" / shards_key(spec)
+    folder.mkdir(parents=True, exist_ok=True)
+    names = {path: folder / f"{path.stem}-{_content(path)}.npz" for path in recordings}
+    missing = [path for path, shard in names.items() if not shard.is_file()]
+    _make([_Task(path, names[path], routes, spec) for path in missing], workers, on_progress)
+    return [_read(shard) for shard in names.values()]
+
+
+def _make(tasks: list[_Task], workers: int, on_progress: Callable[[int, int], None] | None) -> None:
+    done = 0
+
+    def listen(event: Event) -> None:
+        nonlocal done
+        if isinstance(event, Lost):
+            message = f"No samples can be made of {tasks[event.task].recording}: {event.reason}"
+            raise InputError(message)
+        if isinstance(event, Finished):
+            done += 1
+            if on_progress is not None:
+                on_progress(done, len(tasks))
+
+    if len(tasks) == 1 or workers == 1:  # not worth a process
+        for place, task in enumerate(tasks):
+            _make_shard(task, lambda _: None)
+            listen(Finished(0, place, None))
+    elif tasks:
+        run_tasks(tasks, _make_shard, workers=min(workers, len(tasks)), on_event=listen)
+
+
+def _make_shard(task: _Task, _report: Report) -> None:
+    recording = Recording.load(task.recording)
+    name = str(recording.metadata.get("route"))
+    route = _routes(task.routes).get(name)
+    if route is None:
+        message = f"{task.recording} is of route '{name}', which is not in {task.routes}."
+        raise InputError(message)
+    samples = samples_of(recording, route, task.spec)
+    columns: dict[str, Any] = {item.name: getattr(samples, item.name) for item in fields(Samples)}
+    unfinished = task.shard.with_suffix(".part")
+    with unfinished.open("wb") as file:
+        np.savez_compressed(file, route=np.array(name), **columns)
+    unfinished.replace(task.shard)
+
+
+def _read(path: Path) -> Shard:
+    try:
+        with path.open("rb") as opened, np.load(opened, allow_pickle=False) as file:
+            columns = {item.name: file[item.name] for item in fields(Samples)}
+            return Shard(str(file["route"]), Samples(**columns))
+    except (OSError, ValueError, KeyError, zipfile.BadZipFile, EOFError) as error:
+        message = f"Broken samples: {path} ({error}). Remove the file; it is made again."
+        raise InputError(message) from error
+
+
+@lru_cache(maxsize=1)
+def _routes(folder: Path) -> dict[str, Route]:
+    return {route.id: route for route in load_suite(str(folder))}
+
+
+@cache
+def _content(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()[:KEY_LENGTH]

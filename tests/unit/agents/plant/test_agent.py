@@ -1,0 +1,129 @@
+"""PlanT as a planner: weights on disk, the contract, ranks, and bad folders."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+from safetensors.torch import load_file, save_file
+
+from plant_bench.agent import NextLight, Observation, RouteAhead, check_agent
+from plant_bench.agents.plant.agent import PlanT
+from plant_bench.agents.plant.config import PlanTConfig
+from plant_bench.agents.plant.network import PlanTNetwork
+from plant_bench.agents.plant.weights import load_network, save_network
+from plant_bench.agents.registry import agent_checksum, load_agent
+from plant_bench.errors import InputError
+from plant_bench.features.tokens import TokenSpec
+from plant_bench.world.route import load_suite
+from plant_bench.world.scene import ActorKind, Actors, EgoState, Light
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    torch.manual_seed(0)
+    path = tmp_path / "model"
+    save_network(PlanTNetwork(PlanTConfig(tokens=TokenSpec(reach=25.0))), path)
+    return path
+
+
+def observation() -> Observation:
+    actors = Actors(
+        np.arange(4, dtype=np.int64),
+        np.array([[10, 0, 0], [60, 0, 0], [5, 3, 0], [40, 0, 0]], np.float32),
+        np.ones(4, np.float32),
+        np.ones((4, 2), np.float32),
+        np.full(4, ActorKind.CAR, np.uint8),
+    )
+    points = np.stack((np.arange(50.0), np.zeros(50)), axis=1)
+    ahead = RouteAhead(0.0, 0.0, 0.0, points, np.zeros(50), np.full(50, 9.0))
+    ego = EgoState(0.0, 0.0, 0.0, 4.0)
+    return Observation(0.0, ego, 9.0, actors, ahead, NextLight(Light.RED, 20.0))
+
+
+def test_plant_keeps_the_contract(folder: Path) -> None:
+    agent = load_agent(f"plant@{folder}")
+    check_agent(agent, load_suite("longest6")[0], [observation()] * 2)
+
+
+def test_who_is_no_token_ranks_below_all_others(folder: Path) -> None:
+    ranks = PlanT(str(folder)).rank(observation())
+    assert set(np.argsort(-ranks)[:2].tolist()) == {0, 2}
+    assert np.argsort(-ranks)[2:].tolist() == [3, 1]
+
+
+def test_weights_come_back_in_half_precision(folder: Path) -> None:
+    network = load_network(folder)
+    assert network.config == PlanTConfig(tokens=TokenSpec(reach=25.0))
+    assert all(v.dtype == torch.float16 for v in load_file(folder / "weights.safetensors").values())
+    assert {weights.dtype for weights in network.parameters()} == {torch.float32}
+    save_network(network, folder.with_name("again"))
+    again = (folder.with_name("again") / "weights.safetensors").read_bytes()
+    assert again == (folder / "weights.safetensors").read_bytes()
+
+
+def test_the_checksum_covers_the_weights(folder: Path) -> None:
+    before = agent_checksum(f"plant@{folder}")
+    torch.manual_seed(1)
+    save_network(PlanTNetwork(PlanTConfig(tokens=TokenSpec(reach=25.0))), folder)
+    assert agent_checksum(f"plant@{folder}") != before
+
+
+def cut(folder: Path) -> None:
+    path = folder / "weights.safetensors"
+    path.write_bytes(path.read_bytes()[:-1000])
+
+
+def forget(folder: Path) -> None:
+    (folder / "config.json").unlink()
+
+
+def resize(folder: Path) -> None:
+    path = folder / "config.json"
+    path.write_text(path.read_text().replace('"mini"', '"small"'))
+
+
+def misname(folder: Path) -> None:
+    path = folder / "config.json"
+    path.write_text(path.read_text().replace('"mini"', '"huge"'))
+
+
+def age(folder: Path) -> None:
+    path = folder / "config.json"
+    path.write_text(json.dumps(json.loads(path.read_text()) | {"format": 0}))
+
+
+def spoil(folder: Path) -> None:
+    path = folder / "weights.safetensors"
+    state = load_file(path)
+    state["cls"] = torch.full_like(state["cls"], torch.nan)
+    save_file(state, path)
+
+
+@pytest.mark.parametrize(
+    ("harm", "message"),
+    [
+        (cut, "Cannot use the weights"),
+        (forget, "There are no weights in"),
+        (resize, "as a PlanT of size 'small'"),
+        (misname, "Not the config"),
+        (age, "format 1 of network 'plant' is wanted"),
+        (spoil, "not finite"),
+    ],
+)
+def test_unusable_weights_are_input_errors(folder: Path, harm, message: str) -> None:
+    harm(folder)
+    with pytest.raises(InputError, match=message):
+        load_agent(f"plant@{folder}")
+
+
+def test_other_planners_start_without_torch() -> None:
+    code = (
+        "import sys; from plant_bench.agents.registry import agent_factory, load_agent\n"
+        "load_agent('rule-based'); print(agent_factory('plant').__doc__); import plant_bench.cli\n"
+        "assert 'torch' not in sys.modules"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True, capture_output=True)

@@ -1,0 +1,62 @@
+"""The network in ONNX Runtime answers as it does in PyTorch."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+
+from plant_bench.agents.plant.agent import PlanT, load_predictor
+from plant_bench.agents.plant.config import SIZES, PlanTConfig, Size
+from plant_bench.agents.plant.export import export_graph
+from plant_bench.agents.plant.graph import GraphPredictor
+from plant_bench.agents.plant.network import PlanTNetwork
+from plant_bench.agents.plant.predictor import TorchPredictor
+from plant_bench.agents.plant.weights import save_network
+from plant_bench.errors import InputError
+from plant_bench.features.inputs import SceneInput
+from plant_bench.features.tokens import Tokens
+
+pytest.importorskip("onnx")
+pytest.importorskip("onnxruntime")
+
+
+def scene_of(tokens: int) -> SceneInput:
+    rng = np.random.default_rng(tokens)
+    return SceneInput(
+        Tokens(
+            rng.normal(scale=5.0, size=(tokens, 6)).astype(np.float32),
+            rng.integers(1, 4, tokens).astype(np.uint8),
+            np.arange(tokens),
+        ),
+        float(tokens % 2),
+        (15.0, -3.0),
+        6.0,
+        13.0,
+    )
+
+
+@pytest.mark.parametrize("extras", [False, True])
+def test_the_graph_is_the_network(
+    tmp_path: Path, extras: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(SIZES, "mini", Size(2, 32, 2))
+    torch.manual_seed(0)
+    config = PlanTConfig(speed_input=extras, limit_input=extras)
+    save_network(PlanTNetwork(config), tmp_path)
+    eager = load_predictor(tmp_path)
+    assert isinstance(eager, TorchPredictor)
+    export_graph(tmp_path)
+    graph = load_predictor(tmp_path)
+    assert isinstance(graph, GraphPredictor)
+    for count in (0, 1, 2, 24):
+        scene = scene_of(count)
+        np.testing.assert_allclose(graph.waypoints(scene), eager.waypoints(scene), atol=1e-4)
+        np.testing.assert_allclose(graph.attention(scene), eager.attention(scene), atol=1e-4)
+    assert tmp_path / "network.onnx" in PlanT(str(tmp_path)).files
+
+
+def test_a_broken_graph_is_an_input_error(tmp_path: Path) -> None:
+    (tmp_path / "network.onnx").write_bytes(b"nothing")
+    with pytest.raises(InputError, match="Broken graph"):
+        GraphPredictor(tmp_path / "network.onnx")

@@ -1,0 +1,93 @@
+"""Objects as tokens: who is told, in what order, in which frame."""
+
+import math
+
+import numpy as np
+import pytest
+
+from plant_bench.agent import RouteAhead
+from plant_bench.features.tokens import NOWHERE, TokenKind, TokenSpec, tokens_of
+from plant_bench.world.scene import EGO_WIDTH, ActorKind, Actors, EgoState
+
+NORTH = EgoState(100.0, 50.0, math.pi / 2, 5.0)
+
+
+def route_of(points: np.ndarray) -> RouteAhead:
+    count = len(points)
+    return RouteAhead(0.0, 0.0, 0.0, points, np.zeros(count), np.full(count, 10.0))
+
+
+def straight_north(metres: int = 60) -> RouteAhead:
+    ahead = np.arange(metres + 1.0)
+    return route_of(np.stack((np.full_like(ahead, 100.0), 50.0 + ahead), axis=1))
+
+
+def actors_at(*places: tuple[float, float], kinds: tuple[ActorKind, ...] = ()) -> Actors:
+    count = len(places)
+    return Actors(
+        np.arange(count, dtype=np.int64) + 7,
+        np.array([(x, y, math.pi / 2) for x, y in places], np.float32).reshape(count, 3),
+        np.arange(count, dtype=np.float32) + 1.0,
+        np.tile(np.array([[4.5, 1.8]], np.float32), (count, 1)),
+        np.array(kinds or [ActorKind.CAR] * count, np.uint8),
+    )
+
+
+def test_actors_come_nearest_first_in_the_ego_frame() -> None:
+    actors = actors_at((100.0, 70.0), (97.0, 50.0), (100.0, 90.0))
+    tokens = tokens_of(NORTH, actors, straight_north(), TokenSpec())
+    assert tokens.places.tolist() == [1, 0, NOWHERE, NOWHERE]
+    assert tokens.kinds.tolist() == [TokenKind.VEHICLE] * 2 + [TokenKind.ROUTE] * 2
+    assert tokens.attributes[0] == pytest.approx([2.0, 0.0, 3.0, 0.0, 1.8, 4.5], abs=1e-5)
+    assert tokens.attributes[1] == pytest.approx([1.0, 20.0, 0.0, 0.0, 1.8, 4.5], abs=1e-5)
+
+
+def test_a_straight_route_is_cut_into_pieces() -> None:
+    tokens = tokens_of(NORTH, Actors.none(), straight_north(), TokenSpec(segments=3))
+    expected = [[place, 5.0 + 10.0 * place, 0.0, 0.0, EGO_WIDTH, 10.0] for place in range(3)]
+    assert tokens.attributes == pytest.approx(np.array(expected), abs=1e-5)
+
+
+def test_a_corner_starts_a_new_segment() -> None:
+    up = [(100.0, 50.0 + step) for step in range(7)]
+    left = [(100.0 - step, 56.0) for step in range(1, 50)]
+    tokens = tokens_of(NORTH, Actors.none(), route_of(np.array(up + left)), TokenSpec())
+    assert tokens.attributes[0] == pytest.approx([0.0, 3.0, 0.0, 0.0, EGO_WIDTH, 6.0], abs=1e-5)
+    assert tokens.attributes[1] == pytest.approx(
+        [1.0, 6.0, 5.0, math.pi / 2, EGO_WIDTH, 10.0], abs=1e-5
+    )
+
+
+@pytest.mark.parametrize(("metres", "segments"), [(0, 0), (1, 1), (7, 1), (12, 2)])
+def test_near_its_end_the_route_has_fewer_segments(metres: int, segments: int) -> None:
+    tokens = tokens_of(NORTH, Actors.none(), straight_north(metres), TokenSpec())
+    assert len(tokens) == segments
+    assert tokens.attributes[:, 5].sum() == pytest.approx(metres)
+
+
+def test_switches_hide_what_they_say() -> None:
+    kinds = (ActorKind.CAR, ActorKind.PEDESTRIAN, ActorKind.BICYCLE, ActorKind.STATIC)
+    actors = actors_at((100.0, 40.0), (100.0, 55.0), (100.0, 60.0), (100.0, 65.0), kinds=kinds)
+    route = straight_north()
+    assert tokens_of(NORTH, actors, route, TokenSpec()).places[:-2].tolist() == [0, 2, 3]
+    assert tokens_of(NORTH, actors, route, TokenSpec(rear=False)).places[:-2].tolist() == [2, 3]
+    assert tokens_of(NORTH, actors, route, TokenSpec(reach=12.0)).places[:-2].tolist() == [0, 2]
+    assert not tokens_of(NORTH, actors, route, TokenSpec(speed=False)).attributes[:3, 0].any()
+    told = tokens_of(NORTH, actors, route, TokenSpec(vulnerable=True))
+    assert told.places[:-2].tolist() == [1, 0, 2, 3]
+    assert told.kinds[:-2].tolist() == [
+        TokenKind.VULNERABLE,
+        TokenKind.VEHICLE,
+        TokenKind.VULNERABLE,
+        TokenKind.VEHICLE,
+    ]
+
+
+def test_angles_are_wrapped() -> None:
+    west = EgoState(0.0, 0.0, math.pi - 0.1, 0.0)
+    actors = actors_at((-5.0, 0.0))
+    actors.poses[0, 2] = -math.pi + 0.1
+    route = route_of(np.stack((-np.arange(30.0), np.zeros(30)), axis=1))
+    tokens = tokens_of(west, actors, route, TokenSpec())
+    assert tokens.attributes[0, 3] == pytest.approx(0.2, abs=1e-5)
+    assert tokens.attributes[1, 3] == pytest.approx(0.1, abs=1e-5)

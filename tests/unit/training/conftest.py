@@ -1,0 +1,91 @@
+"""A data folder made by hand: an ego that drives along a straight road behind a car."""
+
+import json
+import math
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+
+from plant_bench.data.recording import Recorder
+from plant_bench.world.route import LaneSpan, Route
+from plant_bench.world.scene import TICK, ActorKind, Actors, EgoState, Scene
+
+SPEED, HEADING = 8.0, 0.5  # m/s, radians
+NORTH_EAST = np.array([math.cos(HEADING), math.sin(HEADING)])
+
+
+def straight_route(name: str) -> Route:
+    points = np.round(np.arange(201.0)[:, None] * NORTH_EAST, 3)
+    return Route(
+        id=name,
+        town="nowhere",
+        points=points,
+        elevations=np.zeros(201),
+        speed_limits=np.full(201, 13.0),
+        edges=("a",),
+        lanes=(LaneSpan("a_0", 0.0, 200.0),),
+        passages=(),
+        lane_changes=(),
+        manoeuvres={},
+    )
+
+
+def scene_of(tick: int, *, leaves_at: int = 10_000) -> Scene:
+    """The ego at SPEED; a leader 12 m ahead at the same speed until it leaves."""
+    x, y = (2.0 + SPEED * tick * TICK) * NORTH_EAST
+    leader = (14.0 + SPEED * tick * TICK) * NORTH_EAST
+    there = tick < leaves_at
+    poses = np.array([[*leader, HEADING]], np.float32)[: int(there)]
+    count = len(poses)
+    actors = Actors(
+        np.full(count, 3, np.int64),
+        poses,
+        np.full(count, SPEED, np.float32),
+        np.array([[4.5, 1.8]], np.float32)[:count],
+        np.full(count, ActorKind.CAR, np.uint8),
+    )
+    return Scene(tick, EgoState(float(x), float(y), HEADING, SPEED), actors, np.zeros(0, np.uint8))
+
+
+def write_recording(path: Path, route: Route, ticks: int = 260, **facts: int) -> Path:
+    recorder = Recorder(path, {"route": route.id, "route_checksum": route.checksum})
+    for tick in range(ticks):
+        recorder.add(scene_of(tick, **facts))
+    recorder.close()
+    return path
+
+
+def write_routes(folder: Path, routes: list[Route]) -> None:
+    folder.mkdir(parents=True)
+    payload = {"format": 1, "routes": [route.to_payload() for route in routes]}
+    (folder / "suite.json").write_text(json.dumps(payload), encoding="utf-8")
+
+
+@pytest.fixture(autouse=True)
+def one_thread() -> None:
+    torch.set_num_threads(1)
+
+
+@pytest.fixture
+def route() -> Route:
+    return straight_route("one")
+
+
+@pytest.fixture
+def write() -> Callable[..., Path]:
+    """Writes a recording: path, route, ticks, and when the leader leaves."""
+    return write_recording
+
+
+@pytest.fixture
+def data(tmp_path: Path) -> Path:
+    """Three episodes on two routes."""
+    folder = tmp_path / "data"
+    routes = [straight_route("one"), straight_route("two")]
+    write_routes(folder / "routes", routes)
+    for name, route in (("a", routes[0]), ("b", routes[1]), ("c", routes[0])):
+        write_recording(folder / "episodes" / f"{name}.parquet", route)
+    return folder

@@ -1,0 +1,130 @@
+"""Training a small network for a few steps: it learns, stops, goes on, and is kept."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+import torch
+
+from plant_bench.agents.plant.config import SIZES, PlanTConfig, Size
+from plant_bench.agents.plant.network import PlanTNetwork
+from plant_bench.agents.plant.weights import load_network
+from plant_bench.errors import InputError
+from plant_bench.features.tokens import TokenSpec
+from plant_bench.training import imitation, interrupts
+from plant_bench.training.batches import Split, split_by_route
+from plant_bench.training.closed_loop import ClosedLoop
+from plant_bench.training.events import StepEnded, TrainingEvent
+from plant_bench.training.imitation import TrainingRequest, make_fabric, train
+from plant_bench.training.settings import TrainingSettings
+from plant_bench.training.shards import load_shards
+from plant_bench.training.trainer import optimizer_of
+
+SETTINGS = TrainingSettings(epochs=2, drop_after=2, batch=8, rate=1e-2)
+
+
+@pytest.fixture(autouse=True)
+def tiny(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(SIZES, "mini", Size(1, 16, 2))
+    monkeypatch.setattr("plant_bench.training.logs.has_tensorboard", lambda: False)
+
+
+@pytest.fixture
+def split(data: Path) -> Split:
+    return split_by_route(load_shards(data, TokenSpec()), 0.1, 0)
+
+
+def request_in(folder: Path, **changes: object) -> TrainingRequest:
+    request = TrainingRequest(PlanTConfig(), SETTINGS, folder / "model", folder / "work")
+    return replace(request, **changes)
+
+
+def run(request: TrainingRequest, split: Split, listen: Callable | None = None) -> list:
+    told: list[TrainingEvent] = []
+    train(request, split, make_fabric(accelerator="cpu", devices=1), listen or told.append)
+    return told
+
+
+def weights_in(folder: Path) -> bytes:
+    return (folder / "weights.safetensors").read_bytes()
+
+
+def test_it_learns_and_is_kept(tmp_path: Path, split: Split) -> None:
+    request = request_in(tmp_path, settings=replace(SETTINGS, epochs=4, drop_after=4))
+    told = run(request, split)
+    losses = [event.loss for event in told if isinstance(event, StepEnded)]
+    assert losses[-1] < 0.8 * losses[0]
+    assert load_network(request.out).config == PlanTConfig()
+    card = (request.out / "card.md").read_text()
+    assert "51 samples" in card
+    assert split.fingerprint in card
+    rows = (request.work / "losses.csv").read_text().splitlines()
+    assert len(rows) == 5
+    assert all(rows[-1].split(",")[:6])
+
+
+def test_stopped_and_gone_on_it_comes_to_the_same(tmp_path: Path, split: Split) -> None:
+    config = PlanTConfig(speed_input=True)
+    whole = request_in(tmp_path / "whole", config=config)
+    run(whole, split)
+    halved = request_in(tmp_path / "halved", config=config)
+    steps = 0
+
+    def stop_in_the_second_epoch(event: TrainingEvent) -> None:
+        nonlocal steps
+        steps += isinstance(event, StepEnded)
+        if steps == 6:
+            interrupts.signal.raise_signal(interrupts.signal.SIGINT)
+
+    with pytest.raises(KeyboardInterrupt):
+        run(halved, split, stop_in_the_second_epoch)
+    assert not halved.out.exists()
+    run(halved, split)
+    assert weights_in(halved.out) == weights_in(whole.out)
+
+
+def test_the_best_that_was_driven_is_kept(
+    tmp_path: Path, split: Split, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scores, seen = iter([50.0, 20.0]), []
+
+    def score(weights: Path, out: Path, drive: ClosedLoop) -> float:
+        seen.append(weights_in(weights))
+        return next(scores)
+
+    monkeypatch.setattr(imitation, "closed_loop_score", score)
+    settings = replace(SETTINGS, validate_every=1)
+    request = request_in(tmp_path, settings=settings, closed_loop=ClosedLoop("longest6", "0"))
+    run(request, split)
+    assert len(seen) == 2
+    assert weights_in(request.out) == seen[0]
+    assert "epoch 1" in (request.out / "card.md").read_text()
+    assert "50" in (request.work / "losses.csv").read_text()
+
+
+def test_another_training_is_not_gone_on_with(tmp_path: Path, split: Split) -> None:
+    run(request_in(tmp_path), split)
+    other = request_in(tmp_path, settings=replace(SETTINGS, rate=1e-3))
+    with pytest.raises(InputError, match=r"rate 0.01 \(now 0.001\)"):
+        run(other, split)
+    run(replace(other, overwrite=True), split)
+    checkpoint = tmp_path / "work" / "checkpoint.pt"
+    checkpoint.write_bytes(checkpoint.read_bytes()[:100])
+    with pytest.raises(InputError, match="Broken checkpoint"):
+        run(other, split)
+
+
+def test_only_linear_weights_decay() -> None:
+    network = PlanTNetwork(PlanTConfig())
+    decayed, others = optimizer_of(network, SETTINGS).param_groups
+    assert (decayed["weight_decay"], others["weight_decay"]) == (0.1, 0.0)
+    linear = [module for module in network.modules() if isinstance(module, torch.nn.Linear)]
+    assert len(decayed["params"]) == len(linear)
+    total = len(decayed["params"]) + len(others["params"])
+    assert total == len(list(network.parameters()))
+
+
+def test_an_unknown_accelerator_is_an_input_error() -> None:
+    with pytest.raises(InputError, match="Cannot train on"):
+        make_fabric(accelerator="abacus", devices=1)

@@ -1,0 +1,106 @@
+"""Recordings as samples, and their cache."""
+
+from collections.abc import Callable
+from dataclasses import fields, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from plant_bench.data.recording import Recording
+from plant_bench.errors import InputError
+from plant_bench.features.tokens import TokenKind, TokenSpec
+from plant_bench.training import shards
+from plant_bench.training.samples import Samples, joined, samples_of
+from plant_bench.training.shards import load_shards
+from plant_bench.world.route import Route
+
+SPEED = 8.0  # m/s, of the ego and its leader
+
+Make = Callable[..., Samples]
+
+
+@pytest.fixture
+def made(tmp_path: Path, route: Route, write: Callable[..., Path]) -> Make:
+    def make(**facts: int) -> Samples:
+        path = write(tmp_path / "episode.parquet", route, **facts)
+        return samples_of(Recording.load(path), route, TokenSpec())
+
+    return make
+
+
+def test_waypoints_lie_where_the_ego_will_be(made: Make) -> None:
+    samples = made()
+    ahead = 0.5 * SPEED * np.arange(1, 5)
+    expected = np.stack((ahead, np.zeros(4)), axis=1)
+    for waypoints in samples.waypoints:
+        assert waypoints == pytest.approx(expected, abs=1e-4)
+    assert samples.target == pytest.approx(np.array([[20.0, 0.0]] * len(samples)), abs=1.1)
+    assert samples.speed == pytest.approx(SPEED)
+    assert samples.limit == pytest.approx(13.0)
+    assert not samples.red.any()
+
+
+def test_ends_of_the_episode_are_left_out(made: Make) -> None:
+    assert len(made(ticks=260)) == 17  # samples 5 to 21: tick 219 + 40 is the last
+    assert len(made(ticks=91)) == 1
+    assert len(made(ticks=90)) == 0
+    assert len(made(ticks=1)) == 0
+
+
+def test_the_future_of_others_is_told_in_the_frame_of_now(made: Make) -> None:
+    samples = made(leaves_at=100)
+    first = slice(samples.starts[0], samples.starts[1])
+    assert samples.kinds[first].tolist() == [TokenKind.VEHICLE, TokenKind.ROUTE, TokenKind.ROUTE]
+    now, later = samples.attributes[first][0], samples.futures[first][0]
+    assert now == pytest.approx([SPEED, 12.0, 0.0, 0.0, 1.8, 4.5], abs=1e-4)
+    assert later == pytest.approx([SPEED, 12.0 + 0.5 * SPEED, 0.0, 0.0, 1.8, 4.5], abs=1e-4)
+    assert np.isnan(samples.futures[first][1:]).all()
+    last_seen = samples.starts[4]  # tick 90: gone at tick 100
+    assert samples.kinds[last_seen] == TokenKind.VEHICLE
+    assert np.isnan(samples.futures[last_seen]).all()
+
+
+def test_parts_and_joints(made: Make) -> None:
+    samples = made(leaves_at=100)
+    again = joined([samples.only(slice(0, 3)), samples.only(slice(3, len(samples)))])
+    for field in fields(Samples):
+        np.testing.assert_array_equal(getattr(again, field.name), getattr(samples, field.name))
+
+
+def test_a_recording_of_another_route_is_refused(
+    tmp_path: Path, route: Route, write: Callable[..., Path]
+) -> None:
+    path = write(tmp_path / "episode.parquet", route)
+    other = replace(route, speed_limits=np.full(201, 9.0))
+    with pytest.raises(InputError, match="does not fit route one"):
+        samples_of(Recording.load(path), other, TokenSpec())
+
+
+def test_samples_are_made_once(data: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    told: list[tuple[int, int]] = []
+    first = load_shards(data, TokenSpec(), on_progress=lambda *done: told.append(done))
+    assert told == [(1, 3), (2, 3), (3, 3)]
+    assert [shard.route for shard in first] == ["one", "two", "one"]
+    monkeypatch.setattr(shards, "samples_of", None)
+    again = load_shards(data, TokenSpec())
+    np.testing.assert_array_equal(again[1].samples.waypoints, first[1].samples.waypoints)
+    assert shards.shards_key(TokenSpec()) != shards.shards_key(TokenSpec(reach=50.0))
+
+
+def test_bad_folders_are_input_errors(data: Path, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="No recordings found"):
+        load_shards(tmp_path / "empty", TokenSpec())
+    broken = next((data / "episodes").glob("c.parquet"))
+    broken.write_bytes(b"nothing")
+    with pytest.raises(InputError, match="Not a recording"):
+        load_shards(data, TokenSpec())
+    broken.unlink()
+    load_shards(data, TokenSpec())
+    shard = next((data / "samples").rglob("a-*.npz"))
+    shard.write_bytes(shard.read_bytes()[:100])
+    with pytest.raises(InputError, match="Broken samples"):
+        load_shards(data, TokenSpec())
+    (data / "routes" / "suite.json").unlink()
+    with pytest.raises(InputError, match=r"No routes"):
+        load_shards(data, TokenSpec())

@@ -21,8 +21,8 @@ from +x; the ego frame is x forward, y left, at the centre of the ego's box.
 
 import copy
 import math
-from dataclasses import dataclass
-from enum import StrEnum
+from dataclasses import dataclass, replace
+from enum import IntEnum, StrEnum
 from typing import Protocol, runtime_checkable
 
 import numpy as np
@@ -38,6 +38,7 @@ ROUTE_AHEAD = 100  # route points in an observation, one a metre
 PATH_STEP = 1.0  # m between the poses of a privileged path
 PATH_POSES = 121  # poses of a privileged path, the first at the actor's centre
 MOST_INTERVAL = 20  # ticks between two decisions: one second
+NOBODY = -1  # in place of an actor's id
 LIGHT_RANGE = 50.0  # m: lights farther ahead are not in view
 
 
@@ -141,6 +142,25 @@ class Observation:
     light: NextLight | None = None
     privileged: Privileged | None = None
 
+    def showing(self, keep: np.ndarray) -> "Observation":
+        """Return the observation with the actors alone that a mask or an index array selects."""
+        actors, facts = self.actors, self.privileged
+        return replace(
+            self,
+            actors=None if actors is None else actors.only(keep),
+            privileged=None if facts is None else facts.only(keep),
+        )
+
+    def given(self, inputs: frozenset[Input]) -> "Observation":
+        """Return the observation as a planner that declares these inputs sees it."""
+        return replace(
+            self,
+            actors=self.actors if Input.OBJECTS in inputs else None,
+            route=self.route if Input.ROUTE in inputs else None,
+            light=self.light if Input.LIGHT in inputs else None,
+            privileged=self.privileged if Input.PRIVILEGED in inputs else None,
+        )
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Plan:
@@ -205,6 +225,54 @@ class Ranker(Protocol):
     def rank(self, observation: Observation) -> Float[np.ndarray, " actors"]:
         """Return the relevance of each actor, the higher the more relevant (PlanT, section 4.2)."""
         ...
+
+
+class Cause(IntEnum):
+    """Why a planner drives no faster; recordings hold these numbers."""
+
+    FREE = 0  # nothing keeps it
+    LIMIT = 1  # it slows down for a speed limit or a curve
+    LIGHT = 2  # a traffic light
+    LEADER = 3  # whom it follows, or who stands in its way
+    CONFLICT = 4  # who would cross its path
+    JUNCTION = 5  # who leaves it no room beyond a junction
+
+
+@dataclass(frozen=True, slots=True)
+class Reason:
+    """The one thing that decided a planner's acceleration.
+
+    Attributes:
+        cause: What kind of thing.
+        actor: The id of the one actor it brakes for; `NOBODY` where the cause is no actor.
+    """
+
+    cause: Cause
+    actor: int = NOBODY
+
+
+@runtime_checkable
+class Explains(Protocol):
+    """A planner that can tell why it brakes; recordings keep what it says."""
+
+    def explain(self) -> Reason | None:
+        """Return the reason of the last action; None where it cannot tell."""
+        ...
+
+
+def reason_of(agent: Agent) -> Reason | None:
+    """Return why a planner acted as it just did; None if it does not explain itself.
+
+    Raises:
+        AgentError: It gives something that is no `Reason`.
+    """
+    if not isinstance(agent, Explains):
+        return None
+    reason = agent.explain()
+    if reason is not None and not isinstance(reason, Reason):
+        message = f"explain returned a {type(reason).__name__}: a Reason or None is wanted."
+        raise AgentError(message)
+    return reason
 
 
 def check_action(action: object) -> Plan | Control:
@@ -276,6 +344,7 @@ def check_agent(agent: object, route: Route, observations: list[Observation]) ->
         for observation in observations:
             before = copy.deepcopy(observation)
             actions.append(check_action(agent.act(observation)))
+            _check_reason(agent, observation)
             if not _equal(before, observation):
                 message = f"{type(agent).__name__}.act changed its observation: it must not."
                 raise AgentError(message)
@@ -285,6 +354,15 @@ def check_agent(agent: object, route: Route, observations: list[Observation]) ->
         raise AgentError(message)
     if isinstance(agent, Ranker):
         _check_ranks(agent, observations)
+
+
+def _check_reason(agent: Agent, observation: Observation) -> None:
+    reason = reason_of(agent)
+    if reason is None or reason.actor == NOBODY:
+        return
+    if observation.actors is None or reason.actor not in observation.actors.ids:
+        message = f"explain returned actor {reason.actor}: the id of one in sight is wanted."
+        raise AgentError(message)
 
 
 def _check_ranks(agent: Ranker, observations: list[Observation]) -> None:

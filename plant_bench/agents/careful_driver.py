@@ -6,17 +6,34 @@ be cleared and the forecast conflicts allow; the steering follows the route.
 
 import math
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 
-from plant_bench.agent import Control, NextLight, Observation, RouteAhead
-from plant_bench.agents.conflicts import ego_poses, first_conflicts, rollout
+from plant_bench.agent import (
+    NOBODY,
+    Cause,
+    Control,
+    NextLight,
+    Observation,
+    Reason,
+    RouteAhead,
+)
+from plant_bench.agents.conflicts import clearest, ego_poses, first_conflicts, rollout
 from plant_bench.agents.control import follow_route, idm, stop_within
 from plant_bench.agents.corridor import Corridor, corridor
-from plant_bench.agents.forecast import Forecast
+from plant_bench.agents.forecast import STEP, Forecast
+from plant_bench.agents.neighbours import left_behind, may_conflict
 from plant_bench.errors import AgentError
 from plant_bench.world.route import Passage, Route
-from plant_bench.world.scene import EGO_LENGTH, EGO_WIDTH, TICK, Actors, EgoState, Light
+from plant_bench.world.scene import (
+    EGO_LENGTH,
+    TICK,
+    ActorKind,
+    Actors,
+    EgoState,
+    Light,
+)
 
 Forecaster = Callable[[Observation, np.ndarray], Forecast]
 
@@ -29,7 +46,23 @@ SLOW_LEADER = 3.0  # m/s below which a leader may block a junction
 ROOM_BEYOND = 1.5  # m kept free behind the ego when it has cleared a junction
 PATIENCE = 8.0  # s of waiting after which the margins towards who stands begin to shrink
 SHRINKING = 20.0  # s of further waiting until they are gone
+CREEPING = 3.0  # m/s below which a junction is not left in good time
+NOTICEABLE = 0.1  # m/s2 that somebody must cost to be a reason
 HALF = 0.5 * EGO_LENGTH
+
+
+class Demand(NamedTuple):
+    """What one rule of driving asks for.
+
+    Attributes:
+        pull: The greatest acceleration it allows, m/s2.
+        cause: Which rule.
+        actor: The id of whom it is about.
+    """
+
+    pull: float
+    cause: Cause
+    actor: int = NOBODY
 
 
 class CarefulDriver:
@@ -43,6 +76,7 @@ class CarefulDriver:
         self._forecaster = forecaster
         self._passages: tuple[Passage, ...] = ()
         self._waited = 0.0
+        self._reason = Reason(Cause.FREE)
 
     def reset(self, route: Route | None) -> None:
         """Start a new episode.
@@ -55,6 +89,7 @@ class CarefulDriver:
             raise AgentError(message)
         self._passages = route.passages
         self._waited = 0.0
+        self._reason = Reason(Cause.FREE)
 
     def act(self, observation: Observation) -> Control:
         """Decide.
@@ -66,37 +101,58 @@ class CarefulDriver:
         if route is None or observation.actors is None:
             message = "This driver needs the inputs 'objects' and 'route'."
             raise AgentError(message)
-        pull = self._decide(observation, route, observation.actors)
-        return Control(pull, follow_route(observation.ego, route))
-
-    def _decide(self, observation: Observation, route: RouteAhead, actors: Actors) -> float:
-        ego = observation.ego
+        ego, actors = observation.ego, observation.actors
+        if (behind := left_behind(ego, actors)).any():
+            observation = observation.showing(~behind)
         target = allowed_speed(route)
-        pull = min(idm(ego.speed, target), light_limit(ego.speed, observation.light))
-        if not len(actors):
-            return pull
-        ahead = corridor(route, actors, route.past, ego.speed)
-        leader = ahead.leader()
-        pull = min(pull, idm(ego.speed, target, leader.distance - HALF, leader.speed))
-        pull = min(pull, self._clear_junction(ego, route.progress, ahead))
-        return self._avoid(observation, route, ahead, pull, target)
+        free = Demand(idm(ego.speed, target), Cause.LIMIT)
+        least = self._decide(observation, route, free, target)
+        self._reason = _reason(least, free)
+        return Control(least.pull, follow_route(observation.ego, route))
 
-    def _clear_junction(self, ego: EgoState, progress: float, ahead: Corridor) -> float:
+    def explain(self) -> Reason:
+        """Return what decided the last acceleration: the single demand that was the least."""
+        return self._reason
+
+    def _decide(
+        self, observation: Observation, route: RouteAhead, free: Demand, target: float
+    ) -> Demand:
+        ego, actors = observation.ego, observation.actors
+        least = min(free, Demand(light_limit(ego.speed, observation.light), Cause.LIGHT))
+        if actors is None or not len(actors):
+            return least
+        ahead = corridor(route, actors, route.past, ego.speed)
+        least = min(least, self._follow(ego, target, actors, ahead))
+        least = min(least, self._clear_junction(ego, route.progress, actors, ahead))
+        return self._avoid(observation, route, ahead, least, target)
+
+    def _follow(self, ego: EgoState, target: float, actors: Actors, ahead: Corridor) -> Demand:
+        leader = ahead.leader()
+        pull = idm(ego.speed, target, leader.distance - HALF, leader.speed)
+        who = NOBODY if leader.actor < 0 else int(actors.ids[leader.actor])
+        return Demand(pull, Cause.LEADER, who)
+
+    def _clear_junction(
+        self, ego: EgoState, progress: float, actors: Actors, ahead: Corridor
+    ) -> Demand:
         """Wait before a junction when there is no room behind the queue beyond it."""
+        room = Demand(math.inf, Cause.JUNCTION)
         passage = self._next_passage(progress)
         if passage is None:
-            return math.inf
+            return room
         distance = passage.entry - progress - HALF
         if distance > 30.0 or distance < -1.0:
-            return math.inf
+            return room
         needed = passage.exit - progress + EGO_LENGTH + ROOM_BEYOND
         blocking = ahead.inside & ~ahead.crossing & (ahead.speeds < SLOW_LEADER)
+        blocking &= actors.kinds != ActorKind.PEDESTRIAN  # they walk on
         # A slow leader is expected to go on for two seconds as it drives now.
         place = ahead.nearest + 2.0 * ahead.speeds
         blocking &= (place < needed) & (ahead.nearest > distance + HALF - 1.0)
         if not blocking.any():
-            return math.inf
-        return stop_within(ego.speed, max(distance, 0.1))
+            return room
+        who = int(actors.ids[np.argmin(np.where(blocking, ahead.nearest, math.inf))])
+        return Demand(stop_within(ego.speed, max(distance, 0.1)), Cause.JUNCTION, who)
 
     def _next_passage(self, progress: float) -> Passage | None:
         front = progress + HALF
@@ -107,39 +163,33 @@ class CarefulDriver:
         observation: Observation,
         route: RouteAhead,
         ahead: Corridor,
-        pull: float,
+        least: Demand,
         target: float,
-    ) -> float:
-        """Return the greatest acceleration up to `pull` that meets no forecast box."""
+    ) -> Demand:
+        """Lower a demand to the greatest acceleration that meets no forecast box."""
         ego, actors = observation.ego, observation.actors
         if actors is None:
-            return pull
-        keep = np.flatnonzero(_may_conflict(ego, actors, ahead))
+            return least
+        keep = np.flatnonzero(may_conflict(ego, actors, ahead))
         if not keep.size:
             self._waited = 0.0
-            return pull
+            return least
         boldness = min(max((self._waited - PATIENCE) / SHRINKING, 0.0), 1.0)
         forecast = self._forecaster(observation, keep)
-        first = np.array([pull])
+        first = np.array([least.pull])
         travel = rollout(ego.speed, first, np.array([target]))
-        times = first_conflicts(ego_poses(route, route.past, travel), forecast, boldness)
-        if times[0] == math.inf:
+        ours = first_conflicts(ego_poses(route, route.past, travel), forecast, boldness)
+        if ours.times[0] == math.inf:
             self._waited = 0.0
-            return pull
+            return least
         self._waited = self._waited + INTERVAL * TICK if ego.speed < 0.5 else 0.0
-        choices = np.concatenate((first, CHOICES[pull > CHOICES]))
+        choices = np.concatenate((first, CHOICES[least.pull > CHOICES]))
         travel = rollout(ego.speed, choices, np.full(len(choices), target))
-        poses = ego_poses(route, route.past, travel)
-        times = first_conflicts(poses, forecast, boldness)
-        if times.max() == 0.0:  # within the margins already: what matters is not to touch
-            times = first_conflicts(poses, forecast, boldness, caution=0.0)
-        # The first that is clear, else the one that is clear longest, else the hardest braking.
-        best = (
-            int(np.argmax(times))
-            if times.max() > times.min() or times[0] == math.inf
-            else len(times) - 1
-        )
-        return self._at_the_line(ego, route.progress, float(choices[best]), travel[best])
+        best = clearest(ego_poses(route, route.past, travel), forecast, boldness)
+        pull = self._at_the_line(ego, route.progress, float(choices[best]), travel[best])
+        if pull >= least.pull:
+            return least
+        return Demand(pull, Cause.CONFLICT, int(actors.ids[keep[ours.actors[0]]]))
 
     def _at_the_line(
         self, ego: EgoState, progress: float, pull: float, travel: np.ndarray
@@ -150,7 +200,7 @@ class CarefulDriver:
             return pull
         distance = passage.entry - progress - HALF
         reached = progress + HALF + travel[-1]
-        stops = travel[-1] - travel[-2] < 0.3
+        stops = travel[-1] - travel[-2] < STEP * CREEPING
         inside = passage.entry < reached < passage.exit + EGO_LENGTH
         needed = ego.speed**2 / (2.0 * max(distance, 0.1))
         if stops and inside and distance > -0.5 and needed < LINE_BRAKING:
@@ -177,13 +227,8 @@ def light_limit(speed: float, light: NextLight | None) -> float:
     return stop_within(speed, distance)
 
 
-def _may_conflict(ego: EgoState, actors: Actors, ahead: Corridor) -> np.ndarray:
-    """Tell which actors a forecast is needed for: not the leader's queue, not who follows."""
-    cos, sin = math.cos(ego.yaw), math.sin(ego.yaw)
-    dx, dy = actors.poses[:, 0] - ego.x, actors.poses[:, 1] - ego.y
-    forward, left = cos * dx + sin * dy, cos * dy - sin * dx
-    aligned = np.cos(actors.poses[:, 2] - ego.yaw) > 0.8
-    follows = (forward < -HALF) & (np.abs(left) < 0.5 * EGO_WIDTH + 0.5) & aligned
-    leads = ahead.inside & ~ahead.crossing
-    reach = 20.0 + 5.0 * (ego.speed + actors.speeds)
-    return ~follows & ~leads & (dx * dx + dy * dy < reach * reach)
+def _reason(least: Demand, free: Demand) -> Reason:
+    """Return the reason for a demand; who costs next to nothing is none."""
+    if least.pull < free.pull - NOTICEABLE:
+        return Reason(least.cause, least.actor)
+    return Reason(Cause.LIMIT if free.pull < -NOTICEABLE else Cause.FREE)

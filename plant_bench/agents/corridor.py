@@ -43,12 +43,14 @@ class Corridor(NamedTuple):
         crossing: Which of those only cross it.
         nearest: Metres along the route to the nearest corner inside; infinite outside.
         speeds: m/s along the route.
+        aside: Metres from the route's points ahead to the centre of each.
     """
 
     inside: Bool[np.ndarray, " actors"]
     crossing: Bool[np.ndarray, " actors"]
     nearest: Float[np.ndarray, " actors"]
     speeds: Float[np.ndarray, " actors"]
+    aside: Float[np.ndarray, " actors"]
 
     def leader(self) -> Leader:
         """Return the nearest actor that stands or drives in the corridor and does not cross it."""
@@ -77,7 +79,8 @@ def corridor(route: RouteAhead, actors: Actors, past: float, speed: float) -> Co
     dx = actors.poses[:, 0, None] - line[:, 0]
     dy = actors.poses[:, 1, None] - line[:, 1]
     square = dx * dx + dy * dy
-    near = np.flatnonzero(square.min(axis=1) < (0.5 * actors.extents[:, 0] + NEAR) ** 2)
+    aside = np.sqrt(square.min(axis=1))
+    near = np.flatnonzero(aside < 0.5 * actors.extents[:, 0] + NEAR)
     if near.size:
         poses = actors.poses[near].astype(float)
         index = square[near].argmin(axis=1)
@@ -88,7 +91,7 @@ def corridor(route: RouteAhead, actors: Actors, past: float, speed: float) -> Co
         speeds[near] = moving * np.maximum(np.cos(turn), 0.0)
         crosses = np.abs(np.sin(turn)) > math.sin(CROSSING_ANGLE)
         crossing[near] = crosses & (moving > CROSSING_SPEED)
-    return Corridor(inside, crossing, reach, speeds)
+    return Corridor(inside, crossing, reach, speeds, aside)
 
 
 def _hold(

@@ -1,6 +1,6 @@
 """The expert: the careful driver with a privileged forecast (PlanT, section 4)."""
 
-from plant_bench.agent import Control, Input, Observation
+from plant_bench.agent import Control, Input, Observation, Reason
 from plant_bench.agents.careful_driver import INTERVAL, CarefulDriver
 from plant_bench.agents.forecast import along_true_lanes
 from plant_bench.world.route import Route
@@ -22,3 +22,7 @@ class Expert:
     def act(self, observation: Observation) -> Control:
         """Drive."""
         return self._driver.act(observation)
+
+    def explain(self) -> Reason:
+        """Return why it drives no faster."""
+        return self._driver.explain()

@@ -7,15 +7,18 @@ from jaxtyping import Bool, Float
 
 from plant_bench.agent import PATH_POSES, PATH_STEP, Observation
 from plant_bench.errors import AgentError
+from plant_bench.world.scene import ActorKind, Actors
 
 STEP = 0.25  # s between two instants of a forecast
-STEPS = 20  # instants, the first now: 4.75 s
+STEPS = 28  # instants, the first now: 6.75 s, in which a large junction is crossed from standing
 TIMES = np.arange(STEPS) * STEP
 STANDING = 0.1  # m/s
 FIRM_BRAKING = 4.5  # m/s2, SUMO's default
 PULLING_AWAY = 0.5  # m/s2
 NEAR_STOP = 10.0  # m
 GENTLE_ACCELERATION = 1.0  # m/s2 that a moving driver who is free to go may use
+MARGIN_ALONG = 1.0  # m in front of and behind others
+WAITING_MARGIN = 0.25  # m around people who stand: at a kerb they face the road
 
 
 class Forecast(NamedTuple):
@@ -26,12 +29,14 @@ class Forecast(NamedTuple):
         lengths: Metres; longer than the vehicle by what its place is uncertain.
         widths: Metres.
         standing: Which of them stand now.
+        margins: Metres to be kept in front of and behind them.
     """
 
     poses: Float[np.ndarray, "actors steps 3"]
     lengths: Float[np.ndarray, "actors steps"]
     widths: Float[np.ndarray, " actors"]
     standing: Bool[np.ndarray, " actors"]
+    margins: Float[np.ndarray, " actors"]
 
 
 def along_true_lanes(observation: Observation, keep: np.ndarray) -> Forecast:
@@ -53,16 +58,19 @@ def along_true_lanes(observation: Observation, keep: np.ndarray) -> Forecast:
     room = np.maximum(facts.stop_distances[keep][:, None], 0.0)
     # Who cannot stop any more, or speeds up just before the place, goes on: SUMO's word is a wish.
     goes_on = (speed**2 > 2.0 * FIRM_BRAKING * room) | ((pull > PULLING_AWAY) & (room < NEAR_STOP))
-    room = np.where(goes_on & (speed > STANDING), np.inf, room)
+    # People stop within a step, and walk no faster than they do.
+    drives = (speed > STANDING) & (actors.kinds[keep] != ActorKind.PEDESTRIAN)[:, None]
+    room = np.where(goes_on & drives, np.inf, room)
     # Who stands goes on standing until it moves: two who wait for each other would wait for ever.
-    gentle = np.where(speed > STANDING, GENTLE_ACCELERATION, 0.0)
+    gentle = np.where(drives, GENTLE_ACCELERATION, 0.0)
     early = _travel(speed, np.maximum(pull, gentle), top)
     late = _travel(speed, np.minimum(pull, 0.0), top)
     early, late = np.minimum(early, room), np.minimum(late, room)
     poses = _gather(facts.paths[keep], 0.5 * (early + late))
     extents = actors.extents[keep].astype(float)
     lengths = extents[:, 0, None] + early - late
-    return Forecast(poses, lengths, extents[:, 1], speed[:, 0] < STANDING)
+    standing = speed[:, 0] < STANDING
+    return Forecast(poses, lengths, extents[:, 1], standing, _margins(actors, keep, standing))
 
 
 def straight_on(observation: Observation, keep: np.ndarray) -> Forecast:
@@ -83,7 +91,16 @@ def straight_on(observation: Observation, keep: np.ndarray) -> Forecast:
     y = poses[:, 1, None] + travel * np.sin(poses[:, 2, None])
     yaw = np.broadcast_to(poses[:, 2, None], x.shape)
     lengths = np.broadcast_to(extents[:, 0, None], x.shape)
-    return Forecast(np.stack((x, y, yaw), axis=2), lengths, extents[:, 1], speeds < STANDING)
+    standing = speeds < STANDING
+    places = np.stack((x, y, yaw), axis=2)
+    return Forecast(places, lengths, extents[:, 1], standing, _margins(actors, keep, standing))
+
+
+def _margins(
+    actors: Actors, keep: np.ndarray, standing: Bool[np.ndarray, " actors"]
+) -> Float[np.ndarray, " actors"]:
+    waits = standing & (actors.kinds[keep] == ActorKind.PEDESTRIAN)
+    return np.where(waits, WAITING_MARGIN, MARGIN_ALONG)
 
 
 def _travel(

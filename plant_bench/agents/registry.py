@@ -14,6 +14,7 @@ from plant_bench.errors import InputError
 AGENTS: dict[str, str] = {
     "cruise": "plant_bench.agents.cruise:Cruise",
     "expert": "plant_bench.agents.expert:Expert",
+    "expert-nearest": "plant_bench.agents.expert_nearest:expert_nearest",
     "idm": "plant_bench.agents.idm_follower:IdmFollower",
     "rule-based": "plant_bench.agents.rule_based:RuleBased",
     "sumo": "plant_bench.agents.sumo_driver:SumoDriver",
@@ -48,6 +49,17 @@ def load_agent(spec: str) -> Agent:
         message = f"'{spec}' declares inputs {agent.inputs!r}: choose from {', '.join(Input)}."
         raise InputError(message)
     return agent
+
+
+def describe_agent(spec: str) -> str:
+    """Return the first line of what a planner's class, or what makes it, says of itself.
+
+    Raises:
+        InputError: There is no such planner.
+    """
+    module_name, class_name = _split(spec)
+    made_by = getattr(_module(module_name, spec), class_name, None)
+    return (made_by.__doc__ or "").strip().partition("\n")[0]
 
 
 def agent_checksum(spec: str) -> str:

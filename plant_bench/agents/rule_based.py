@@ -1,6 +1,6 @@
 """The rule-based planner: the expert's algorithm on a planner's inputs (PlanT, section 4)."""
 
-from plant_bench.agent import Control, Input, Observation
+from plant_bench.agent import Control, Input, Observation, Reason
 from plant_bench.agents.careful_driver import INTERVAL, CarefulDriver
 from plant_bench.agents.forecast import straight_on
 from plant_bench.world.route import Route
@@ -22,3 +22,7 @@ class RuleBased:
     def act(self, observation: Observation) -> Control:
         """Drive."""
         return self._driver.act(observation)
+
+    def explain(self) -> Reason:
+        """Return why it drives no faster."""
+        return self._driver.explain()

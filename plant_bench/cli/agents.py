@@ -9,11 +9,10 @@ def list_agents() -> None:
     Your own planner needs no registration: give `--agent path/to/file.py:Class` or
     `--agent package.module:Class` to `plant-bench score`.
     """
-    from plant_bench.agents.registry import AGENTS, load_agent
+    from plant_bench.agents.registry import AGENTS, describe_agent, load_agent
 
     width = max(len(name) for name in AGENTS)
     for name in AGENTS:
-        agent = load_agent(name)
-        about = (type(agent).__doc__ or "").strip().partition("\n")[0]
-        given = ", ".join(sorted(agent.inputs)) or "nothing but its own state"
+        about = describe_agent(name)
+        given = ", ".join(sorted(load_agent(name).inputs)) or "nothing but its own state"
         typer.echo(f"{name:<{width}}  {about}\n{'':<{width}}  is given: {given}")

@@ -12,15 +12,17 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from plant_bench.agent import Control, Plan
+from plant_bench.agent import Cause, Control, Plan, Reason
 from plant_bench.errors import InputError
 from plant_bench.world.scene import Actors, EgoState, Scene
 
-RECORDING_FORMAT = 1
+RECORDING_FORMAT = 2
+READABLE_FORMATS = (1, 2)  # 1 has no reasons
 COMPRESSION_LEVEL = 3  # of zstd
 FORMAT_KEY, METADATA_KEY = b"plant_bench.recording", b"plant_bench.metadata"
 EGO_COLUMNS = ("x", "y", "yaw", "speed", "acceleration", "steering")  # the fields of EgoState
 ACTOR_COLUMNS = ("x", "y", "yaw", "speed", "length", "width")
+REASON_COLUMNS = ("reason", "reason_actor")  # a `Cause`, and an actor's id
 
 Action = Plan | Control | None
 
@@ -40,11 +42,13 @@ class Recorder:
         self._metadata = dict(metadata)
         self._scenes: list[Scene] = []
         self._actions: list[Action] = []
+        self._reasons: list[Reason | None] = []
 
-    def add(self, scene: Scene, action: Action = None) -> None:
-        """Keep a scene and what the agent answered to it, None where it was not asked."""
+    def add(self, scene: Scene, action: Action = None, reason: Reason | None = None) -> None:
+        """Keep a scene, what the agent answered to it and why; None where it was not asked."""
         self._scenes.append(scene)
         self._actions.append(action)
+        self._reasons.append(reason)
 
     def close(self, **outcome: object) -> None:
         """Write the file, whole or not at all.
@@ -52,7 +56,7 @@ class Recorder:
         Args:
             outcome: More metadata, known only at the end: why the agent crashed.
         """
-        table = _table(self._scenes, self._actions).replace_schema_metadata(
+        table = _table(self._scenes, self._actions, self._reasons).replace_schema_metadata(
             {
                 FORMAT_KEY: str(RECORDING_FORMAT),
                 METADATA_KEY: json.dumps(self._metadata | outcome, sort_keys=True),
@@ -99,6 +103,7 @@ class Recording:
         self._light_starts, self._lights = _flat(table["lights"])
         self._controls = (table["acceleration_asked"], table["steering_asked"])
         self._plans = table["plan"]
+        self._reasons = [table[name] for name in REASON_COLUMNS if name in table.column_names]
 
     @classmethod
     def load(cls, path: Path) -> "Recording":
@@ -110,8 +115,8 @@ class Recording:
         try:
             table = pq.ParquetFile(path).read(use_threads=False)
             keys = table.schema.metadata or {}
-            if keys.get(FORMAT_KEY) != str(RECORDING_FORMAT).encode():
-                message = f"format {RECORDING_FORMAT} is wanted"
+            if keys.get(FORMAT_KEY) not in {str(number).encode() for number in READABLE_FORMATS}:
+                message = f"format {' or '.join(map(str, READABLE_FORMATS))} is wanted"
                 raise InputError(message)
             return cls(table, json.loads(keys[METADATA_KEY]))
         except (InputError, OSError, pa.ArrowException, KeyError, ValueError) as error:
@@ -156,8 +161,19 @@ class Recording:
             )
         ]
 
+    @property
+    def reasons(self) -> list[Reason | None]:
+        """Why it answered so; None where it was not asked or does not explain itself."""
+        if not self._reasons:
+            return [None] * len(self)
+        causes, actors = (column.to_pylist() for column in self._reasons)
+        return [
+            None if cause is None else Reason(Cause(cause), actor)
+            for cause, actor in zip(causes, actors, strict=True)
+        ]
 
-def _table(scenes: list[Scene], actions: list[Action]) -> pa.Table:
+
+def _table(scenes: list[Scene], actions: list[Action], reasons: list[Reason | None]) -> pa.Table:
     """Return the columns; float32 and the like are kept, anything wider is refused by numpy."""
     columns: dict[str, pa.Array] = {"tick": pa.array([scene.tick for scene in scenes], pa.int32())}
     for name in EGO_COLUMNS:
@@ -177,7 +193,7 @@ def _table(scenes: list[Scene], actions: list[Action]) -> pa.Table:
         _starts([len(scene.lights) for scene in scenes]),
         _joined([scene.lights for scene in scenes], (0,), np.uint8),
     )
-    return pa.table(columns | _action_columns(actions))
+    return pa.table(columns | _action_columns(actions) | _reason_columns(reasons))
 
 
 def _action_columns(actions: list[Action]) -> dict[str, pa.Array]:
@@ -194,6 +210,13 @@ def _action_columns(actions: list[Action]) -> dict[str, pa.Array]:
             [plan if plan is None else plan.astype(float).reshape(-1) for plan in plans],
             pa.list_(pa.float64()),
         ),
+    }
+
+
+def _reason_columns(reasons: list[Reason | None]) -> dict[str, pa.Array]:
+    return {
+        "reason": pa.array([reason and int(reason.cause) for reason in reasons], pa.int8()),
+        "reason_actor": pa.array([reason and reason.actor for reason in reasons], pa.int64()),
     }
 
 

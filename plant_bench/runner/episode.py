@@ -10,8 +10,10 @@ from plant_bench.agent import (
     Input,
     Observation,
     Plan,
+    Reason,
     check_action,
     decision_interval,
+    reason_of,
 )
 from plant_bench.agents.control import follow_plan
 from plant_bench.agents.registry import load_agent
@@ -99,16 +101,17 @@ def _drive(
     watch.lap("start_up")
     while referee.status is None:
         action: Plan | Control | None = None
+        reason: Reason | None = None
         if scene.tick % interval == 0:
             facts = simulation.privileged() if privileged else None
             watch.lap("privileged")
             observation = observe(scene, route, referee.progress, referee.offset, inputs, facts)
             watch.lap("simulation")
-            action = _act(agent, observation)
+            action, reason = _act(agent, observation)
             watch.lap("agent")
             control = action if isinstance(action, Control) else follow_plan(action, scene.ego)
         if recorder is not None:
-            recorder.add(scene, action)
+            recorder.add(scene, action, reason)
         scene = simulation.step(control)
         watch.lap("simulation")
         referee.judge(scene)
@@ -125,10 +128,18 @@ def _reset(agent: Agent, route: Route | None) -> None:
         raise AgentError(message) from error
 
 
-def _act(agent: Agent, observation: Observation) -> Plan | Control:
+def _act(agent: Agent, observation: Observation) -> tuple[Plan | Control, Reason | None]:
+    """Return what the agent answers, and why if it tells."""
     try:
         action = agent.act(observation)
     except (Exception, SystemExit) as error:
         message = f"act raised {type(error).__name__}: {error}"
         raise AgentError(message) from error
-    return check_action(action)
+    try:
+        reason = reason_of(agent)
+    except AgentError:
+        raise
+    except (Exception, SystemExit) as error:
+        message = f"explain raised {type(error).__name__}: {error}"
+        raise AgentError(message) from error
+    return check_action(action), reason

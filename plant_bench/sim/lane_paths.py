@@ -64,11 +64,11 @@ class LanePaths:
         states: dict[int, VehicleState],
         scripted: Mapping[int, Float[np.ndarray, "steps 3"]],
     ) -> Privileged:
-        """Return the facts of the actors of one scene, in their order.
+        """Return the facts of the vehicles of one scene, in their order.
 
         Args:
             tick: Of the scene.
-            actors: Of the scene.
+            actors: Of the scene, those of `states` first.
             states: As SUMO reports them.
             scripted: The paths of actors that follow a script instead of a lane.
         """

@@ -2,7 +2,6 @@
 
 import math
 from bisect import bisect_right
-from functools import lru_cache
 
 import numpy as np
 
@@ -10,28 +9,25 @@ from plant_bench.agent import Control, Privileged
 from plant_bench.data_files import networks_dir
 from plant_bench.geometry.polyline import Cursor
 from plant_bench.geometry.pose import wrap_angle
+from plant_bench.sim.bystanders import LEVEL_GAP, Bystanders
 from plant_bench.sim.deadlocks import Deadlocks
 from plant_bench.sim.ego import advance
 from plant_bench.sim.hazards.director import Director
 from plant_bench.sim.hazards.stage import Stage
 from plant_bench.sim.lane_paths import LanePaths
+from plant_bench.sim.places import places_of
+from plant_bench.sim.seeing import join, join_facts, vehicle_actors
+from plant_bench.sim.stepping_out import FIRST_WALKER
 from plant_bench.sim.sumo import Sumo, VehicleState
-from plant_bench.sim.traffic import MANAGE_INTERVAL, SIGHT, StreetGrid, Traffic, density_of
+from plant_bench.sim.traffic import MANAGE_INTERVAL, SIGHT, Traffic, density_of
 from plant_bench.world.hazard import HazardOutcome
 from plant_bench.world.route import Scenario
 from plant_bench.world.scene import EGO_LENGTH, TICK, Actors, EgoState, Scene
-from plant_bench.world.town import Lane, Town, load_town
+from plant_bench.world.town import Lane
 
 WARM_UP = 300  # ticks that the traffic drives before the episode starts: 15 s
-LEVEL_GAP = 4.5  # m of height between which two roads are levels of a crossing, not one road
 LIGHT_SIGHT = 60.0  # m ahead of the ego's centre at which a light comes into view
 LIGHT_BEHIND = 25.0  # m behind the ego's centre until which a light is still known
-
-
-@lru_cache(maxsize=8)
-def _streets(name: str) -> tuple[Town, StreetGrid]:
-    town = load_town(name)
-    return town, StreetGrid(town)
 
 
 class Simulation:
@@ -55,18 +51,20 @@ class Simulation:
         route = scenario.route
         self._scenario = scenario
         self._self_driving = self_driving
-        self.town, streets = _streets(route.town)
+        places = places_of(route.town)
+        self.town = places.town
         density = density_of(scenario.density)
         self._sumo = Sumo(networks_dir() / route.town / "town.net.xml", scenario.seed)
         self._cursor = Cursor(route.points)
         self._elevations = route.elevations.tolist()
         self._signals = route.signal_passages
         self._entries = route.signal_entries
-        self._traffic = Traffic(self._sumo, streets, density, scenario.seed)
+        self._traffic = Traffic(self._sumo, places.streets, density, scenario.seed)
         self._paths = LanePaths(self._sumo, self.town)
         self._deadlocks = Deadlocks(self._sumo)
         self._stage = Stage(self._sumo, self._traffic, self.town, route)
         self._director = Director(self._stage, scenario.played_hazards, scenario.seed)
+        self._bystanders = Bystanders(self._sumo, self._traffic, places, scenario)
         self._states: dict[int, VehicleState] = {}
         try:
             self._warm_up()
@@ -98,11 +96,13 @@ class Simulation:
             ego = self.scene.ego
         if tick % MANAGE_INTERVAL == 0:
             self._traffic.manage(ego.x, ego.y)
+            self._bystanders.manage(ego.x, ego.y)
         self._present(ego)
         self._cursor.advance(ego.x, ego.y)
         self._stage.refresh(tick, self._cursor.progress, self._states)
         if not self._director.idle:
             self._director.step(ego)
+        self._bystanders.step(tick, ego, self._cursor.progress, self.scene.actors)
         self._sumo.step()
         if self._self_driving:
             ego = self._driven(ego)
@@ -125,7 +125,8 @@ class Simulation:
     def privileged(self) -> Privileged:
         """Return what only the simulator knows of the present scene's actors."""
         scene = self.scene
-        return self._paths.facts(scene.tick, scene.actors, self._states, self._stage.paths)
+        vehicles = self._paths.facts(scene.tick, scene.actors, self._states, self._stage.paths)
+        return join_facts(vehicles, *self._bystanders.facts(scene.tick))
 
     def _start(self) -> EgoState:
         x, y = self._scenario.route.points[0].tolist()
@@ -141,10 +142,12 @@ class Simulation:
             self._sumo.add_ego(route.edges, *start.pose)
         self._sumo.watch(SIGHT)
         self._traffic.fill(start.x, start.y)
+        self._bystanders.fill(start.x, start.y)
         for tick in range(WARM_UP):
             if tick % MANAGE_INTERVAL == 0:
                 self._traffic.manage(start.x, start.y)
             self._present(start)
+            self._bystanders.step(tick - WARM_UP, start, 0.0, Actors.none())
             self._sumo.step()
         if self._self_driving:
             self._sumo.let_ego_go()
@@ -179,35 +182,13 @@ class Simulation:
         seen = self._sumo.watched()
         seen.update(self._stage.beside_road(seen))
         self._states = {
-            key: state for key, state in sorted(seen.items()) if abs(state.z - height) < LEVEL_GAP
+            key: state
+            for key, state in sorted(seen.items())
+            if key < FIRST_WALKER and abs(state.z - height) < LEVEL_GAP
         }
-        return Scene(tick, ego, self._actors(), self._see_lights())
-
-    def _actors(self) -> Actors:
-        states = self._states
-        if not states:
-            return Actors.none()
-        types = [self._traffic.types[key] for key in states]
-        rows = [
-            (
-                state.x - 0.5 * kind.length * math.cos(state.yaw),
-                state.y - 0.5 * kind.length * math.sin(state.yaw),
-                wrap_angle(state.yaw),
-                state.speed,
-                kind.length,
-                kind.width,
-            )
-            for state, kind in zip(states.values(), types, strict=True)
-        ]
-        table = np.array(rows, dtype=np.float32)
-        table.flags.writeable = False  # planners and the referee share the scene
-        return Actors(
-            ids=np.fromiter(states, np.int64, len(states)),
-            poses=table[:, :3],
-            speeds=table[:, 3],
-            extents=table[:, 4:],
-            kinds=np.array([kind.kind for kind in types], np.uint8),
-        )
+        vehicles = vehicle_actors(self._states, self._traffic.types)
+        actors = join(vehicles, *self._bystanders.look(ego.x, ego.y, height))
+        return Scene(tick, ego, actors, self._see_lights())
 
     def _see_lights(self) -> np.ndarray:
         at = self._cursor.progress

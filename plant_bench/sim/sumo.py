@@ -16,6 +16,7 @@ os.environ.setdefault("LIBSUMO_AS_TRACI", "quiet")  # the name misleads: no arro
 import libsumo
 
 from plant_bench.errors import SimulationError
+from plant_bench.sim.vehicle_types import TYPES_FILE
 from plant_bench.world.scene import EGO_LENGTH, TICK, Light
 
 EGO_ID = "0"
@@ -26,8 +27,6 @@ DEFAULT_MODE = 31  # SUMO's speed mode: minds safe gaps, limits, foes and lights
 DEFAULT_LANE_CHANGES = 1621  # SUMO's lane change mode
 LAWLESS_MODE = 39  # safe gap and limits of acceleration only; ignores foes inside junctions
 LAWLESS_FACTOR = 1.5  # a lawless driver's speed limit, times the lane's
-DEFAULT_BRAKING = 4.5  # m/s2 of vehicle_types.add.xml
-_TYPES = Path(__file__).with_name("vehicle_types.add.xml")
 _LIGHTS = {"r": Light.RED, "R": Light.RED, "u": Light.RED, "y": Light.YELLOW, "Y": Light.YELLOW}
 
 _POSITION, _ANGLE, _SPEED = 0x39, 0x43, 0x40  # TraCI variables: 3D position, angle, speed
@@ -69,7 +68,7 @@ class Sumo:
 
     def __init__(self, network: Path, seed: int) -> None:
         command = [
-            "sumo", "-n", str(network), "-a", str(_TYPES), "--seed", str(seed % 2**31),
+            "sumo", "-n", str(network), "-a", str(TYPES_FILE), "--seed", str(seed % 2**31),
             "--step-length", str(TICK), "--default.action-step-length", str(ACTION_STEP),
             "--lanechange.duration", str(LANE_CHANGE_DURATION), "--collision.action", "none",
             "--time-to-teleport", "-1", "--time-to-impatience", "60", "--max-depart-delay", "0",
@@ -82,6 +81,7 @@ class Sumo:
             raise SimulationError(message) from error
         self._routes = 0
         self._lane_lengths: dict[str, float] = {}
+        self._phases: dict[str, tuple] = {}  # of a signal's program
 
     def __enter__(self) -> "Sumo":  # noqa: PYI034 - the run-time type check knows no Self
         return self
@@ -205,6 +205,27 @@ class Sumo:
         state = libsumo.trafficlight.getRedYellowGreenState(signal)[index]
         return _LIGHTS.get(state, Light.GREEN)
 
+    def time_to_green(self, signal: str, index: int) -> float:
+        """Return the seconds until a link of a signal of fixed times shows green; 0 if it does."""
+        lights = libsumo.trafficlight
+        phases = self._phases.get(signal)
+        if phases is None:
+            phases = self._phases[signal] = lights.getAllProgramLogics(signal)[0].phases
+        now = lights.getPhase(signal)
+        if phases[now].state[index] in "Gg":
+            return 0.0
+        time = lights.getNextSwitch(signal) - libsumo.simulation.getTime()
+        for step in range(1, len(phases)):
+            phase = phases[(now + step) % len(phases)]
+            if phase.state[index] in "Gg":
+                break
+            time += phase.duration
+        return float(time)
+
+    def time_to_switch(self, signal: str) -> float:
+        """Return the seconds until a signal may change what it shows."""
+        return libsumo.trafficlight.getNextSwitch(signal) - libsumo.simulation.getTime()
+
     def vehicles(self) -> list[int]:
         """Return the numbers of all vehicles on the road, the ego left out."""
         return [int(name) for name in libsumo.vehicle.getIDList() if name != EGO_ID]
@@ -315,10 +336,16 @@ class Sumo:
             name = str(vehicle)
             libsumo.vehicle.setSpeed(name, -1.0)
             libsumo.vehicle.setSpeedMode(name, DEFAULT_MODE)
-            libsumo.vehicle.setDecel(name, DEFAULT_BRAKING)
+            kind, *_ = libsumo.vehicle.getTypeID(name).split("@")  # a changed one's is "kind@id"
+            libsumo.vehicle.setDecel(name, libsumo.vehicletype.getDecel(kind))
             libsumo.vehicle.setSpeedFactor(name, 1.0)
             libsumo.vehicle.setLaneChangeMode(name, DEFAULT_LANE_CHANGES)
 
     def remove(self, vehicle: int) -> None:
         """Take a vehicle off the road."""
         libsumo.vehicle.remove(str(vehicle))
+
+    def withdraw(self, vehicle: int) -> None:
+        """Take a vehicle off the road, or keep it from entering; as well if it has left."""
+        with contextlib.suppress(libsumo.TraCIException):
+            libsumo.vehicle.remove(str(vehicle))

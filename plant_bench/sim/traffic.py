@@ -7,15 +7,15 @@ dissolved out of its sight too, so that the ego and what it sees are never touch
 
 import math
 import random
-from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
+from jaxtyping import Int
 
 from plant_bench.errors import InputError
+from plant_bench.sim.streets import SAMPLE_SPACING, StreetGrid
 from plant_bench.sim.sumo import Sumo
-from plant_bench.world.scene import ActorKind
-from plant_bench.world.town import Lane, Town
+from plant_bench.sim.vehicle_types import VEHICLE_TYPES, VehicleType
+from plant_bench.world.scene import EGO_LENGTH, ActorKind
 
 DENSITIES = {"empty": 0.0, "light": 4.0, "medium": 8.0, "dense": 20.0}  # vehicles per lane-km
 SIGHT = 80.0  # m: what the ego may see, and nothing appears or vanishes in
@@ -25,29 +25,10 @@ EXIT_RADIUS = 190.0  # m: beyond it vehicles are taken away
 JAM_TIME = 45.0  # s of standing out of sight until a vehicle is taken away
 MANAGE_INTERVAL = 10  # ticks between two looks at the population: 0.5 s
 ENTRIES = 6  # vehicles that may enter at one look
-SAMPLE_SPACING = 10.0  # m between the places at which vehicles may enter
-ROUTE_AHEAD = 500.0  # m of random walk that a vehicle is given at a time
-STRAIGHT_WEIGHT = 3.0  # how much likelier a vehicle goes straight on than into one of the turns
 COMFORTABLE_BRAKING = 2.5  # m/s2 that an entering vehicle must not exceed before its lane's end
-
-
-@dataclass(frozen=True)
-class VehicleType:
-    """A row of vehicle_types.add.xml: its id, size in metres, kind and share of the traffic."""
-
-    name: str
-    length: float
-    width: float
-    kind: ActorKind
-    share: float
-
-
-VEHICLE_TYPES = (
-    VehicleType("car_small", 3.97, 1.75, ActorKind.CAR, 0.30),
-    VehicleType("car_medium", 4.47, 1.84, ActorKind.CAR, 0.40),
-    VehicleType("car_large", 4.86, 1.92, ActorKind.CAR, 0.20),
-    VehicleType("van", 5.32, 2.01, ActorKind.VAN, 0.10),
-)
+STANDING_GAP = 4.5  # m kept free around an entering vehicle, and its headway in s
+ENTRY_HEADWAY = 1.2
+MIX_GAIN = 3.0  # how strongly a kind that is short of its share is preferred
 
 
 def density_of(name: str) -> float:
@@ -60,62 +41,6 @@ def density_of(name: str) -> float:
         message = f"There is no density '{name}'. Densities: {', '.join(DENSITIES)}."
         raise InputError(message)
     return DENSITIES[name]
-
-
-class StreetGrid:
-    """Where in a town vehicles may enter, and where they may go from there; immutable.
-
-    Args:
-        town: The town.
-    """
-
-    def __init__(self, town: Town) -> None:
-        self._town = town
-        self.lanes: list[Lane] = []
-        self.lane_of: list[int] = []
-        shares: list[float] = []
-        xs: list[float] = []
-        ys: list[float] = []
-        for lane in town.lanes.values():
-            if lane.junction is not None or lane.acceleration or lane.length < 2 * SAMPLE_SPACING:
-                continue
-            if lane.id not in town.links_from:
-                continue
-            self.lanes.append(lane)
-            at = np.arange(SAMPLE_SPACING, lane.length - SAMPLE_SPACING, SAMPLE_SPACING)
-            xs += np.interp(at, lane.along, lane.points[:, 0]).tolist()
-            ys += np.interp(at, lane.along, lane.points[:, 1]).tolist()
-            shares += (at / lane.length).tolist()
-            self.lane_of += [len(self.lanes) - 1] * len(at)
-        self.x, self.y = np.array(xs), np.array(ys)
-        self.share = shares
-
-    @cached_property
-    def _onward(self) -> dict[str, tuple[list[str], list[float]]]:
-        found: dict[str, dict[str, float]] = {}
-        lanes = self._town.lanes
-        for link in self._town.links:
-            weight = STRAIGHT_WEIGHT if link.turn == "straight" else 1.0
-            onward = found.setdefault(lanes[link.source].edge, {})
-            target = lanes[link.target].edge
-            onward[target] = max(onward.get(target, 0.0), weight)
-        return {edge: (list(onward), list(onward.values())) for edge, onward in found.items()}
-
-    def walk(self, edge: str, draw: random.Random, length: float) -> list[str]:
-        """Return a random walk of at least `length` metres that begins after an edge."""
-        edges: list[str] = []
-        while length > 0.0:
-            onward, weights = self._onward[edge]
-            edge = draw.choices(onward, weights)[0]
-            edges.append(edge)
-            length -= self._town.edges[edge][0].length
-        return edges
-
-    def walk_from(self, lane: Lane, draw: random.Random) -> tuple[str, ...]:
-        """Return a random walk that begins on a lane and leaves it without a lane change."""
-        links = self._town.links_from[lane.id]
-        first = self._town.lanes[draw.choice(links).target].edge
-        return (lane.edge, first, *self.walk(first, draw, ROUTE_AHEAD))
 
 
 class Traffic:
@@ -139,7 +64,11 @@ class Traffic:
         self._draw = random.Random(seed)
         self._number = 0
         self._looks = 0
-        self._shares = [kind.share for kind in VEHICLE_TYPES]
+        mix = streets.town.life.mix
+        self._mix = {ActorKind[name.upper()]: share for name, share in mix.items() if share > 0.0}
+        self._types = {
+            kind: [row for row in VEHICLE_TYPES if row.kind is kind] for kind in self._mix
+        }
         self.types: dict[int, VehicleType] = {}
         self.scripted: set[int] = set()
 
@@ -173,7 +102,8 @@ class Traffic:
     def _lengthen(self, vehicle: int) -> None:
         edges = self._sumo.remaining_route(vehicle)
         if len(edges) < 5:
-            onward = self._streets.walk(list(edges)[-1], self._draw, ROUTE_AHEAD)
+            kind = self.types[vehicle].kind
+            onward = self._streets.walk(list(edges)[-1], kind, self._draw)
             self._sumo.set_route(vehicle, (*edges, *onward))
 
     def _enter(self, x: float, y: float, *, inner: float, most: int) -> None:
@@ -181,37 +111,60 @@ class Traffic:
         square = (streets.x - x) ** 2 + (streets.y - y) ** 2
         within = square < FILL_RADIUS**2
         wanted = round(self._density * np.count_nonzero(within) * SAMPLE_SPACING / 1000.0)
-        present = [self._sumo.position(vehicle) for vehicle in self._sumo.vehicles()]
-        places = np.flatnonzero(within & (square > inner**2))
-        missing = min(wanted - len(present), most)
-        if missing <= 0 or places.size == 0:
+        present = self._sumo.vehicles()
+        kinds = [self.types[vehicle].kind for vehicle in present]
+        missing = min(wanted - len(kinds) + kinds.count(ActorKind.PEDESTRIAN), most)
+        places = self._places(within & (square > inner**2))
+        if missing <= 0 or not places:
             return
-        taken = np.array([(x, y), *present])
+        taken = np.array([(x, y, EGO_LENGTH), *map(self._occupied, present)])
+        counts = {kind: kinds.count(kind) for kind in places}
         for _ in range(4 * missing):
-            place = int(places[self._draw.randrange(places.size)])
-            speed = self._enter_at(place, taken)
-            if speed is not None:
-                taken = np.vstack((taken, (streets.x[place], streets.y[place])))
+            kind = self._lacking(counts)
+            place = int(places[kind][self._draw.randrange(places[kind].size)])
+            row = self._draw.choices(self._types[kind], [row.share for row in self._types[kind]])[0]
+            if self._enter_at(place, row, taken):
+                taken = np.vstack((taken, (streets.x[place], streets.y[place], row.length)))
+                counts[kind] += 1
                 missing -= 1
                 if missing == 0:
                     return
 
-    def _enter_at(self, place: int, taken: np.ndarray) -> float | None:
+    def _occupied(self, vehicle: int) -> tuple[float, float, float]:
+        x, y = self._sumo.position(vehicle)
+        return x, y, self.types[vehicle].length
+
+    def _places(self, allowed: np.ndarray) -> dict[ActorKind, Int[np.ndarray, " places"]]:
+        """Return where vehicles of each kind may enter now; kinds with no such place left out."""
+        found = {kind: np.flatnonzero(allowed & self._streets.open_to(kind)) for kind in self._mix}
+        return {kind: places for kind, places in found.items() if places.size}
+
+    def _lacking(self, counts: dict[ActorKind, int]) -> ActorKind:
+        """Draw the kind to enter next by its share; the likelier, the fewer there are of it.
+
+        Kinds leave at different rates, so that drawing by share alone would not keep the mix.
+        """
+        total = (sum(counts.values()) + 1) / sum(self._mix[kind] for kind in counts)
+        weights = []
+        for kind, count in counts.items():
+            wanted = self._mix[kind] * total
+            weights.append(wanted * max(1.0 + MIX_GAIN * (wanted - count) / max(wanted, 1.0), 0.0))
+        return self._draw.choices(list(counts), weights)[0]
+
+    def _enter_at(self, place: int, row: VehicleType, taken: np.ndarray) -> bool:
+        """Ask for a vehicle at a place; False where there is no room."""
         streets = self._streets
         lane = streets.lanes[streets.lane_of[place]]
         length = self._sumo.lane_length(lane.id)
         at = streets.share[place] * length
         room = math.sqrt(2.0 * COMFORTABLE_BRAKING * max(length - at - 8.0, 0.0))
-        speed = min(0.8 * lane.speed_limit, room)
-        gap = 9.0 + 1.2 * speed
-        nearest = np.min(
-            (taken[:, 0] - streets.x[place]) ** 2 + (taken[:, 1] - streets.y[place]) ** 2
-        )
-        if nearest < gap**2:
-            return None
+        speed = min(0.8 * lane.speed_limit, room, row.top_speed)
+        square = (taken[:, 0] - streets.x[place]) ** 2 + (taken[:, 1] - streets.y[place]) ** 2
+        gap = STANDING_GAP + np.maximum(taken[:, 2], row.length) + ENTRY_HEADWAY * speed
+        if (square < gap**2).any():
+            return False
         number = self.number()
-        kind = self._draw.choices(VEHICLE_TYPES, self._shares)[0]
-        self.types[number] = kind
-        edges = streets.walk_from(lane, self._draw)
-        self._sumo.add_vehicle(number, kind.name, edges, lane.index, at, speed)
-        return speed
+        self.types[number] = row
+        edges = streets.walk_from(lane, row.kind, self._draw)
+        self._sumo.add_vehicle(number, row.name, edges, lane.index, at, speed)
+        return True

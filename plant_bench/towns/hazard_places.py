@@ -5,12 +5,12 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
-from shapely.geometry import LineString
 
 from plant_bench.geometry.pose import wrap_angle
+from plant_bench.world.approaches import FITS, approaches
 from plant_bench.world.hazard import HazardKind
-from plant_bench.world.route import LaneSpan, Passage, Route
-from plant_bench.world.town import Lane, Link, Town
+from plant_bench.world.route import LaneSpan, Route
+from plant_bench.world.town import Lane, Town
 
 STEP = 5  # m between places looked at
 MARGIN = 40.0  # m at the route's two ends without hazards
@@ -18,18 +18,20 @@ CROSSED_LIMIT = 14.0  # m/s: nobody walks across faster roads
 STRAIGHT = 0.12  # rad that a lane may turn over the metres a lane event takes
 ROOM = 60.0  # m of lane that lane events need
 FAR = 1e6  # m to a junction that is not there
-MEETING = 1.5  # m between two ways through a junction that conflict
+RUN, LINE_RUN = 60.0, 30.0  # m that who meets the ego in a junction comes, to it and to its line
+MERGE_RUN = 150.0  # m that who is beside the ego comes straight on
+SLIPPERY = 2.4  # m/s2 of braking that control losses leave
 # m before the place at which a kind may begin: this time at the speed limit, at least, at most.
 ARMS = {
     HazardKind.HARD_BRAKE: (11.0, 130.0, 220.0),  # a leader is sent 90 m ahead, and waits
     HazardKind.CUT_IN: (11.0, 130.0, 220.0),
     HazardKind.MERGE_PRESSURE: (9.0, 100.0, 180.0),  # vehicles get into place beside the ego
-    HazardKind.BLOCKED_LANE: (8.0, 110.0, 180.0),  # put out beyond the ego's sight
-    HazardKind.QUEUE_TAIL: (8.0, 110.0, 180.0),
+    HazardKind.BLOCKED_LANE: (12.0, 140.0, 240.0),  # put out beyond the ego's sight
+    HazardKind.QUEUE_TAIL: (12.0, 140.0, 240.0),
 }
-ARM = (8.0, 80.0, 120.0)  # all others, cut off at the start of the route
+ARM = (10.0, 90.0, 140.0)  # all others, cut off at the start of the route
 UNSEEN = 100.0  # m in a straight line, for those put out beyond the ego's sight
-OPPOSITE, ACROSS = 2.4, (0.6, 2.4)  # rad between the headings of the ego and who comes so
+OPPOSITE = 2.4  # rad between the headings of two neighbour lanes that lead opposite ways
 
 
 @dataclass(frozen=True)
@@ -138,29 +140,23 @@ class Track:
                 beside += 0.0 < left < 8.0 and _between(heading, back) > OPPOSITE
         return int(beside)
 
-    def foes(self, passage: Passage) -> list[tuple[Link, float]]:
-        """Return the ways that cross or join the route's in a junction, each with its heading.
+    def run_to(self, at: float) -> float:
+        """Return the metres that the lane at an arc length leads there straight on, from before."""
+        lane = self.lane(at)
+        x, y = (float(np.interp(at, self.route.along, column)) for column in self.route.points.T)
+        apart = np.hypot(lane.points[:, 0] - x, lane.points[:, 1] - y)
+        run = float(lane.along[apart.argmin()])
+        while run < MERGE_RUN and (before := self._before_straight(lane)) is not None:
+            lane, via = before
+            run += lane.length + via
+        return run
 
-        The heading is relative to the ego's at the stop line: positive comes from the right.
-        """
-        route = self.route
-        inside = (route.along >= passage.entry) & (route.along <= passage.exit + 4.0)
-        if inside.sum() < 2:
-            return []
-        way = LineString(route.points[inside])
-        heading = float(np.interp(passage.entry, route.along, route.headings))
-        own = self.lane(passage.entry - 1.0).edge
-        found = []
+    def _before_straight(self, lane: Lane) -> tuple[Lane, float] | None:
         for link in self.town.links:
-            source = self.town.lanes[link.source]
-            if link.junction != passage.junction or source.edge == own or not link.via:
-                continue
-            points = np.concatenate([self.town.lanes[via].points[:, :2] for via in link.via])
-            if LineString(points).distance(way) < MEETING:
-                ends = source.points[-2:, :2]
-                comes = np.arctan2(*(ends[1] - ends[0])[::-1])
-                found.append((link, wrap_angle(float(comes) - heading)))
-        return found
+            if link.target == lane.id and link.turn == "straight":
+                via = sum(self.town.lanes[name].length for name in link.via)
+                return self.town.lanes[link.source], via
+        return None
 
     @cached_property
     def _middles(self) -> list[tuple[Lane, np.ndarray]]:
@@ -214,7 +210,9 @@ def _control_losses(track: Track) -> Iterator[Place]:
     for at in track.places:
         limit, (before, after) = track.limit(at), track.room(at)
         slides = 2.5 * limit
-        if before > 10.0 and after > slides + 10.0 and track.keeps_lane(at - 10.0, at + slides):
+        stops = 0.5 * limit + limit**2 / (2.0 * SLIPPERY)
+        ample = after > max(slides, stops) + 10.0
+        if before > 10.0 and ample and track.keeps_lane(at - 10.0, at + slides):
             yield Place(HazardKind.CONTROL_LOSS, at, limit)
 
 
@@ -241,20 +239,11 @@ def _crossings_after_turns(track: Track) -> Iterator[Place]:
 def _at_junctions(track: Track) -> Iterator[Place]:
     for passage in track.route.passages:
         at = 0.5 * (passage.entry + passage.exit)
-        foes = track.foes(passage)
-        across = [comes for _, comes in foes if ACROSS[0] < abs(comes) < ACROSS[1]]
-        kinds = []
-        if passage.signal is None and foes:
-            kinds.append(HazardKind.UNSIGNALLED_CROSSING)
-        if passage.signal is not None and across:
-            kinds.append(HazardKind.RED_LIGHT_RUNNER)
-        oncoming = any(abs(comes) > OPPOSITE and link.turn != "left" for link, comes in foes)
-        if passage.signal is not None and passage.turn == "left" and oncoming:
-            kinds.append(HazardKind.UNPROTECTED_LEFT)
-        if passage.turn == "right" and any(comes < 0.0 for comes in across):
-            kinds.append(HazardKind.RIGHT_TURN)
-        for kind in kinds:
-            yield Place(kind, at, track.limit(at))
+        ways = approaches(track.town, track.route, passage)
+        for kind, fits in FITS.items():
+            runs = (way for way in ways if fits(way, passage))
+            if any(way.meets > RUN and way.stop > LINE_RUN for way in runs):
+                yield Place(kind, at, track.limit(at))
 
 
 def _lane_events(track: Track) -> Iterator[Place]:
@@ -282,8 +271,10 @@ def _merges(track: Track) -> Iterator[Place]:
     for change in track.route.lane_changes:
         at = 0.5 * (change.start + change.end)
         side = 1.0 if change.direction == "left" else -1.0
-        parameters = {"side": side}
-        yield Place(HazardKind.MERGE_PRESSURE, at, track.limit(at), parameters=parameters)
+        beyond = next((span.start for span in track.route.lanes if span.start >= at), None)
+        if beyond is not None and track.run_to(beyond) > MERGE_RUN:
+            parameters = {"side": side}
+            yield Place(HazardKind.MERGE_PRESSURE, at, track.limit(at), parameters=parameters)
 
 
 _FINDERS: tuple[Callable[[Track], Iterator[Place]], ...] = (

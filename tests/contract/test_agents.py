@@ -3,7 +3,15 @@
 import numpy as np
 import pytest
 
-from plant_bench.agent import Control, Input, Observation, Plan, check_agent
+from plant_bench.agent import (
+    Cause,
+    Control,
+    Input,
+    Observation,
+    Plan,
+    Reason,
+    check_agent,
+)
 from plant_bench.agents.registry import AGENTS, load_agent
 from plant_bench.errors import AgentError
 from plant_bench.runner.observing import observe
@@ -85,6 +93,16 @@ class BadRanks(Good):
         return np.zeros(3 + len(observation.actors or []))
 
 
+class Talker(Good):
+    def explain(self) -> Reason:
+        return "because"  # type: ignore[return-value]
+
+
+class Accuser(Good):
+    def explain(self) -> Reason:
+        return Reason(Cause.LEADER, 10**9)
+
+
 class Incomplete:
     inputs = frozenset()
 
@@ -103,6 +121,8 @@ def test_a_good_agent_passes(episode: tuple[Route, list[Observation]]) -> None:
         (Nothing(), "a Plan or a Control is wanted"),
         (Hasty(), "interval 0"),
         (BadRanks(), "rank returned shape"),
+        (Talker(), "a Reason or None is wanted"),
+        (Accuser(), "actor 1000000000"),
         (Incomplete(), "is no Agent"),
     ],
     ids=lambda value: type(value).__name__ if not isinstance(value, str) else "",

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
-from plant_bench.agent import Control, Plan, same_action
+from plant_bench.agent import Cause, Control, Plan, Reason, same_action
 from plant_bench.data.recording import Recorder, Recording
 from plant_bench.world.scene import Actors, EgoState, Scene
 
@@ -16,6 +16,9 @@ actions = st.one_of(
     st.none(),
     st.builds(Control, numbers, numbers),
     arrays.arrays(np.float64, (4, 2), elements=numbers).map(Plan),
+)
+reasons = st.one_of(
+    st.none(), st.builds(Reason, st.sampled_from(Cause), st.integers(-1, 2**63 - 1))
 )
 
 
@@ -40,16 +43,17 @@ def scenes(draw):
     )
 
 
-@given(st.lists(st.tuples(scenes(), actions), max_size=6))
+@given(st.lists(st.tuples(scenes(), actions, reasons), max_size=6))
 def test_what_is_recorded_is_what_is_read(ticks):
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "episode.parquet"
         recorder = Recorder(path, {})
-        for scene, action in ticks:
-            recorder.add(scene, action)
+        for tick in ticks:
+            recorder.add(*tick)
         recorder.close()
         recording = Recording.load(path)
-    for (scene, action), read, answer in zip(ticks, recording, recording.actions, strict=True):
+    assert recording.reasons == [reason for _, _, reason in ticks]
+    for (scene, action, _), read, answer in zip(ticks, recording, recording.actions, strict=True):
         assert (read.tick, read.ego) == (scene.tick, scene.ego)
         assert read.lights.tobytes() == scene.lights.tobytes()
         for name in ("ids", "poses", "speeds", "extents", "kinds"):

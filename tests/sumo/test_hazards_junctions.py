@@ -2,13 +2,19 @@
 
 import random
 
+import numpy as np
 import pytest
 
-from plant_bench.sim.hazards.approach import approaches, passage_at, speed_to_arrive, walk
-from plant_bench.sim.hazards.meeting import PULL, time_to_go
+from plant_bench.agent import Control
+from plant_bench.sim.hazards.arrival import PULL, speed_to_arrive, time_to_go
+from plant_bench.sim.hazards.merge_pressure import place_inside
+from plant_bench.sim.hazards.rival import walk
+from plant_bench.sim.simulation import Simulation
+from plant_bench.world.approaches import Approach, approaches, passage_at
 from plant_bench.world.hazard import Hazard, HazardKind, Phase
-from plant_bench.world.route import Route, load_suite
-from plant_bench.world.town import load_town
+from plant_bench.world.route import Route, Scenario, load_suite
+from plant_bench.world.scene import EgoState
+from plant_bench.world.town import Link, load_town
 from tests.sumo.oracle import drive
 
 pytestmark = pytest.mark.sumo
@@ -60,6 +66,33 @@ def test_merge_is_void_where_the_route_keeps_its_lane() -> None:
     hazard = Hazard(HazardKind.MERGE_PRESSURE, 423.0, 340.0, 0)
     run = drive(route("town01-0"), hazard, 0, blind=True)
     assert (run.phase, run.reason) == (Phase.VOID, "the route changes no lane here")
+
+
+def test_a_row_gives_way_to_an_ego_in_its_lane_only() -> None:
+    line = np.stack((np.arange(101.0), np.zeros(101)), axis=1)
+    link = Link("a_0", "a_0", (), "", "straight", "major")
+    way = Approach(link, line, {"a_0": 0.0}, ("a",), 100.0, 50.0, 50.0, 40.0, 0.0)
+    assert place_inside(EgoState(50.0, -3.5, 0.0, 10.0), way) is None
+    assert place_inside(EgoState(50.0, -2.0, 0.1, 10.0), way) == pytest.approx(47.5, abs=1.0)
+
+
+def test_the_time_to_green_is_told_before() -> None:
+    whole = route("town02-4")
+    passage = whole.signal_passages[0]
+    assert passage.signal is not None
+    with Simulation(Scenario(whole, 1, "empty")) as simulation:
+        sumo, told = simulation._sumo, {}
+        for tick in range(3000):
+            told[tick] = sumo.time_to_green(passage.signal, passage.signal_index)
+            if tick and told[tick] == 0.0 < told[tick - 1]:
+                break
+            simulation.step(Control(0.0, 0.0))
+    change = max(told)
+    red = [tick for tick in told if told[tick] > 0.0]
+    assert len(red) > 20
+    for tick in red:
+        if all(told[k] > 0.0 for k in range(tick, change)):
+            assert told[tick] == pytest.approx(0.05 * (change - tick), abs=0.11)
 
 
 def test_approaches_meet_the_route_and_come_from_elsewhere() -> None:

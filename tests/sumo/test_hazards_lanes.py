@@ -104,10 +104,17 @@ def test_void_where_there_is_no_neighbour_lane() -> None:
     assert (outcome.phase, outcome.reason) == (Phase.VOID, "there is no neighbour lane")
 
 
-@pytest.mark.parametrize(("name", "at"), [("town02-3", 540.0), ("town04-0", 2145.0)])
+@pytest.mark.parametrize(("name", "at"), [("town02-3", 410.0), ("town04-0", 2145.0)])
 def test_control_loss_is_bounded(name: str, at: float) -> None:
     strong = {"pull": 0.08, "duration": 2.5}
     hazard = Hazard(HazardKind.CONTROL_LOSS, at, at - 10.0, 7, strong)
     found = drive(name, "expert", hazard, 1, beyond=80.0)
     assert found.outcome.phase is Phase.DONE
     assert found.offset < 1.0
+
+
+def test_control_is_not_lost_before_a_light() -> None:
+    line = route("town02-3").signal_entries[0]
+    hazard = Hazard(HazardKind.CONTROL_LOSS, line - 8.0, line - 30.0, 7, {})
+    outcome = drive("town02-3", "expert", hazard, 1).outcome
+    assert (outcome.phase, outcome.reason) == (Phase.VOID, "a stop was near")

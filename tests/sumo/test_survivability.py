@@ -19,18 +19,7 @@ NO_ACTORS = (HazardKind.CONTROL_LOSS,)
 MOST_ASIDE = 1.2  # m from the route that a control loss may carry a driver who steers
 ROUTES = load_suite("longest6")
 
-# Measured: 3 of 24 merges and 1 of 20 runners hit the oracle. The protocol that plays them is a
-# draft until they do not.
-UNFAIR = (HazardKind.MERGE_PRESSURE, HazardKind.RED_LIGHT_RUNNER)
-FAULT = pytest.mark.xfail(reason="not always survivable yet", strict=False)
-
-every_kind = pytest.mark.parametrize(
-    "kind",
-    [
-        pytest.param(kind, id=kind.value, marks=[FAULT] if kind in UNFAIR else [])
-        for kind in SCRIPTS
-    ],
-)
+every_kind = pytest.mark.parametrize("kind", list(SCRIPTS), ids=[kind.value for kind in SCRIPTS])
 
 
 @pytest.fixture

@@ -3,7 +3,7 @@
 The walker starts when the ego's soonest arrival equals its own way to the ego's lane, so that a
 driver who goes on meets it; it starts beside the road, and far enough from the ego's lane for a
 surprised driver to stop. It waits beside the road before and after, until the ego is far away, and
-does not go where it would step in front of anybody but the ego.
+does not go where it would step in front of anybody but the ego; once they have passed, it hurries.
 """
 
 import math
@@ -13,6 +13,7 @@ import numpy as np
 
 from plant_bench.geometry.polyline import distance_to
 from plant_bench.sim.hazards.stage import RIDER, VAN, WALKER, Stage
+from plant_bench.sim.sumo import VehicleState
 from plant_bench.world.hazard import Hazard, Phase
 from plant_bench.world.scene import EGO_WIDTH, TICK, EgoState
 
@@ -21,12 +22,13 @@ STANDS = 3.0  # s for which the walker is there before it moves, at least
 FARTHEST_START = 9.0  # m beside the ego's path, unless the road is wider
 FARTHEST_KERB = 16.0  # m beside the ego's path at which a road's end is looked for
 FROM_KERB = 0.7  # m beside the road where the walker stands
+HASTE = 1.35  # times its speed that a walker goes who had to let others pass
 HURRY = 1.6  # times its speed that a walker goes at the most where the road is wide
 PASSED = 30.0  # m behind the ego at which all are taken away
 VAN_BESIDE = 3.1  # m from the ego's path to the van's middle, at least
 VAN_FROM_KERB = 1.2  # m beside the road to the van's middle
 VAN_BEFORE = 5.0  # m before the walker
-CLEAR = 1.5  # s between others and the walker at a place
+BEFORE, BEHIND = 1.5, 0.5  # s that others come later than the walker, or have gone before it
 BODY = 6.0  # m that a vehicle is long, with some room
 
 
@@ -54,8 +56,10 @@ class Crossing:
         wanted = min(self._enters + self._speed * needed * 1.15, FARTHEST_START)
         self._offset = max(wanted, self._near + reach)
         self._speed *= min(max(self._offset / wanted, 1.0), HURRY)
+        self._fastest = self._speed * HASTE
         self._end_offset = -max(far + reach, self._enters + 1.0)
         self._since = stage.time
+        self._held = False
         self._actors: list[int] = []
 
     def step(self, ego: EgoState, stage: Stage) -> None:
@@ -72,26 +76,31 @@ class Crossing:
             self._wait(ego, stage)
 
     def _wait(self, ego: EgoState, stage: Stage) -> None:
-        """Start in time, or give it up; a walker who has given up goes on standing there."""
-        walk = (self._offset - self._enters) / self._speed
+        """Start in time, or as soon as others have passed; who gives up goes on standing there."""
         if not stage.avoidable(ego, self._at - 0.5 * self._kind.width):
-            self.reason = "the ego was too near to stop"
-        elif stage.time - self._since < STANDS:
+            self.reason = "others were in the way" if self._held else "the ego was too near to stop"
             return
-        elif stage.soonest_arrival(ego, self._at) <= walk + AHEAD_OF_TIME:
-            if self._endangers(stage):
-                self.reason = "others were in the way"
-            else:
-                self.phase = Phase.COMMITTED
+        way = self._offset - self._enters
+        time = stage.soonest_arrival(ego, self._at) - AHEAD_OF_TIME
+        if stage.time - self._since < STANDS or time > way / self._speed:
+            return
+        speed = min(way / max(time, 0.1), self._fastest)
+        if self._endangers(ego, stage, speed):
+            self._held = True
+        else:
+            self._speed, self.phase = speed, Phase.COMMITTED
 
-    def _endangers(self, stage: Stage) -> bool:
-        """Tell whether somebody who goes on straight would be where the walker is then."""
+    def _endangers(self, ego: EgoState, stage: Stage, pace: float) -> bool:
+        """Tell whether somebody who goes on straight would be where the walker is then.
+
+        Those right behind the ego are not: it stops before them.
+        """
         x, y, _ = stage.pose_at(self._at)
         _, _, yaw = self._pose(stage)
         cos, sin = math.cos(yaw), math.sin(yaw)
         for number, state in stage.seen().items():
             across = -math.sin(state.yaw) * cos + math.cos(state.yaw) * sin
-            if number in self._actors or abs(across) < 0.3:
+            if number in self._actors or abs(across) < 0.3 or _follows(state, ego):
                 continue
             dx, dy = x - state.x, y - state.y
             # Where its way meets the walker's: metres along its own, and along the walker's.
@@ -101,8 +110,8 @@ class Crossing:
             if not 0.0 < walked < self._offset - self._end_offset or own < -BODY:
                 continue
             speed = max(state.speed, 0.5)
-            meets = walked / self._speed
-            if own / speed - CLEAR < meets < (own + BODY) / speed + CLEAR:
+            meets = walked / pace
+            if own / speed - BEFORE < meets < (own + BODY) / speed + BEHIND:
                 return True
         return False
 
@@ -133,6 +142,14 @@ class Crossing:
         else:
             self.phase = Phase.VOID
             self.reason = self.reason or "the spot was taken"
+
+
+def _follows(state: VehicleState, ego: EgoState) -> bool:
+    """Tell whether a vehicle is behind the ego on its lane."""
+    cos, sin = math.cos(ego.yaw), math.sin(ego.yaw)
+    dx, dy = state.x - ego.x, state.y - ego.y
+    behind = cos * dx + sin * dy < 0.0 and abs(cos * dy - sin * dx) < EGO_WIDTH
+    return behind and math.cos(state.yaw - ego.yaw) > 0.8
 
 
 def _kerb(stage: Stage, at: float, side: float) -> float:

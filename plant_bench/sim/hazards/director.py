@@ -14,12 +14,10 @@ SCRIPTS: dict[HazardKind, str] = {
     HazardKind.CONTROL_LOSS: "plant_bench.sim.hazards.control_loss:ControlLoss",
     HazardKind.CROSSING: "plant_bench.sim.hazards.crossing:Crossing",
     HazardKind.CROSSING_AFTER_TURN: "plant_bench.sim.hazards.crossing:Crossing",
-    HazardKind.RED_LIGHT_RUNNER: "plant_bench.sim.hazards.red_light_runner:RedLightRunner",
+    HazardKind.RED_LIGHT_RUNNER: "plant_bench.sim.hazards.meeting:Meeting",
     HazardKind.UNPROTECTED_LEFT: "plant_bench.sim.hazards.unprotected_left:UnprotectedLeft",
-    HazardKind.RIGHT_TURN: "plant_bench.sim.hazards.right_turn:RightTurn",
-    HazardKind.UNSIGNALLED_CROSSING: (
-        "plant_bench.sim.hazards.unsignalled_crossing:UnsignalledCrossing"
-    ),
+    HazardKind.RIGHT_TURN: "plant_bench.sim.hazards.meeting:Meeting",
+    HazardKind.UNSIGNALLED_CROSSING: "plant_bench.sim.hazards.meeting:Meeting",
     HazardKind.HARD_BRAKE: "plant_bench.sim.hazards.hard_brake:HardBrake",
     HazardKind.CUT_IN: "plant_bench.sim.hazards.cut_in:CutIn",
     HazardKind.BLOCKED_LANE: "plant_bench.sim.hazards.blocked_lane:BlockedLane",

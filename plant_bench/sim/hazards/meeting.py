@@ -1,56 +1,49 @@
 """The script shared by the hazards of junctions: a vehicle arrives where ways meet with the ego.
 
 A vehicle that is next to leave a lane is taken under command, or one is put out on an empty
-approach. Its arrival follows the ego's until the ego could only just stop; then it is frozen.
+approach. Its arrival follows the ego's until it evidently goes, or the ego could only just stop;
+then it is frozen. One that cannot be there in time is exchanged for another.
 """
 
 import math
 import random
 
-import numpy as np
-
-from plant_bench.sim.hazards.approach import (
-    PULL,
-    Approach,
-    Rival,
-    approaches,
-    first_on,
-    passage_at,
-    place_on,
-    put_out,
-    speed_to_arrive,
-)
+from plant_bench.sim.hazards.arrival import expected_arrival, speed_to_arrive, time_to_go
+from plant_bench.sim.hazards.rival import Rival, first_on, place_on, put_out, reroute
 from plant_bench.sim.hazards.stage import SPARE, Stage
+from plant_bench.world.approaches import FITS, Approach, approaches, passage_at
 from plant_bench.world.hazard import Hazard, Phase
 from plant_bench.world.route import Passage
-from plant_bench.world.scene import EGO_WIDTH, EgoState, Light
+from plant_bench.world.scene import EgoState, Light
 
-CURVE_BRAKING = 1.8  # m/s2 that the ego is thought to brake with before a bend
-GAIN = 2.0  # m/s2 that the ego is thought to speed up with
 LEEWAY = 2.0  # m of slack, beyond what is spared, at which the vehicle is frozen
 SOON = 1.5  # s before the ego's arrival at which the vehicle is frozen at the latest
-CLEARING = 3.0  # s that the ego's light is thought to stay closed when the other's is, too
+EVIDENT = 4.0  # s before the ego's arrival from which on one who evidently goes is frozen
 EARLY = 0.3  # s by which a vehicle goes before it must, to be in time
+JUMPS = 1.5  # s before the ego's green at which a vehicle may go that starts from its line
+CREEP = 0.6  # of its speed: who would be slower waits at its line instead
 MISS = 0.6  # s between the arrivals of the two up to which they still touch
 EVIDENT_BRAKING = 3.5  # m/s2: a driver who would need more to stop is seen not to
 FASTEST = 1.35  # times its speed that a vehicle may go to be in time
-CLEAR = 0.5 * EGO_WIDTH + 0.5  # m before the meeting place where the ego's front must stay
 PASSED = 8.0  # m behind the meeting place at which the vehicle is let go
 OPEN = (Light.GREEN, Light.UNKNOWN)
 MOST_TRIES = 4  # vehicles that are put out for one hazard
 LONGEST = 40.0  # s that a hazard may take once it has begun
+STANDING = 1.0  # m/s of an ego that waits
 
 
 class Meeting:
-    """One vehicle that meets the ego on a junction; mutable. A kind says which, and how it drives.
+    """One vehicle that meets the ego on a junction; mutable. The kind says which may do so.
 
     Parameters: `speed` (m/s of the vehicle; without it, somewhat more than the ego's limit).
 
     Attributes:
         lawless: Whether the vehicle minds neither light nor right of way.
+        forestalls: Seconds by which the vehicle may come before an ego that waits for it.
     """
 
     lawless = True
+    forestalls = 0.0
 
     def __init__(self, hazard: Hazard, stage: Stage, draw: random.Random) -> None:
         self.phase = Phase.ARMED
@@ -68,15 +61,12 @@ class Meeting:
         self._pace = self._speed
         self._begun = math.inf
         if self._passage is not None:
-            ways = approaches(stage.town, stage.route, self._passage)
-            self._ways = [way for way in ways if self.fits(way, self._passage)]
+            fits, passage = FITS[hazard.kind], self._passage
+            ways = approaches(stage.town, stage.route, passage)
+            self._ways = [way for way in ways if fits(way, passage)]
             draw.shuffle(self._ways)
         if not self._ways:
             self.phase, self.reason = Phase.VOID, "no other way meets the ego's here"
-
-    def fits(self, way: Approach, passage: Passage) -> bool:
-        """Tell whether a way is one that this kind's vehicle may take."""
-        raise NotImplementedError
 
     def step(self, ego: EgoState, stage: Stage) -> None:
         """Find a vehicle, bring it there in time, and let it go when it has passed."""
@@ -88,9 +78,6 @@ class Meeting:
             else:
                 self._adapt(ego, stage, self._passage, self.rival)
 
-    def _open(self, stage: Stage, passage: Passage) -> bool:
-        return stage.light(passage) in OPEN
-
     def _seek(self, ego: EgoState, stage: Stage, passage: Passage) -> None:
         if self._pending is not None:
             self._tries += 1
@@ -101,40 +88,42 @@ class Meeting:
                 stage.remove(self._pending.vehicle)
             self._pending = None
             return
-        beyond = stage.distance_to(min(way.at for way in self._ways)) < 2.0
-        if beyond or self._tries == MOST_TRIES:
+        if not any(stage.avoidable(ego, self._clear(way)) for way in self._ways):
             self._end(stage, Phase.VOID, self._why)
             return
         for way in self._ways:
-            if not self._timely(stage, passage, way):
+            if not _timely(stage, passage, way):
                 self._why = "the ego's light was not green in time"
-            elif self._take(ego, stage, way):
+            elif self._take(ego, stage, passage, way):
                 return
 
-    def _timely(self, stage: Stage, passage: Passage, way: Approach) -> bool:
-        """Tell whether a vehicle would not go before the ego may."""
-        return self._open(stage, passage) or stage.light_of(way.link) is not Light.GREEN
-
-    def _take(self, ego: EgoState, stage: Stage, way: Approach) -> bool:
-        time = expected_arrival(ego, stage, way.at)
-        if self._passage is not None and not self._open(stage, self._passage):
-            time += CLEARING
+    def _take(self, ego: EgoState, stage: Stage, passage: Passage, way: Approach) -> bool:
+        time = expected_arrival(ego, stage, way.at, passage)
         first = first_on(stage, way)
-        if first is None:
-            run = self._speed * time
-            if run > way.meets + 15.0:
-                return False  # too early for a run of this length
+        front = None if first is None else place_on(stage, way, first)
+        if first is not None and front is not None and not stage.is_commanded(first):
+            state = stage.state_of(first)
+            speed = 0.0 if state is None else state.speed
+            to_go = way.meets + 0.5 * stage.kind_of(first).length - front
+            if time_to_go(to_go, speed, self._top(stage, way)) <= time + MISS:
+                if not self._may_take(stage, way, first):
+                    self._why = "others were on the approach"
+                    return False
+                self.rival = Rival(stage, way, first)
+                return True
+        run = self._speed * time
+        if self._tries < MOST_TRIES and run <= way.meets + 15.0:
             vehicle = put_out(stage, way, min(run, way.meets - 5.0), self._speed, self._draw)
-            if vehicle is None:
-                return False
-            self._pending = Rival(stage, way, vehicle)
+            if vehicle is not None:
+                self._pending = Rival(stage, way, vehicle)
+                return True
+        return False
+
+    def _may_take(self, stage: Stage, way: Approach, vehicle: int) -> bool:
+        """Tell whether a vehicle goes this way, or changes its mind."""
+        if stage.next_via(vehicle) == way.link.via[0]:
             return True
-        front = place_on(stage, way, first)
-        if front is None or stage.next_via(first) != way.link.via[0] or stage.is_commanded(first):
-            self._why = "others were on the approach"
-            return False
-        self.rival = Rival(stage, way, first)
-        return True
+        return reroute(stage, way, vehicle, self._draw)
 
     def _adapt(self, ego: EgoState, stage: Stage, passage: Passage, rival: Rival) -> None:
         front = rival.front(stage)
@@ -143,59 +132,65 @@ class Meeting:
             self._why = "the vehicle came too early"
             self.let_go(stage)
             return
-        if not self._timely(stage, passage, way):
+        time = expected_arrival(ego, stage, way.at, passage)
+        speed, to_go = rival.speed(stage), rival.way_to_go(front)
+        top = self._top(stage, way)
+        late = time_to_go(to_go, speed, top) > time + MISS and front < way.stop
+        if late or not _timely(stage, passage, way):
+            self._why = "the vehicle could not be there in time"
             self.let_go(stage)
             return
-        may_go = self._open(stage, passage)
-        time = expected_arrival(ego, stage, way.at) + (0.0 if may_go else CLEARING)
-        speed = rival.speed(stage)
-        pace = speed_to_arrive(rival.way_to_go(front), time, speed)
-        self._pace = min(pace, self._top(stage, way))
-        if stage.distance_to(way.at) < 0.0:
+        self._pace = min(speed_to_arrive(to_go, time, speed), top)
+        if not stage.avoidable(ego, self._clear(way)):
             self._end(stage, Phase.VOID, self._why)
-        elif may_go and self._is_due(ego, stage, way):
+        elif stage.light(passage) in OPEN and self._is_due(ego, stage, rival, front, time):
             self._decide(ego, stage, rival, front, time)
-        elif not may_go or self._holds(stage, way, rival.way_to_go(front), speed, time):
+        elif stage.opens_in(passage) > JUMPS or self._holds(time, to_go, speed):
             self.command(stage, rival, min(self._pace, self._speed), front)
         else:
             self.command(stage, rival, self._pace, front, lawless=self.lawless)
 
     def _top(self, stage: Stage, way: Approach) -> float:
         """Return the highest speed of a vehicle that is late."""
-        return FASTEST * self._speed if self.lawless else way_limit(stage, way)
+        if self.lawless:
+            return FASTEST * self._speed
+        return stage.town.lanes[way.link.source].speed_limit
 
-    def _holds(self, stage: Stage, way: Approach, to_go: float, speed: float, time: float) -> bool:
-        """Tell whether the vehicle need not go yet, or had better not, for it would be late."""
-        if time > time_to_go(to_go, speed, self._speed) + EARLY:
+    def _holds(self, time: float, to_go: float, speed: float) -> bool:
+        """Tell whether the vehicle need not go yet, and would creep if it did."""
+        early = time > time_to_go(to_go, speed, self._speed) + EARLY
+        return early and self._pace < CREEP * self._speed
+
+    def _is_due(self, ego: EgoState, stage: Stage, rival: Rival, front: float, time: float) -> bool:
+        way = rival.approach
+        if time < EVIDENT and self._goes(way, rival.speed(stage), front):
             return True
-        late = time_to_go(to_go, speed, self._top(stage, way)) > time + MISS
-        before_line = to_go - (way.meets - way.stop)
-        return late and speed**2 / (2.0 * EVIDENT_BRAKING) < before_line - 2.0
+        near = stage.slack(ego, self._clear(way)) <= SPARE + LEEWAY
+        return near or stage.arrival(ego, self._clear(way)) <= SOON
 
-    def _is_due(self, ego: EgoState, stage: Stage, way: Approach) -> bool:
-        slack = stage.slack(ego, way.at - CLEAR)
-        return slack <= SPARE + LEEWAY or stage.arrival(ego, way.at - CLEAR) <= SOON
+    def _clear(self, way: Approach) -> float:
+        """Return what the ego's front must not pass; vehicles with priority come on all ways."""
+        return way.clear if self.lawless else min(one.clear for one in self._ways)
 
     def _decide(self, ego: EgoState, stage: Stage, rival: Rival, front: float, time: float) -> None:
-        way = rival.approach
-        speed = rival.speed(stage)
+        """Freeze the vehicle if the two meet; else go on while the ego could still stop."""
+        way, speed = rival.approach, rival.speed(stage)
         there = time_to_go(rival.way_to_go(front), speed, self._pace)
-        if not stage.avoidable(ego, way.at - CLEAR):
-            self._end(stage, Phase.VOID, "the ego was too near to stop")
-        elif not self.lawless and stage.light_of(way.link) not in OPEN and front < way.stop:
-            self._end(stage, Phase.VOID, "the vehicle's light was not green")
-        elif abs(there - time) > MISS:
-            self._end(stage, Phase.VOID, "the vehicle could not be there in time")
-        elif self._may_still_yield(way, speed, front):
-            self._end(stage, Phase.VOID, "the vehicle was not seen to go in time")
+        waits = ego.speed < STANDING and there < time < there + self.forestalls
+        if not self.lawless and stage.light_of(way.link) not in OPEN and front < way.stop:
+            self._why = "the vehicle's light was not green"
+        elif abs(there - time) > MISS and not waits:
+            self._why = "the vehicle could not be there in time"
+        elif not self._goes(way, speed, front):
+            self._why = "the vehicle was not seen to go in time"
         else:
             self.phase, self._begun = Phase.COMMITTED, stage.time
-            self.command(stage, rival, self._pace, front, lawless=self.lawless)
+        self.command(stage, rival, self._pace, front, lawless=self.lawless)
 
-    def _may_still_yield(self, way: Approach, speed: float, front: float) -> bool:
-        """Tell whether a vehicle that must yield could still be seen to do so."""
+    def _goes(self, way: Approach, speed: float, front: float) -> bool:
+        """Tell whether a vehicle that would have to yield can be seen not to."""
         needs = speed**2 / (2.0 * EVIDENT_BRAKING)
-        return self.lawless and way.link.control != "major" and needs < way.stop - front - 0.5
+        return not self.lawless or way.link.control == "major" or needs > way.stop - front - 0.5
 
     def command(
         self, stage: Stage, rival: Rival, pace: float, front: float, *, lawless: bool = False
@@ -230,32 +225,6 @@ class Meeting:
         self.phase, self.reason = phase, reason
 
 
-def way_limit(stage: Stage, way: Approach) -> float:
-    """Return the speed limit before a way's stop line, m/s."""
-    return stage.town.lanes[way.link.source].speed_limit
-
-
-def time_to_go(way: float, speed: float, pace: float) -> float:
-    """Return the time for a way, with speed gained by `PULL` up to a pace."""
-    if pace <= speed:
-        return max(way, 0.0) / max(pace, 0.1)
-    ramp = (pace**2 - speed**2) / (2.0 * PULL)
-    if ramp >= way:
-        return (math.sqrt(speed**2 + 2.0 * PULL * max(way, 0.0)) - speed) / PULL
-    return (pace - speed) / PULL + (way - ramp) / pace
-
-
-def expected_arrival(ego: EgoState, stage: Stage, along: float) -> float:
-    """Return the soonest time in which the ego's middle is there, bends taken into account."""
-    count = max(math.ceil(along - stage.progress), 1)
-    route, places = stage.route, stage.progress + np.arange(count + 1)
-    caps = np.maximum(np.interp(places, route.along, route.speed_limits), 1.0).tolist()
-    for k in range(count - 1, -1, -1):
-        caps[k] = min(caps[k], math.sqrt(caps[k + 1] ** 2 + 2.0 * CURVE_BRAKING))
-    step = max(along - stage.progress, 0.0) / count
-    speed, time = ego.speed, 0.0
-    for k in range(count):
-        after = min(math.sqrt(speed**2 + 2.0 * GAIN * step), max(caps[k + 1], speed - 0.3))
-        time += 2.0 * step / max(speed + after, 0.1)
-        speed = after
-    return time
+def _timely(stage: Stage, passage: Passage, way: Approach) -> bool:
+    """Tell whether a vehicle would not go before the ego may."""
+    return stage.light(passage) in OPEN or stage.light_of(way.link) is not Light.GREEN

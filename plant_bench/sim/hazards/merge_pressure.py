@@ -1,6 +1,7 @@
 """Merge under pressure: vehicles are beside the ego where its route changes lanes.
 
-The first is beside the ego in the middle of the lane change; others may follow it in a stream.
+One is beside the ego in the middle of the lane change; those behind it follow in a row. All of them
+insist on their lane while the ego is beside it, and give way when the ego's box is in it.
 """
 
 import math
@@ -8,33 +9,33 @@ import random
 
 import numpy as np
 
-from plant_bench.geometry.polyline import arc_lengths
-from plant_bench.sim.hazards.approach import (
-    Approach,
-    Rival,
-    place_on,
-    put_out,
-    speed_to_arrive,
-)
-from plant_bench.sim.hazards.meeting import expected_arrival, time_to_go
+from plant_bench.geometry.box import corners
+from plant_bench.geometry.polyline import arc_lengths, distance_to
+from plant_bench.sim.hazards.arrival import expected_arrival, speed_to_arrive, time_to_go
+from plant_bench.sim.hazards.rival import Rival, place_on, put_out
 from plant_bench.sim.hazards.stage import SPARE, Stage
+from plant_bench.world.approaches import Approach, clear_place, joined_line, lane_starts
 from plant_bench.world.hazard import Hazard, Phase
-from plant_bench.world.scene import EgoState
+from plant_bench.world.scene import EGO_EXTENT, EGO_LENGTH, EgoState
 from plant_bench.world.town import Lane, Link, Town
 
-BEFORE = 3.0  # m before the middle of the lane change where the ego begins to touch the lane
 LEEWAY = 3.0  # m of slack, beyond what is spared, at which the vehicle is frozen
-MISS = 0.4  # s between the arrivals of the two up to which they are beside each other
-SLOWEST, FASTEST = 0.55, 1.4  # times the limit, of a vehicle that gets into place
+MISS = 0.5  # s between the arrivals of the two up to which they are beside each other
+SLOWEST, FASTEST = 0.4, 1.4  # times the limit, of a vehicle that gets into place
 MERGED = -25.0  # m to the lane change at which the ego has merged
 RUN = 260.0  # m of lane, junctions included, in which a vehicle may get into place
 LONGEST = 20.0  # s
+LOOK = 4  # ticks between two looks at who is on the lane
+ROW = 90.0  # m behind the vehicle beside the ego, in which others belong to its row
+INSIDE = 1.3  # m from a lane's middle within which a box's corner is in the way of those on it
+ROOM = 2.0  # m kept behind the ego
+GIVING, HARDEST = 4.0, 8.0  # m/s2 with which vehicles give way, and at the most
 
 
 class MergePressure:
-    """A stream in the lane that the ego changes to; mutable.
+    """A row of vehicles in the lane that the ego changes to; mutable.
 
-    Parameters: `vehicles` (in all), `gap` (s from front to front).
+    Parameters: `vehicles` (put out in all), `gap` (s from front to front).
     """
 
     def __init__(self, hazard: Hazard, stage: Stage, draw: random.Random) -> None:
@@ -56,7 +57,7 @@ class MergePressure:
             self.phase, self.reason = Phase.VOID, "the route changes no lane here"
 
     def step(self, ego: EgoState, stage: Stage) -> None:
-        """Get a vehicle beside the ego, and let the stream go when the ego has merged."""
+        """Get a vehicle beside the ego, and let the row go when the ego has merged."""
         way = self._way
         if way is None:
             return
@@ -66,34 +67,41 @@ class MergePressure:
         front = self.rival.front(stage)
         if self.phase is Phase.ARMED:
             self._adapt(ego, stage, self.rival, front)
-        elif stage.distance_to(self._at) < MERGED or stage.time - self._begun > LONGEST:
+        elif stage.distance_to(self._at) < MERGED or self._is_stale(ego, stage, way):
             self._end(stage, Phase.DONE)
-        elif front is not None:
-            self._drive(stage, self.rival, front)
-        if self.phase in (Phase.ARMED, Phase.COMMITTED):
-            self._follow(stage, way, front)
+        if self.rival is not None:
+            self._drive(ego, stage, self.rival, front)
+
+    def _is_stale(self, ego: EgoState, stage: Stage, way: Approach) -> bool:
+        """Tell whether the row has pressed for long; one that gives way goes on to do so."""
+        lasted = stage.time - self._begun
+        return lasted > LONGEST and (lasted > 3.0 * LONGEST or place_inside(ego, way) is None)
 
     def _seek(self, ego: EgoState, stage: Stage, way: Approach) -> None:
-        if not stage.avoidable(ego, self._at - BEFORE):
+        if not stage.avoidable(ego, way.clear):
             self._end(stage, Phase.VOID, self._why)
+            return
+        if stage.tick % LOOK:
             return
         time = expected_arrival(ego, stage, self._at)
         vehicle = self._present(stage, way, time)
         if vehicle is None:
-            pace = self._draw.uniform(SLOWEST, FASTEST) * self._limit
+            pace = self._draw.uniform(0.6, 1.2) * self._limit
             vehicle = put_out(stage, way, pace * time, pace, self._draw)
         if vehicle is not None:
             self.rival = Rival(stage, way, vehicle)
 
     def _present(self, stage: Stage, way: Approach, time: float) -> int | None:
-        """Return the vehicle on the lane that would be beside the ego at the nearest pace."""
+        """Return the vehicle on the lane that gets beside the ego with the least change of pace."""
         best, least = None, math.inf
         for lane, start in way.starts.items():
-            for vehicle, position, _ in stage.lane_state(lane):
-                pace = (way.meets - start - position) / max(time, 0.1) / self._limit
-                if SLOWEST < pace < FASTEST and abs(pace - 1.0) < least:
-                    best, least = vehicle, abs(pace - 1.0)
-        return None if best is None or stage.is_commanded(best) else best
+            for vehicle, position, speed in stage.lane_state(lane):
+                to_go = way.meets + 0.5 * stage.kind_of(vehicle).length - start - position
+                pace = speed_to_arrive(to_go, time, speed)
+                fits = SLOWEST * self._limit < pace < FASTEST * self._limit
+                if fits and abs(pace - speed) < least and not stage.is_commanded(vehicle):
+                    best, least = vehicle, abs(pace - speed)
+        return best
 
     def _adapt(self, ego: EgoState, stage: Stage, rival: Rival, front: float | None) -> None:
         if front is None:
@@ -102,39 +110,74 @@ class MergePressure:
             self._let_go(stage)
             return
         time = expected_arrival(ego, stage, self._at)
-        speed = rival.speed(stage)
-        to_go = rival.way_to_go(front)
+        speed, to_go = rival.speed(stage), rival.way_to_go(front)
         self._pace = min(speed_to_arrive(to_go, time, speed), FASTEST * self._limit)
-        due = stage.slack(ego, self._at - BEFORE) <= SPARE + LEEWAY
-        if due and not stage.avoidable(ego, self._at - BEFORE):
-            self._end(stage, Phase.VOID, "the ego was too near to stop")
-        elif due and abs(time_to_go(to_go, speed, self._pace) - time) > MISS:
-            self._end(stage, Phase.VOID, "the vehicle could not be there in time")
-        else:
-            if due:
-                self.phase, self._begun = Phase.COMMITTED, stage.time
-            self._drive(stage, rival, front)
+        clear = rival.approach.clear
+        meets = abs(time_to_go(to_go, speed, self._pace) - time) <= MISS
+        if not stage.avoidable(ego, clear):
+            why = (
+                "the ego was too near to stop"
+                if meets
+                else "the vehicle could not be there in time"
+            )
+            self._end(stage, Phase.VOID, why)
+        elif meets and stage.slack(ego, clear) <= SPARE + LEEWAY:
+            self.phase, self._begun = Phase.COMMITTED, stage.time
+        elif not meets:
+            self._why = "the vehicle could not be there in time"
+            if stage.tick % LOOK == 0 and self._present(stage, rival.approach, time) is not None:
+                self._let_go(stage)
 
-    def _drive(self, stage: Stage, rival: Rival, front: float) -> None:
-        """Go on at the pace; rules are minded until the junctions lie behind."""
-        free = front > rival.approach.starts[rival.approach.link.target]
-        stage.drive(rival.vehicle, self._pace, lawless=free)
-        if free:
-            rival.tell(stage, front)
-
-    def _follow(self, stage: Stage, way: Approach, front: float | None) -> None:
-        places = [place_on(stage, way, vehicle) for vehicle in self.vehicles]
-        for vehicle, place in zip(self.vehicles, places, strict=True):
+    def _drive(self, ego: EgoState, stage: Stage, rival: Rival, front: float | None) -> None:
+        """Drive the row; rules are minded until the junctions lie behind."""
+        way, inside = rival.approach, None
+        if self.phase is Phase.COMMITTED:
+            inside = place_inside(ego, way)
+        if front is not None:
+            free = front > way.starts[way.link.target]
+            self._go(stage, rival.vehicle, front, inside, lawless=free)
+            if free:
+                rival.tell(stage, front)
+        places = {one: place_on(stage, way, one) for one in self.vehicles}
+        for vehicle, place in places.items():
             if place is not None:
-                stage.drive(vehicle, self._pace)
-        known = [place for place in (*places, front) if place is not None]
-        if self._gaps and known:
+                self._go(stage, vehicle, place, inside, lawless=False)
+        if front is not None and stage.tick % LOOK == 0:
+            self._follow(stage, way, [front, *(x for x in places.values() if x is not None)])
+
+    def _go(
+        self, stage: Stage, vehicle: int, front: float, inside: float | None, *, lawless: bool
+    ) -> None:
+        """Let a vehicle go on at the row's pace, or give way to an ego inside its lane."""
+        if inside is None or front > inside + EGO_LENGTH:
+            stage.drive(vehicle, self._pace, lawless=lawless)
+            return
+        state = stage.state_of(vehicle)
+        speed = 0.0 if state is None else state.speed
+        room = max(inside - ROOM - front, 0.1)
+        if speed**2 / (2.0 * room) > GIVING:
+            stage.drive(vehicle, 0.0)
+            stage.brake_hard(vehicle, HARDEST)
+        else:
+            stage.drive(vehicle, min(self._pace, math.sqrt(2.0 * GIVING * room)))
+
+    def _follow(self, stage: Stage, way: Approach, known: list[float]) -> None:
+        """Take those behind into the row; put out the next of it."""
+        first = known[0]
+        for lane, start in way.starts.items():
+            for vehicle, position, _ in stage.lane_state(lane):
+                if -ROW < start + position - first < 0.0 and not stage.is_commanded(vehicle):
+                    self._join(stage, vehicle)
+        if self._gaps:
             to_go = way.meets - min(known) + self._gaps[0] * self._limit
             vehicle = put_out(stage, way, to_go, self._limit, self._draw)
             if vehicle is not None:
                 self._gaps.pop(0)
-                stage.command(vehicle)
-                self.vehicles.append(vehicle)
+                self._join(stage, vehicle)
+
+    def _join(self, stage: Stage, vehicle: int) -> None:
+        stage.command(vehicle)
+        self.vehicles.append(vehicle)
 
     def _let_go(self, stage: Stage) -> None:
         for vehicle in self.vehicles:
@@ -149,28 +192,45 @@ class MergePressure:
         self.phase, self.reason = phase, reason
 
 
+def place_inside(ego: EgoState, way: Approach) -> float | None:
+    """Return where on a lane the ego's rear is when its box is in the way there; else None."""
+    box = corners(np.array([ego.pose]), np.array([EGO_EXTENT]))[0]
+    if min(distance_to(way.line, float(x), float(y)) for x, y in box) > INSIDE:
+        return None
+    at = arc_lengths(way.line)
+    where = np.arange(0.0, float(at[-1]), 1.0)
+    x, y = (np.interp(where, at, way.line[:, axis]) for axis in (0, 1))
+    return float(where[np.argmin(np.hypot(x - ego.x, y - ego.y))]) - 0.5 * EGO_LENGTH
+
+
 def lane_at(stage: Stage, at: float) -> Approach | None:
     """Return the lane that the route changes to at an arc length, as a way that meets the ego's."""
     route, town = stage.route, stage.town
-    if not any(change.start - 5.0 <= at <= change.end + 5.0 for change in route.lane_changes):
-        return None
+    change = next((c for c in route.lane_changes if c.start - 5.0 <= at <= c.end + 5.0), None)
     span = next((span for span in route.lanes if span.start >= at), None)
-    if span is None or span.lane not in town.lanes:
+    if change is None or span is None or span.lane not in town.lanes:
         return None
     lanes = [town.lanes[span.lane]]
     while sum(lane.length for lane in lanes) < RUN and (before := _lanes_before(town, lanes[0])):
         lanes = before + lanes
-    line = np.concatenate([lane.points[:, :2] for lane in lanes])
-    line = line[np.concatenate(([True], np.hypot(*np.diff(line, axis=0).T) > 1e-3))]
-    ends = np.cumsum([0.0, *(lane.length for lane in lanes)]).tolist()
-    starts = {lane.id: start for lane, start in zip(lanes, ends[:-1], strict=True)}
+    line, starts = joined_line(lanes), lane_starts(lanes)
+    end = starts[span.lane] + lanes[-1].length
     x, y, _ = stage.pose_at(at)
-    where = np.arange(0.0, ends[-1], 1.0)
+    where = np.arange(0.0, end, 1.0)
     on_line = [np.interp(where, arc_lengths(line), line[:, axis]) for axis in (0, 1)]
     meets = float(where[np.argmin(np.hypot(on_line[0] - x, on_line[1] - y))])
-    link = Link(lanes[0].id, span.lane, (), "", "straight", "major")
-    edges = tuple(lane.edge for lane in lanes if lane.junction is None)
-    return Approach(link, line, starts, edges, ends[-1], meets, at, 0.0)
+    stretch = range(max(int(meets) - 60, 0), min(int(meets) + 60, int(end)))
+    return Approach(
+        link=Link(lanes[0].id, span.lane, (), "", "straight", "major"),
+        line=line,
+        starts=starts,
+        edges=tuple(lane.edge for lane in lanes if lane.junction is None),
+        stop=end,
+        meets=meets,
+        at=at,
+        clear=clear_place(route, change.start - 10.0, at + 5.0, line, stretch),
+        angle=0.0,
+    )
 
 
 def _lanes_before(town: Town, lane: Lane) -> list[Lane]:

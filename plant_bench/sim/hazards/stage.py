@@ -103,9 +103,12 @@ class Stage:
     def slack(self, ego: EgoState, along: float) -> float:
         """Return the metres left before an arc length if a surprised driver brakes now.
 
-        The criterion of avoidability: reaction 0.5 s, then braking with 4 m/s2.
+        The criterion of avoidability: reaction 0.5 s, in which the driver goes on gaining speed as
+        before, up to the limit; then braking with 4 m/s2.
         """
-        stop = REACTION * ego.speed + ego.speed**2 / (2.0 * BRAKING)
+        limit = max(self.speed_limit_at(self.progress), ego.speed)
+        after = min(ego.speed + max(ego.acceleration, 0.0) * REACTION, limit)
+        stop = REACTION * 0.5 * (ego.speed + after) + after**2 / (2.0 * BRAKING)
         return self.distance_to(along) - stop
 
     def avoidable(self, ego: EgoState, along: float) -> bool:
@@ -117,6 +120,12 @@ class Stage:
         if passage.signal is None:
             return Light.UNKNOWN
         return self._sumo.light(passage.signal, passage.signal_index)
+
+    def opens_in(self, passage: Passage) -> float:
+        """Return the seconds until a passage's signal shows the ego green; 0 without one."""
+        if self.light(passage) in (Light.GREEN, Light.UNKNOWN) or passage.signal is None:
+            return 0.0
+        return self._sumo.time_to_green(passage.signal, passage.signal_index)
 
     def lane_state(self, lane: str) -> list[tuple[int, float, float]]:
         """Return number, arc length of the front and speed of all on a lane, the rear first."""
@@ -205,6 +214,10 @@ class Stage:
         """Give a vehicle back to the traffic."""
         self._sumo.release(vehicle)
         self._traffic.scripted.discard(vehicle)
+
+    def reroute(self, vehicle: int, edges: tuple[str, ...]) -> bool:
+        """Change where a vehicle goes, its present edge first; False where SUMO refuses."""
+        return self._sumo.set_route(vehicle, edges)
 
     def remove(self, actor: int) -> None:
         """Take an actor off the road."""

@@ -3,24 +3,14 @@
 The first meets the ego; others follow it in a stream with one gap that is long enough to turn.
 """
 
-import math
 import random
 
-from plant_bench.sim.hazards.approach import (
-    LEAST_RUN,
-    Approach,
-    Rival,
-    incoming,
-    place_on,
-    put_out,
-)
 from plant_bench.sim.hazards.meeting import PASSED, Meeting
+from plant_bench.sim.hazards.rival import LEAST_RUN, Rival, incoming, place_on, put_out
 from plant_bench.sim.hazards.stage import Stage
 from plant_bench.world.hazard import Hazard, Phase
-from plant_bench.world.route import Passage
 from plant_bench.world.scene import EgoState
 
-ONCOMING = math.radians(135.0)  # from the ego's heading, at which a street is the opposite one
 TURNED = -8.0  # m to the meeting place at which the ego has turned
 LOOK = 4  # ticks between two looks at the stream
 ENDED = (Phase.DONE, Phase.VOID)
@@ -34,6 +24,7 @@ class UnprotectedLeft(Meeting):
     """
 
     lawless = False
+    forestalls = 2.5
 
     def __init__(self, hazard: Hazard, stage: Stage, draw: random.Random) -> None:
         super().__init__(hazard, stage, draw)
@@ -44,10 +35,6 @@ class UnprotectedLeft(Meeting):
         if self._gaps:
             self._gaps[-1] = parameters.get("long_gap", 7.0)
         self.vehicles: list[int] = []
-
-    def fits(self, way: Approach, passage: Passage) -> bool:
-        """Tell whether a way is oncoming and need not wait for the ego."""
-        return passage.turn == "left" and abs(way.angle) > ONCOMING and way.link.turn != "left"
 
     def step(self, ego: EgoState, stage: Stage) -> None:
         """Let the stream follow the first vehicle; all are let go when the ego has turned."""

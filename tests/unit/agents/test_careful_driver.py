@@ -5,7 +5,16 @@ import math
 import numpy as np
 import pytest
 
-from plant_bench.agent import Control, NextLight, Observation, Privileged, RouteAhead
+from plant_bench.agent import (
+    NOBODY,
+    Cause,
+    Control,
+    NextLight,
+    Observation,
+    Privileged,
+    Reason,
+    RouteAhead,
+)
 from plant_bench.agents.careful_driver import CarefulDriver, allowed_speed, light_limit
 from plant_bench.agents.corridor import corridor
 from plant_bench.agents.expert import Expert
@@ -89,6 +98,13 @@ def pull(observation: Observation, *passages: Passage) -> float:
     driver = CarefulDriver(along_true_lanes)
     driver.reset(straight_route(*passages))
     return driver.act(observation).acceleration
+
+
+def reason(observation: Observation, *passages: Passage) -> Reason:
+    driver = CarefulDriver(along_true_lanes)
+    driver.reset(straight_route(*passages))
+    driver.act(observation)
+    return driver.explain()
 
 
 def test_a_free_road_is_driven_at_the_limit() -> None:
@@ -194,5 +210,56 @@ def test_actions_are_controls() -> None:
 
 def test_who_comes_too_near_is_not_raced() -> None:
     """Within the margins of a moving car every choice is in conflict: then brake, never go."""
-    beside = cars((22.0, -3.0, math.pi / 2, 2.5))
+    beside = cars((22.0, -3.5, math.pi / 2, 2.5))
     assert pull(observe(beside, speed=0.5)) <= -1.0
+
+
+def test_who_stands_in_contact_with_the_side_is_driven_away_from() -> None:
+    assert pull(observe(cars((20.0, 1.5, 0.0, 0.0)), speed=0.0)) > 2.0
+    assert pull(observe(cars((23.0, 1.5, 0.0, 0.0)), speed=0.0)) < 0.0
+
+
+@pytest.mark.parametrize(
+    ("scene", "cause", "actor"),
+    [
+        (observe(cars(), speed=2.0), Cause.FREE, NOBODY),
+        (observe(cars(), speed=LIMIT + 2.0), Cause.LIMIT, NOBODY),
+        (observe(cars(), light=NextLight(Light.RED, 20.0)), Cause.LIGHT, NOBODY),
+        (observe(cars((45.0, 3.5, 0.0, 0.0), (45.0, 0.0, 0.0, 0.0))), Cause.LEADER, 2),
+        (observe(cars((90.0, 0.0, 0.0, LIMIT))), Cause.FREE, NOBODY),
+        (observe(cars((10.0, 0.0, 0.0, 14.0))), Cause.FREE, NOBODY),
+        (
+            observe(cars((120.0, -80.0, math.pi / 2, 5.0), (50.0, -30.0, math.pi / 2, LIMIT))),
+            Cause.CONFLICT,
+            2,
+        ),
+    ],
+)
+def test_the_one_that_binds_is_the_reason(scene: Observation, cause: Cause, actor: int) -> None:
+    assert reason(scene) == Reason(cause, actor)
+
+
+def test_of_two_conflicts_the_first_is_the_reason() -> None:
+    far, near = (55.0, -35.0, math.pi / 2, LIMIT), (40.0, -20.0, math.pi / 2, LIMIT)
+    assert reason(observe(cars(far, near))) == Reason(Cause.CONFLICT, 2)
+    assert reason(observe(cars(near, far))) == Reason(Cause.CONFLICT, 1)
+
+
+def test_who_leaves_no_room_beyond_a_junction_is_the_reason() -> None:
+    passage = Passage("j", 30.0, 50.0, "straight", "signal")
+    scene = observe(cars((50.0, 3.5, 0.0, 0.0), (55.0, 0.0, 0.0, 0.0)), speed=5.0)
+    assert reason(scene, passage) == Reason(Cause.JUNCTION, 2)
+
+
+def test_a_reason_is_forgotten_on_reset() -> None:
+    driver = CarefulDriver(along_true_lanes)
+    driver.reset(straight_route())
+    driver.act(observe(cars((45.0, 0.0, 0.0, 0.0))))
+    driver.reset(straight_route())
+    assert driver.explain() == Reason(Cause.FREE)
+
+
+def test_a_stream_across_a_junction_is_waited_for_at_its_line() -> None:
+    stream = observe(cars(*((35.0, -y, math.pi / 2, 8.0) for y in (20, 32, 44))), speed=1.0)
+    assert pull(stream) == pytest.approx(0.0)
+    assert pull(stream, Passage("j", 23.5, 45.0, "left", "priority")) < -1.0

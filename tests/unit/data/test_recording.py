@@ -2,8 +2,14 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
-from plant_bench.agent import Control, Plan, same_action
-from plant_bench.data.recording import Recorder, Recording
+from plant_bench.agent import Cause, Control, Plan, Reason, same_action
+from plant_bench.data.recording import (
+    FORMAT_KEY,
+    METADATA_KEY,
+    REASON_COLUMNS,
+    Recorder,
+    Recording,
+)
 from plant_bench.errors import InputError
 from plant_bench.world.scene import ActorKind, Actors, EgoState, Scene
 
@@ -72,6 +78,27 @@ def test_actions_come_back(tmp_path):
         assert same(read, written)
 
 
+def test_reasons_come_back(tmp_path):
+    reasons = [Reason(Cause.FREE), None, Reason(Cause.LEADER, 2**40), Reason(Cause.CONFLICT, 0)]
+    recorder = Recorder(tmp_path / "episode.parquet", METADATA)
+    for scene, reason in zip(some_scenes(), reasons, strict=True):
+        recorder.add(scene, Control(0.0, 0.0), reason)
+    recorder.close()
+    assert Recording.load(tmp_path / "episode.parquet").reasons == reasons
+
+
+def test_a_recording_of_format_1_is_read_and_has_no_reasons(tmp_path):
+    scenes = some_scenes()
+    path = write(tmp_path / "episode.parquet", scenes)
+    table = pq.ParquetFile(path).read()
+    metadata = {FORMAT_KEY: "1", METADATA_KEY: table.schema.metadata[METADATA_KEY]}
+    old = table.drop_columns(list(REASON_COLUMNS)).replace_schema_metadata(metadata)
+    pq.write_table(old, path)
+    recording = Recording.load(path)
+    assert recording.reasons == [None] * len(scenes)
+    assert_same(recording[2], scenes[2])
+
+
 def test_metadata_comes_back_with_the_outcome(tmp_path):
     recorder = Recorder(tmp_path / "new" / "episode.parquet", METADATA)
     recorder.close(status="Failed - Agent crashed", reason="no plan")
@@ -138,5 +165,5 @@ def test_a_cut_file_is_an_input_error(tmp_path):
 def test_a_foreign_parquet_file_is_an_input_error(tmp_path):
     path = write(tmp_path / "episode.parquet", some_scenes())
     pq.write_table(pq.ParquetFile(path).read().replace_schema_metadata({}), path)
-    with pytest.raises(InputError, match="format 1 is wanted"):
+    with pytest.raises(InputError, match="format 1 or 2 is wanted"):
         Recording.load(path)

@@ -1,0 +1,35 @@
+"""What a town offers to those who are about in it; worked out once a process."""
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+from plant_bench.data_files import networks_dir
+from plant_bench.sim.footways import Footways, read_footways
+from plant_bench.sim.parking import Places, parking_places
+from plant_bench.sim.roadway import Roadway
+from plant_bench.sim.traffic import StreetGrid
+from plant_bench.world.town import Town, load_town
+
+
+@dataclass(frozen=True, eq=False)
+class TownPlaces:
+    """A town with where vehicles may enter, people walk and cars are parked; immutable."""
+
+    town: Town
+    streets: StreetGrid
+    parking: Places
+    footways: Footways
+
+
+@lru_cache(maxsize=8)
+def places_of(name: str) -> TownPlaces:
+    """Return a town and its places.
+
+    Raises:
+        InputError: There is no such town.
+    """
+    town = load_town(name)
+    roadway = Roadway(town)
+    parking = parking_places(town, roadway)
+    footways = read_footways(networks_dir() / name / "town.net.xml", roadway, parking.edges)
+    return TownPlaces(town, StreetGrid(town), parking, footways)

@@ -1,0 +1,192 @@
+"""How both careful drivers meet people, parked cars, riders and buses, on a straight road.
+
+The road is y = 0, the ego's lane 3.2 m wide, the kerb 1.6 m to the right of it.
+"""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from plant_bench.agent import Control, Observation, Privileged, RouteAhead
+from plant_bench.agents.careful_driver import CarefulDriver
+from plant_bench.agents.forecast import along_true_lanes, straight_on
+from plant_bench.world.route import LaneSpan, Passage, Route
+from plant_bench.world.scene import TICK, ActorKind, Actors, EgoState
+
+LIMIT = 8.3  # m/s, 30 km/h
+LENGTH = 401
+KERB = -1.6
+EXTENTS = {
+    ActorKind.CAR: (4.5, 1.8),
+    ActorKind.BUS: (10.0, 2.5),
+    ActorKind.TRUCK: (8.0, 2.4),
+    ActorKind.BICYCLE: (1.6, 0.65),
+    ActorKind.MOTORCYCLE: (2.2, 0.9),
+    ActorKind.PEDESTRIAN: (0.3, 0.5),
+}
+BOTH = pytest.mark.parametrize("forecaster", [along_true_lanes, straight_on])
+Row = tuple[ActorKind, float, float, float, float]
+
+
+def route(*passages: Passage) -> Route:
+    points = np.stack((np.arange(float(LENGTH)), np.zeros(LENGTH)), axis=1)
+    return Route(
+        id="straight",
+        town="none",
+        points=points,
+        elevations=np.zeros(LENGTH),
+        speed_limits=np.full(LENGTH, LIMIT),
+        edges=("e",),
+        lanes=(LaneSpan("e_0", 0.0, LENGTH - 1.0),),
+        passages=passages,
+        lane_changes=(),
+        manoeuvres={},
+    )
+
+
+def street(*rows: Row) -> Actors:
+    """Kind, x, y, yaw, speed of each."""
+    return Actors(
+        np.arange(len(rows)),
+        np.array([row[1:4] for row in rows], np.float32).reshape(-1, 3),
+        np.array([row[4] for row in rows], np.float32),
+        np.array([EXTENTS[row[0]] for row in rows], np.float32).reshape(-1, 2),
+        np.array([row[0] for row in rows], np.uint8),
+    )
+
+
+def facts(actors: Actors) -> Privileged:
+    """All go straight on; who stands is to stand."""
+    yaw = actors.poses[:, 2].astype(float)[:, None]
+    x = actors.poses[:, 0, None] + np.arange(121.0) * np.cos(yaw)
+    y = actors.poses[:, 1, None] + np.arange(121.0) * np.sin(yaw)
+    count = len(actors)
+    return Privileged(
+        np.stack((x, y, np.broadcast_to(yaw, x.shape)), axis=2).astype(float),
+        np.zeros(count),
+        np.full(count, LIMIT),
+        np.where(actors.speeds < 0.1, 0.0, math.inf),
+        np.zeros(count),
+    )
+
+
+def observe(actors: Actors, ego: EgoState) -> Observation:
+    way, index = route(), int(ego.x)
+    part = slice(index, index + 101)
+    ahead = RouteAhead(
+        ego.x, ego.x - index, 0.0, way.points[part], way.headings[part], way.speed_limits[part]
+    )
+    return Observation(0.0, ego, LIMIT, actors, ahead, None, facts(actors))
+
+
+def drive(
+    driver: CarefulDriver, actors: Actors, seconds: float, speed: float = LIMIT, wobble: float = 0.0
+) -> tuple[np.ndarray, np.ndarray]:
+    """Drive on among actors at constant velocity; return the ego's places and accelerations."""
+    driver.reset(route())
+    place, places, pulls = 20.0, [], []
+    control = Control(0.0, 0.0)
+    for tick in range(round(seconds / TICK)):
+        if tick % 2 == 0:
+            time = tick * TICK
+            poses = actors.poses.copy()
+            poses[:, 0] += time * actors.speeds * np.cos(actors.poses[:, 2])
+            poses[:, 1] += time * actors.speeds * np.sin(actors.poses[:, 2])
+            poses[:, 2] += wobble * math.sin(3.0 * time)
+            control = driver.act(
+                observe(replace(actors, poses=poses), EgoState(place, 0.0, 0.0, speed))
+            )
+            assert isinstance(control, Control)
+        speed = max(0.0, speed + control.acceleration * TICK)
+        place += speed * TICK
+        places.append(place)
+        pulls.append(control.acceleration)
+    return np.array(places), np.array(pulls)
+
+
+@BOTH
+@pytest.mark.parametrize(
+    "row",
+    [
+        (ActorKind.CAR, 45.0, KERB - 0.25 - 0.9, 0.0, 0.0),
+        (ActorKind.BUS, 50.0, KERB - 0.25 - 1.25, 0.0, 0.0),
+        (ActorKind.PEDESTRIAN, 50.0, KERB - 0.4, math.pi / 2, 0.0),
+        (ActorKind.PEDESTRIAN, 40.0, KERB - 0.8, 0.0, 1.4),
+        (ActorKind.PEDESTRIAN, 55.0, KERB - 0.8, math.pi, 1.4),
+        (ActorKind.BICYCLE, 70.0, 3.2, math.pi, 5.0),
+        (ActorKind.BUS, 80.0, 3.2, math.pi, LIMIT),
+    ],
+    ids=["parked", "parked bus", "at the kerb", "walks along", "walks back", "rider", "bus"],
+)
+def test_who_keeps_beside_the_lane_is_passed_at_speed(forecaster, row: Row) -> None:
+    places, pulls = drive(CarefulDriver(forecaster), street(row), 6.0)
+    assert places[-1] > 20.0 + 5.9 * LIMIT
+    assert pulls.min() > -0.5
+
+
+@BOTH
+def test_a_row_of_parked_cars_is_passed(forecaster) -> None:
+    side = KERB - 0.25 - 0.9
+    parked = street(*((ActorKind.CAR, x, side, 0.0, 0.0) for x in range(30, 120, 6)))
+    assert drive(CarefulDriver(forecaster), parked, 10.0)[0][-1] > 20.0 + 9.9 * LIMIT
+
+
+@BOTH
+def test_who_walks_over_the_crossing_is_waited_for_and_then_it_goes_on(forecaster) -> None:
+    walker = street((ActorKind.PEDESTRIAN, 50.0, -4.5, math.pi / 2, 1.3))
+    places, _ = drive(CarefulDriver(forecaster), walker, 15.0)
+    ticks = np.arange(len(places)) * TICK
+    side = -4.5 + 1.3 * ticks
+    near = np.abs(side) < 1.065 + 0.3
+    ego_front = places + 2.45
+    assert (ego_front[near] < 50.0 - 0.5).all()
+    assert places[-1] > 80.0
+
+
+@BOTH
+def test_who_stands_on_the_crossing_is_waited_for(forecaster) -> None:
+    walker = street((ActorKind.PEDESTRIAN, 50.0, 0.3, math.pi / 2, 0.0))
+    places, _ = drive(CarefulDriver(forecaster), walker, 20.0)
+    assert 44.0 < places[-1] + 2.45 < 49.5
+
+
+@BOTH
+def test_a_junction_is_entered_though_somebody_walks_beyond_it(forecaster) -> None:
+    passage = Passage("j", 40.0, 55.0, "right", "priority")
+    walker = street((ActorKind.PEDESTRIAN, 54.0, -1.0, math.pi / 2, 1.3))
+    driver = CarefulDriver(forecaster)
+    driver.reset(route(passage))
+    halted = driver.act(observe(walker, EgoState(37.0, 0.0, 0.0, 0.0)))
+    assert halted.acceleration > 0.2
+
+
+@BOTH
+@pytest.mark.parametrize("kind", [ActorKind.BICYCLE, ActorKind.MOTORCYCLE, ActorKind.BUS])
+def test_who_rides_ahead_is_followed_calmly(forecaster, kind: ActorKind) -> None:
+    rider = street((kind, 45.0, -0.9 if kind is ActorKind.BICYCLE else 0.0, 0.0, 4.5))
+    places, pulls = drive(CarefulDriver(forecaster), rider, 22.0, wobble=0.08)
+    gap = 45.0 + 4.5 * 22.0 - places[-1]
+    settled = pulls[400:]
+    assert 4.0 < gap < 16.0
+    assert np.abs(settled).max() < 0.6
+    assert pulls.min() > -3.5
+
+
+@BOTH
+def test_a_long_bus_across_the_road_stops_the_ego(forecaster) -> None:
+    bus = street((ActorKind.BUS, 60.0, 1.0, math.pi / 2, 0.0))
+    places, _ = drive(CarefulDriver(forecaster), bus, 15.0)
+    assert places[-1] + 2.45 < 60.0 - 1.25
+
+
+def test_people_are_forecast_to_stop_where_they_are_to_wait_and_not_to_run() -> None:
+    walker = street((ActorKind.PEDESTRIAN, 50.0, -4.0, math.pi / 2, 1.4))
+    observation = observe(walker, EgoState(20.0, 0.0, 0.0, LIMIT))
+    assert observation.privileged is not None
+    free = along_true_lanes(observation, np.array([0]))
+    assert free.lengths[0] == pytest.approx(0.3)
+    waits = replace(observation.privileged, stop_distances=np.array([0.1]))
+    kerb = along_true_lanes(replace(observation, privileged=waits), np.array([0]))
+    assert kerb.poses[0, -1, 1] == pytest.approx(-3.9, abs=1e-4)

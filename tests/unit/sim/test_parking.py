@@ -1,0 +1,104 @@
+"""Parked cars belong to the town, stand clear of its lanes, and leave room for hazards."""
+
+import numpy as np
+import pytest
+
+from plant_bench.sim.parking import (
+    FIRST_PARKED,
+    FROM_LANE,
+    LEFT_FREE,
+    ParkedCars,
+    parking_places,
+)
+from plant_bench.sim.roadway import Roadway
+from plant_bench.sim.seeing import join
+from plant_bench.world.hazard import Hazard, HazardKind
+from plant_bench.world.route import LaneSpan, Route, Scenario
+from plant_bench.world.scene import Actors
+from plant_bench.world.town import CARS_ONLY, Lane, Life, Town
+
+
+def street(parking: float, limit: float = 8.33) -> Town:
+    lane = Lane(
+        "s_1", "s", 1, np.array([(0.0, 0.0, 0.0), (200.0, 0.0, 0.0)]), 3.5, limit, None, (), None,
+        None,
+    )  # fmt: skip
+    life = Life(CARS_ONLY.mix, 0.0, parking)
+    return Town("street", {"s_1": lane}, (), {}, {}, life=life)
+
+
+def scenario(seed: int, *hazards: Hazard) -> Scenario:
+    points = np.stack((np.arange(200.0), np.zeros(200)), axis=1)
+    route = Route(
+        "r", "street", points, np.zeros(200), np.full(200, 8.0), ("s",),
+        (LaneSpan("s_1", 0.0, 199.0),), (), (), {}, hazards,
+    )  # fmt: skip
+    return Scenario(route, seed, hazards=True)
+
+
+def cars(seed: int, *hazards: Hazard) -> Actors:
+    town = street(1.0)
+    return ParkedCars(parking_places(town, Roadway(town)), scenario(seed, *hazards)).all
+
+
+def test_cars_stand_beside_the_lane_and_away_from_its_ends() -> None:
+    town = street(1.0)
+    places = parking_places(town, Roadway(town))
+    assert len(places.poses) > 20
+    left = places.poses[:, 1] + 0.5 * places.extents[:, 1]
+    assert (left <= -1.75 - FROM_LANE).all()
+    assert places.poses[:, 0].min() > 12.0
+    assert places.poses[:, 0].max() < 188.0
+    order = np.argsort(places.poses[:, 0])
+    room = np.diff(places.poses[order, 0]) - places.extents[order, 0].max()
+    assert room.min() > -1.0
+
+
+@pytest.mark.parametrize(("parking", "limit"), [(0.0, 8.33), (1.0, 13.9)])
+def test_no_cars_where_none_are_wanted(parking: float, limit: float) -> None:
+    town = street(parking, limit)
+    places = parking_places(town, Roadway(town))
+    assert len(places.poses) == 0
+    assert places.edges == frozenset()
+
+
+def test_some_places_are_left_empty_and_which_depends_on_the_seed() -> None:
+    town = street(1.0)
+    count = len(parking_places(town, Roadway(town)).poses)
+    taken = [cars(seed) for seed in range(40)]
+    assert 0.6 < np.mean([len(some) for some in taken]) / count < 0.8
+    assert not np.array_equal(taken[0].poses, taken[1].poses)
+    assert np.array_equal(taken[0].poses, cars(0).poses)
+
+
+@pytest.mark.parametrize("kind", sorted(LEFT_FREE))
+def test_hazards_have_room(kind: HazardKind) -> None:
+    near = cars(3, Hazard(kind, 100.0, 40.0, 1)).poses[:, 0] - 100.0
+    assert np.abs(near).min() > LEFT_FREE[kind]
+    assert len(near) < len(cars(3).ids)
+
+
+def test_what_is_in_sight_keeps_its_number_and_stands() -> None:
+    town = street(1.0)
+    parked = ParkedCars(parking_places(town, Roadway(town)), scenario(1))
+    parked.look(0.0, 0.0, 0.0, 80.0, 4.5)
+    first = parked.seen
+    parked.look(40.0, 0.0, 0.0, 80.0, 4.5)
+    both = np.isin(parked.seen.ids, first.ids)
+    assert both.any()
+    assert len(first) < len(parked.seen)
+    assert first.ids.min() >= FIRST_PARKED
+    facts = parked.facts(20)
+    assert len(facts.paths) == len(parked.seen)
+    assert (facts.paths == facts.paths[:, :1]).all()
+    assert (facts.stopped_for == 1.0).all()
+    parked.look(40.0, 0.0, 9.0, 80.0, 4.5)
+    assert len(parked.seen) == 0  # the level above
+
+
+def test_blocks_join_in_the_order_of_numbers_and_are_locked() -> None:
+    parked = cars(1)
+    whole = join(Actors.none(), parked.only(np.arange(3)), parked.only(np.arange(3, 6)))
+    assert whole.ids.tolist() == parked.ids[:6].tolist()
+    with pytest.raises(ValueError, match="read-only"):
+        whole.poses[0, 0] = 1.0

@@ -1,10 +1,18 @@
-"""Where networks, routes and models live: beside the package, or inside it in a wheel."""
+"""Where networks, routes and models live: beside the package, or inside it in a wheel.
 
+Towns may also live elsewhere: in the folders that the environment variable PLANT_BENCH_TOWNS lists
+(separated as in PATH). Worker processes inherit it.
+"""
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from plant_bench.errors import InputError
 
 _PACKAGE = Path(__file__).resolve().parent
+TOWNS_VARIABLE = "PLANT_BENCH_TOWNS"
 
 
 def _data_dir(name: str) -> Path:
@@ -25,6 +33,37 @@ def networks_dir() -> Path:
         InputError: The installation is incomplete.
     """
     return _data_dir("networks")
+
+
+def town_dir(name: str) -> Path:
+    """Return a town's folder: in `networks/`, else in one of those PLANT_BENCH_TOWNS lists.
+
+    Raises:
+        InputError: There is no such town.
+    """
+    further = [Path(item) for item in os.environ.get(TOWNS_VARIABLE, "").split(os.pathsep) if item]
+    folders = [networks_dir(), *further]
+    for folder in folders:
+        if (folder / name / "town.json").is_file():
+            return folder / name
+    known = sorted({path.parent.name for folder in folders for path in folder.glob("*/town.json")})
+    message = f"There is no town '{name}'. Towns here: {', '.join(known) or 'none'}."
+    raise InputError(message)
+
+
+@contextmanager
+def towns_also_from(folder: Path) -> Iterator[None]:
+    """Let towns be found in a folder too, by this process and by those it starts."""
+    before = os.environ.get(TOWNS_VARIABLE)
+    parts = [str(folder.resolve()), *([before] if before else [])]
+    os.environ[TOWNS_VARIABLE] = os.pathsep.join(parts)
+    try:
+        yield
+    finally:
+        if before is None:
+            del os.environ[TOWNS_VARIABLE]
+        else:
+            os.environ[TOWNS_VARIABLE] = before
 
 
 def routes_dir() -> Path:

@@ -7,6 +7,8 @@ import typer
 
 from plant_bench import __version__
 from plant_bench.cli.agents import list_agents
+from plant_bench.cli.collect import collect
+from plant_bench.cli.data import data_app
 from plant_bench.cli.hazards import hazards_app
 from plant_bench.cli.routes import routes_app
 from plant_bench.cli.runs import compare_runs, rescore_run
@@ -30,6 +32,8 @@ app.command("score")(score)
 app.command("rescore")(rescore_run)
 app.command("compare")(compare_runs)
 app.command("agents")(list_agents)
+app.command("collect")(collect)
+app.add_typer(data_app, name="data")
 app.add_typer(train_app, name="train")
 app.add_typer(towns_app, name="towns")
 app.add_typer(routes_app, name="routes")

@@ -9,7 +9,8 @@ import typer
 from plant_bench.cli.runs import LAW_HELP
 
 
-def _cores() -> int:
+def cores() -> int:
+    """Return how many cores this process may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
@@ -38,7 +39,7 @@ def score(
     ] = True,
     workers: Annotated[
         int, typer.Option(help="Processes; scores do not depend on it.", min=1)
-    ] = _cores(),
+    ] = cores(),
     out: Annotated[
         Path | None, typer.Option(help="The run's folder; reports/AGENT-SUITE without it.")
     ] = None,

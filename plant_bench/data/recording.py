@@ -2,6 +2,10 @@
 
 One row a tick. Equal episodes give equal bytes: nothing of the clock or the machine is in the file.
 What is read is what was recorded, bit for bit, so that the referee comes to the same verdict.
+
+A thinned recording, as `plant-bench collect` writes them, has the ego at every tick and all others
+at every n-th alone: their columns are null between. It also says at which ticks the control was
+disturbed.
 """
 
 import json
@@ -17,7 +21,8 @@ from plant_bench.errors import InputError
 from plant_bench.world.scene import Actors, EgoState, Scene
 
 RECORDING_FORMAT = 2
-READABLE_FORMATS = (1, 2)  # 1 has no reasons
+THINNED_FORMAT = 3
+READABLE_FORMATS = (1, 2, 3)  # 1 has no reasons
 COMPRESSION_LEVEL = 3  # of zstd
 FORMAT_KEY, METADATA_KEY = b"plant_bench.recording", b"plant_bench.metadata"
 EGO_COLUMNS = ("x", "y", "yaw", "speed", "acceleration", "steering")  # the fields of EgoState
@@ -35,20 +40,40 @@ class Recorder:
     Args:
         path: Where to write, for instance `episode.parquet`.
         metadata: What is known of the episode before it starts, as JSON-able values.
+        every: Keep actors and lights at every so many ticks alone; more than 1 thins the recording.
     """
 
-    def __init__(self, path: Path, metadata: Mapping[str, object]) -> None:
+    def __init__(self, path: Path, metadata: Mapping[str, object], *, every: int = 1) -> None:
         self._path = path
+        self._every = every
         self._metadata = dict(metadata)
         self._scenes: list[Scene] = []
         self._actions: list[Action] = []
         self._reasons: list[Reason | None] = []
+        self._disturbed: list[bool] = []
 
-    def add(self, scene: Scene, action: Action = None, reason: Reason | None = None) -> None:
-        """Keep a scene, what the agent answered to it and why; None where it was not asked."""
+    def add(
+        self,
+        scene: Scene,
+        action: Action = None,
+        reason: Reason | None = None,
+        *,
+        disturbed: bool = False,
+    ) -> None:
+        """Keep a scene, what the agent answered to it and why; None where it was not asked.
+
+        Args:
+            scene: To keep.
+            action: What the agent answered.
+            reason: Why.
+            disturbed: Something else than the answer was executed; thinned recordings keep it.
+        """
+        if self._every > 1 and scene.tick % self._every:
+            scene = Scene(scene.tick, scene.ego, Actors.none(), scene.lights[:0])
         self._scenes.append(scene)
         self._actions.append(action)
         self._reasons.append(reason)
+        self._disturbed.append(disturbed)
 
     def close(self, **outcome: object) -> None:
         """Write the file, whole or not at all.
@@ -56,9 +81,13 @@ class Recorder:
         Args:
             outcome: More metadata, known only at the end: why the agent crashed.
         """
-        table = _table(self._scenes, self._actions, self._reasons).replace_schema_metadata(
+        table = _table(self._scenes, self._actions, self._reasons)
+        number = RECORDING_FORMAT
+        if self._every > 1:
+            number, table = THINNED_FORMAT, self._thinned(table)
+        table = table.replace_schema_metadata(
             {
-                FORMAT_KEY: str(RECORDING_FORMAT),
+                FORMAT_KEY: str(number),
                 METADATA_KEY: json.dumps(self._metadata | outcome, sort_keys=True),
             }
         )
@@ -75,12 +104,28 @@ class Recorder:
         )
         unfinished.replace(self._path)
 
+    def _thinned(self, table: pa.Table) -> pa.Table:
+        """Put null where nothing was kept, and tell when the control was disturbed."""
+        absent = pa.array([scene.tick % self._every != 0 for scene in self._scenes], pa.bool_())
+        for place, name in enumerate(table.column_names):
+            if name.startswith("actor_") or name == "lights":
+                lists = table[name].combine_chunks()
+                offsets, values = lists.offsets, lists.values
+                hollow = pa.ListArray.from_arrays(offsets, values, mask=absent)
+                table = table.set_column(place, name, hollow)
+        return table.append_column("disturbed", pa.array(self._disturbed, pa.bool_()))
+
 
 class Recording:
     """The scenes of one episode, in order.
 
+    Of a thinned recording, only the scenes of `whole` can be had.
+
     Attributes:
         metadata: What the recorder was given.
+        egos: The ego at each tick, thinned or not; columns as `EGO_COLUMNS`.
+        whole: The rows whose scenes are whole: all of them, or those left by thinning.
+        disturbed: Whether something else than the agent's answer was executed, for each row.
 
     Args:
         table: As `Recorder` writes it.
@@ -91,6 +136,13 @@ class Recording:
         self.metadata = metadata
         self._ticks = table["tick"].to_pylist()
         self._egos = list(zip(*(table[name].to_pylist() for name in EGO_COLUMNS), strict=True))
+        self.egos = np.array(self._egos, float).reshape(-1, len(EGO_COLUMNS))
+        present = table["actor_id"].is_valid().to_numpy()
+        self.whole: list[int] = np.flatnonzero(present).tolist()
+        self._hollow = len(self.whole) < len(self._ticks)
+        told = "disturbed" in table.column_names
+        self.disturbed = table["disturbed"].to_numpy() if told else np.zeros(len(present), bool)
+        self._present = present
         self._starts, ids = _flat(table["actor_id"])
         floats = {name: _flat(table[f"actor_{name}"])[1] for name in ACTOR_COLUMNS}
         self._actors = Actors(
@@ -128,6 +180,12 @@ class Recording:
 
     def __getitem__(self, row: int) -> Scene:
         row = range(len(self))[row]
+        if self._hollow and not self._present[row]:
+            message = (
+                f"Tick {self._ticks[row]} of a thinned recording has no actors: use the rows in "
+                "`whole`, and `egos` for the ego between. It cannot be scored again or replayed."
+            )
+            raise InputError(message)
         actors = self._actors
         part = slice(self._starts[row], self._starts[row + 1])
         return Scene(

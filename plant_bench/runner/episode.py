@@ -19,6 +19,7 @@ from plant_bench.agents.control import follow_plan
 from plant_bench.agents.registry import load_agent
 from plant_bench.data.recording import Recorder
 from plant_bench.errors import AgentError
+from plant_bench.runner.disturbance import Disturbance
 from plant_bench.runner.jobs import Job
 from plant_bench.runner.observing import observe
 from plant_bench.runner.timing import Stopwatch, Timing
@@ -44,6 +45,8 @@ def run_episode(
     *,
     recording: Path | None = None,
     progress: Callable[[float], None] | None = None,
+    thinning: int = 1,
+    disturbance: Disturbance | None = None,
 ) -> Episode:
     """Drive one episode to its end.
 
@@ -51,6 +54,8 @@ def run_episode(
         job: What to drive.
         recording: Where to write every tick, if anywhere.
         progress: Told the share of the route driven, now and then.
+        thinning: Record the actors at every so many ticks alone.
+        disturbance: Changes what is executed now and then; for collecting data, never for scores.
 
     Raises:
         InputError: The agent, the town or the density does not exist.
@@ -59,13 +64,14 @@ def run_episode(
     watch = Stopwatch()
     agent = load_agent(job.agent)
     header = job.header(agent.inputs)
-    recorder = None if recording is None else Recorder(recording, header.model_dump(mode="json"))
+    about = header.model_dump(mode="json")
+    recorder = None if recording is None else Recorder(recording, about, every=thinning)
     crash: Crash | None = None
     self_driving = Input.SIMULATOR in agent.inputs
     with Simulation(job.scenario, self_driving=self_driving) as simulation:
         referee = Referee(simulation.town, job.route)
         try:
-            _drive(agent, simulation, referee, job.route, recorder, watch, progress)
+            _drive(agent, simulation, referee, job.route, recorder, watch, progress, disturbance)
         except AgentError as error:
             crash = Crash(Status.AGENT_CRASHED, str(error))
         scene = simulation.scene
@@ -89,6 +95,7 @@ def _drive(
     recorder: Recorder | None,
     watch: Stopwatch,
     progress: Callable[[float], None] | None,
+    disturbance: Disturbance | None,
 ) -> None:
     """Drive until the referee ends the episode, or the agent fails."""
     inputs = agent.inputs
@@ -110,9 +117,12 @@ def _drive(
             action, reason = _act(agent, observation)
             watch.lap("agent")
             control = action if isinstance(action, Control) else follow_plan(action, scene.ego)
+        executed = control
+        if disturbance is not None:
+            executed = disturbance.disturb(scene, referee.offset, control)
         if recorder is not None:
-            recorder.add(scene, action, reason)
-        scene = simulation.step(control)
+            recorder.add(scene, action, reason, disturbed=executed != control)
+        scene = simulation.step(executed)
         watch.lap("simulation")
         referee.judge(scene)
         watch.lap("referee")

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from functools import lru_cache
 
-from plant_bench.data_files import networks_dir
+from plant_bench.data_files import town_dir
 from plant_bench.sim.bystanders.footways import Footways, read_footways
 from plant_bench.sim.bystanders.parking import Places, parking_places
 from plant_bench.sim.bystanders.roadway import Roadway
@@ -31,5 +31,5 @@ def places_of(name: str) -> TownPlaces:
     town = load_town(name)
     roadway = Roadway(town)
     parking = parking_places(town, roadway)
-    footways = read_footways(networks_dir() / name / "town.net.xml", roadway, parking.edges)
+    footways = read_footways(town_dir(name) / "town.net.xml", roadway, parking.edges)
     return TownPlaces(town, StreetGrid(town), parking, footways)

@@ -6,7 +6,7 @@ from bisect import bisect_right
 import numpy as np
 
 from plant_bench.agent import Control, Privileged
-from plant_bench.data_files import networks_dir
+from plant_bench.data_files import town_dir
 from plant_bench.geometry.polyline import Cursor
 from plant_bench.geometry.pose import wrap_angle
 from plant_bench.sim.bystanders.bystanders import LEVEL_GAP, Bystanders
@@ -54,7 +54,7 @@ class Simulation:
         places = places_of(route.town)
         self.town = places.town
         density = density_of(scenario.density)
-        self._sumo = Sumo(networks_dir() / route.town / "town.net.xml", scenario.seed)
+        self._sumo = Sumo(town_dir(route.town) / "town.net.xml", scenario.seed)
         self._cursor = Cursor(route.points)
         self._elevations = route.elevations.tolist()
         self._signals = route.signal_passages

@@ -138,7 +138,7 @@ def _slip(limit: float, draw: random.Random) -> dict[str, float]:
 def _queue(place: Place, draw: random.Random) -> dict[str, float]:
     """How many cars, no more than fit on the lane, and how fast they crawl."""
     cars = draw.randint(CARS[0], max(min(CARS[1], int(place.room / CAR_ROOM)), CARS[0]))
-    return {"cars": cars, "speed": draw.uniform(*CRAWL) if draw.random() < CRAWLING else 0.0}
+    return {"cars": float(cars), "speed": draw.uniform(*CRAWL) if draw.random() < CRAWLING else 0.0}
 
 
 def needed_start(speed: float, limit: float, *, rider: bool) -> float:

@@ -190,7 +190,12 @@ def _suite_towns(name: str, towns: list[str] | None) -> list[str]:
 
 
 def _suite_text(name: str, seed: int, routes: list[Route]) -> str:
-    head = json.dumps({"format": ROUTE_FORMAT, "suite": name, "seed": seed}, separators=(",", ":"))
+    return suite_text({"suite": name, "seed": seed}, routes)
+
+
+def suite_text(about: Mapping[str, object], routes: Sequence[Route]) -> str:
+    """Return a suite's file: what is said about it, and a line a route."""
+    head = json.dumps({"format": ROUTE_FORMAT} | dict(about), separators=(",", ":"))
     payloads = [route.to_payload() for route in routes]
     for payload in payloads:
         payload["hazards"] = payload.pop("hazards")  # last, where a reader finds them

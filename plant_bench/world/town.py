@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from plant_bench.data_files import networks_dir
+from plant_bench.data_files import town_dir
 from plant_bench.errors import InputError
 from plant_bench.geometry.polyline import arc_lengths
 
@@ -270,16 +270,11 @@ def town_file(name: str) -> Path:
     Raises:
         InputError: There is no such town.
     """
-    path = networks_dir() / name / "town.json"
-    if not path.is_file():
-        known = ", ".join(sorted(p.parent.name for p in networks_dir().glob("*/town.json")))
-        message = f"There is no town '{name}'. Towns here: {known or 'none'}."
-        raise InputError(message)
-    return path
+    return town_dir(name) / "town.json"
 
 
 def load_town(name: str) -> Town:
-    """Read a town from `networks/`.
+    """Read a town from `networks/`, or from where else `data_files.town_dir` finds it.
 
     Raises:
         InputError: There is no such town, or its file is broken.

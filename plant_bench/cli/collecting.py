@@ -1,0 +1,153 @@
+"""What `plant-bench collect` does: drive, show it, and sum up the data that is there then."""
+
+import json
+import time
+from pathlib import Path
+
+import typer
+from rich.console import Console
+from rich.progress import (
+    BarColumn,
+    Progress,
+    TaskID,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
+
+from plant_bench.data.statistics import describe_data
+from plant_bench.reports.data_card import count_left_out, data_card
+from plant_bench.reports.data_tables import print_data
+from plant_bench.reports.tables import print_rows
+from plant_bench.runner.collecting import (
+    Began,
+    CollectEvent,
+    Ended,
+    TownsPrepared,
+    Went,
+    collect,
+)
+from plant_bench.runner.collecting_request import CollectRequest
+from plant_bench.runner.data_folder import DataFolder
+
+EXIT_INTERRUPTED = 130
+
+
+def collect_data(request: CollectRequest, out: Path, *, workers: int) -> int:
+    """Collect data, or go on with it, until there is enough or until Ctrl-C.
+
+    Returns:
+        The exit code.
+
+    Raises:
+        PlantBenchError: It cannot be started or cannot go on.
+    """
+    start = time.monotonic()
+    progress = CollectProgress(request.frames)
+    try:
+        with progress.bars:
+            collect(request, out, workers=workers, on_event=progress)
+    except KeyboardInterrupt:
+        typer.echo(
+            f"Stopped. {progress.frames:,} of {request.frames:,} frames are kept in {out}. The "
+            "same command again goes on.",
+            err=True,
+        )
+        return EXIT_INTERRUPTED
+    progress.say_speed(time.monotonic() - start, workers)
+    _sum_up(request, DataFolder(out))
+    return 0
+
+
+def _sum_up(request: CollectRequest, folder: DataFolder) -> None:
+    """Write and print what the folder holds now."""
+    data, notes = describe_data(folder.path), folder.notes()
+    left_out = count_left_out(notes)
+    summary = {
+        "request": vars(request),
+        "data": data.model_dump(mode="json"),
+        "episodes_driven": len(notes),
+        "left_out": left_out,
+        "collisions_by_others": sum(note.collisions for note in notes if not note.left_out),
+    }
+    folder.write("data.json", json.dumps(summary, indent=1) + "\n")
+    folder.write("README.md", data_card(data, request, notes))
+    print_data(data)
+    rows = [(reason, str(number)) for reason, number in left_out.items()]
+    print_rows(f"Left out of {len(notes)} episodes", ["why", "episodes"], rows)
+    typer.echo(f"Data: {folder.path}")
+
+
+class CollectProgress:
+    """Bars on standard error that follow what is collected; mutable.
+
+    Attributes:
+        bars: To be shown as long as it lasts.
+        frames: That are in the data so far.
+
+    Args:
+        wanted: Frames asked for.
+    """
+
+    def __init__(self, wanted: int) -> None:
+        self.bars = Progress(
+            TextColumn("{task.description:<44}"),
+            BarColumn(),
+            TextColumn("{task.fields[count]:>17}"),
+            TimeElapsedColumn(),
+            TimeRemainingColumn(),
+            console=Console(stderr=True),
+            speed_estimate_period=300,
+        )
+        self.frames = 0
+        self._wanted = wanted
+        self._whole = self.bars.add_task("preparing towns and routes", total=wanted, count="")
+        self._workers: dict[int, TaskID] = {}
+        self._driven_s = self._wall_s = self._start_up_s = 0.0
+        self._episodes = self._failed = 0
+
+    def __call__(self, event: CollectEvent) -> None:
+        """Show what has happened."""
+        match event:
+            case TownsPrepared():
+                self.bars.console.print(f"{event.count} towns are ready.", highlight=False)
+            case Began():
+                self._begin(event.worker, f"worker {event.worker}: {event.name}")
+            case Went():
+                self.bars.update(self._workers[event.worker], completed=event.share)
+            case Ended():
+                self._end(event)
+
+    def say_speed(self, wall_s: float, workers: int) -> None:
+        """Print how fast it went, if anything was driven."""
+        if not self._episodes:
+            typer.echo("Nothing was left to drive: there were enough frames before.")
+            return
+        typer.echo(
+            f"Driven now: {self._episodes} episodes, {self._driven_s / 3600.0:.2f} h simulated in "
+            f"{wall_s / 60.0:.1f} min with {workers} workers: {self._driven_s / wall_s:.0f} x real "
+            f"time (start-up {self._start_up_s / max(self._wall_s, 1e-9):.0%} of the workers' time)"
+        )
+
+    def _begin(self, worker: int, text: str) -> None:
+        if worker in self._workers:
+            self.bars.reset(self._workers[worker], description=text)
+        else:
+            self._workers[worker] = self.bars.add_task(text, total=1.0, count="")
+
+    def _end(self, event: Ended) -> None:
+        note, timing = event.note, event.timing
+        self.frames += 0 if note.left_out else note.frames
+        self._failed += bool(note.left_out)
+        if event.worker is not None:
+            self._episodes += 1
+        if timing is not None:
+            self._driven_s += timing.simulated_s
+            self._wall_s += timing.wall_s
+            self._start_up_s += timing.start_up_s
+        if event.worker is not None and (note.left_out or not self.bars.console.is_terminal):
+            text = note.left_out or f"{note.frames} frames"
+            self.bars.console.print(f"{event.name}: {text}", highlight=False, markup=False)
+        count = f"{self.frames:,}/{self._wanted:,}"
+        about = f"frames at 2 Hz ({self._failed} episodes left out)"
+        self.bars.update(self._whole, completed=self.frames, description=about, count=count)

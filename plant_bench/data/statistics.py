@@ -1,0 +1,230 @@
+"""What a folder of collected data holds: counted from its recordings and routes alone."""
+
+import json
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+from pydantic import BaseModel, ConfigDict
+
+from plant_bench.data.recording import METADATA_KEY, Recording
+from plant_bench.data_files import town_dir, towns_also_from
+from plant_bench.errors import InputError
+from plant_bench.world.route import Route, load_suite
+
+STANDING = 0.1  # m/s below which the ego stands (leaderboard's blocked rule)
+NEARBY = 30.0  # m: D_max of PlanT
+SPEED_STEP, SPEED_BINS = 5.0, 16  # km/h; the last bin is open
+MOST_NEARBY = 40  # actors; the last bin is open
+FRAME = 0.5  # s between two frames: 2 Hz
+_COLUMNS = ("x", "y", "speed", "actor_x", "actor_y")
+
+
+class DataStatistics(BaseModel):
+    """What is in the data.
+
+    Attributes:
+        episodes: How many.
+        frames: Samples at 2 Hz.
+        hours: Of driving.
+        km: Driven.
+        standing_share: Share of frames in which the ego stands.
+        speeds: Frames a bin of `SPEED_STEP` km/h; the last one is open.
+        nearby: Frames by number of actors within `NEARBY` metres; the last one is open.
+        nearby_mean: Actors within `NEARBY` metres.
+        turns: How often each manoeuvre was driven.
+        hazards: How often each hazard took its course.
+        towns: Frames in each town.
+        routes: Frames on each kind of route.
+        disturbed_episodes: Episodes with disturbances.
+        disturbed_share: Share of frames during a disturbance.
+        megabytes: Of all recordings.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    episodes: int
+    frames: int
+    hours: float
+    km: float
+    standing_share: float
+    speeds: tuple[int, ...]
+    nearby: tuple[int, ...]
+    nearby_mean: float
+    turns: dict[str, int]
+    hazards: dict[str, int]
+    towns: dict[str, int]
+    routes: dict[str, int]
+    disturbed_episodes: int
+    disturbed_share: float
+    megabytes: float
+
+
+@dataclass(frozen=True, eq=False)
+class _Episode:
+    metadata: dict
+    km: float
+    speeds: np.ndarray  # m/s of each frame
+    nearby: np.ndarray  # actors of each frame
+    disturbed: np.ndarray  # bool of each frame
+
+
+def route_kind(route_id: str) -> str:
+    """Return the kind in a training route's id; "other" for routes of other origin.
+
+    >>> route_kind("town01-b-left_signal-3")
+    'left_signal'
+    """
+    parts = route_id.rsplit("-", 2)
+    return parts[1] if len(parts) == 3 else "other"
+
+
+def episode_files(folder: Path) -> list[Path]:
+    """Return the recordings of a folder of data, by name.
+
+    Raises:
+        InputError: There are none.
+    """
+    files = sorted((folder / "episodes").glob("*.parquet"))
+    if not files:
+        message = (
+            f"There is no data in {folder}: no episodes/*.parquet found. Give a folder that "
+            "`plant-bench collect --out` has filled."
+        )
+        raise InputError(message)
+    return files
+
+
+def data_routes(folder: Path) -> dict[str, Route]:
+    """Return the routes of a folder of data by id.
+
+    Raises:
+        InputError: They are missing or broken.
+    """
+    path = folder / "routes"
+    if not path.is_dir():
+        message = f"{folder} has no folder 'routes': the episodes' routes are wanted there."
+        raise InputError(message)
+    return {route.id: route for route in load_suite(str(path))}
+
+
+def describe_data(folder: Path) -> DataStatistics:
+    """Count what is in a folder of data.
+
+    Raises:
+        InputError: It is empty, or a file of it is broken.
+    """
+    files, routes = episode_files(folder), data_routes(folder)
+    turns, hazards, towns, kinds = (Counter[str]() for _ in range(4))
+    speeds, nearby = np.zeros(SPEED_BINS, int), np.zeros(MOST_NEARBY + 1, int)
+    frames = standing = near = disturbed = perturbed = 0
+    km = 0.0
+    for episode in map(_read, files):
+        name, count = str(episode.metadata["route"]), len(episode.speeds)
+        if name not in routes:
+            message = f"{folder}: an episode's route {name} is in none of routes/*.json."
+            raise InputError(message)
+        frames, km = frames + count, km + episode.km
+        bins = (episode.speeds * 3.6 / SPEED_STEP).astype(int).clip(max=SPEED_BINS - 1)
+        speeds += np.bincount(bins, minlength=SPEED_BINS)
+        nearby += np.bincount(episode.nearby.clip(max=MOST_NEARBY), minlength=MOST_NEARBY + 1)
+        standing += int((episode.speeds < STANDING).sum())
+        near += int(episode.nearby.sum())
+        disturbed += int(episode.disturbed.sum())
+        perturbed += int(episode.disturbed.any())
+        turns.update(routes[name].manoeuvres)
+        hazards.update(_played(episode.metadata))
+        towns[str(episode.metadata["town"])] += count
+        kinds[route_kind(name)] += count
+    return DataStatistics(
+        episodes=len(files),
+        frames=frames,
+        hours=round(frames * FRAME / 3600.0, 3),
+        km=round(km, 3),
+        standing_share=round(standing / max(frames, 1), 4),
+        speeds=tuple(speeds.tolist()),
+        nearby=tuple(nearby.tolist()),
+        nearby_mean=round(near / max(frames, 1), 3),
+        turns=_sorted(turns),
+        hazards=_sorted(hazards),
+        towns=dict(sorted(towns.items())),
+        routes=_sorted(kinds),
+        disturbed_episodes=perturbed,
+        disturbed_share=round(disturbed / max(frames, 1), 4),
+        megabytes=round(sum(path.stat().st_size for path in files) / 1e6, 3),
+    )
+
+
+def find_data_faults(folder: Path) -> list[str]:
+    """Read every file of a folder of data whole and tell what is wrong with it.
+
+    Raises:
+        InputError: It is empty, or its routes cannot be read.
+    """
+    files, routes = episode_files(folder), data_routes(folder)
+    with towns_also_from(folder / "towns"):
+        return [fault for path in files for fault in _faults(path, routes)]
+
+
+def _faults(path: Path, routes: dict[str, Route]) -> Iterator[str]:
+    try:
+        recording = Recording.load(path)
+        name = str(recording.metadata.get("route"))
+        if name not in routes:
+            yield f"{path}: its route {name} is in none of routes/*.json."
+        else:
+            town_dir(routes[name].town)
+        if not recording.whole:
+            yield f"{path}: it has no frames."
+    except InputError as error:
+        yield str(error)
+
+
+def _read(path: Path) -> _Episode:
+    """Read what is counted of an episode, the rest left on disk."""
+    try:
+        file = pq.ParquetFile(path)
+        marks = [name for name in ("disturbed",) if name in file.schema_arrow.names]
+        table = file.read(columns=[*_COLUMNS, *marks], use_threads=False)
+        metadata = json.loads((file.schema_arrow.metadata or {})[METADATA_KEY])
+        path_driven = np.hypot(np.diff(table["x"].to_numpy()), np.diff(table["y"].to_numpy()))
+        marked = table["disturbed"].to_numpy() if marks else np.zeros(len(table), bool)
+        whole = table["actor_x"].is_valid().to_numpy()
+        return _Episode(
+            metadata,
+            float(path_driven.sum()) / 1000.0,
+            table["speed"].to_numpy()[whole],
+            _nearby(table.filter(pa.array(whole))),
+            marked[whole],
+        )
+    except (OSError, pa.ArrowException, KeyError, ValueError) as error:
+        message = (
+            f"Not a recording: {path} ({error}). Remove it, and run the same `plant-bench collect` "
+            "again: it drives what is missing."
+        )
+        raise InputError(message) from error
+
+
+def _nearby(frames: pa.Table) -> np.ndarray:
+    """Return how many actors are within `NEARBY` metres in each frame."""
+    lists = {axis: frames[f"actor_{axis}"].combine_chunks() for axis in ("x", "y")}
+    rows = np.repeat(np.arange(len(frames)), lists["x"].value_lengths().to_numpy())
+    away = [
+        values.flatten().to_numpy() - frames[axis].to_numpy()[rows]
+        for axis, values in lists.items()
+    ]
+    return np.bincount(rows[np.hypot(*away) <= NEARBY], minlength=len(frames))
+
+
+def _played(metadata: dict) -> list[str]:
+    return [item["kind"] for item in metadata.get("hazards", ()) if item["phase"] == "done"]
+
+
+def _sorted(counts: Counter[str]) -> dict[str, int]:
+    """Return what there is of a count, the most frequent first."""
+    ordered = sorted(counts.items(), key=lambda item: (-item[1], item[0]))
+    return {name: number for name, number in ordered if number}

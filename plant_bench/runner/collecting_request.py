@@ -1,0 +1,38 @@
+"""What data is asked for, and the unit it is counted in."""
+
+from dataclasses import dataclass
+
+from plant_bench.errors import InputError
+
+UNIT = 228_000  # frames at 2 Hz: 1x of PlanT (section 4)
+FRAME_TICKS = 10  # 2 Hz
+
+
+@dataclass(frozen=True)
+class CollectRequest:
+    """What data is asked for.
+
+    Attributes:
+        frames: Samples at 2 Hz, at least.
+        seed: The base seed: of routes, traffic and disturbances.
+        density: Of the traffic.
+        perturb: Share of episodes with disturbances, 0 to 1.
+    """
+
+    frames: int
+    seed: int = 0
+    density: str = "dense"
+    perturb: float = 0.0
+
+    def check(self) -> None:
+        """Check the numbers.
+
+        Raises:
+            InputError: What was found, and what is wanted.
+        """
+        if self.frames < 1:
+            message = f"{self.frames} frames are asked for: 1 at least is wanted."
+            raise InputError(message)
+        if not 0.0 <= self.perturb <= 1.0:
+            message = f"--perturb {self.perturb:g} found: a share of episodes, 0 to 1, is wanted."
+            raise InputError(message)

@@ -1,0 +1,86 @@
+"""Disturbances of the executed control, from which the driver recovers while data is collected.
+
+The recorded answer stays the driver's own. A disturbance pulls the front wheels aside or changes
+the acceleration for a moment; it ends early where the ego has come too far from its route.
+"""
+
+import math
+import random
+from dataclasses import dataclass
+
+from plant_bench.agent import Control
+from plant_bench.world.scene import TICK, WHEELBASE, Scene
+
+FIRST, PAUSE = (2.0, 10.0), (6.0, 16.0)  # s of driving until the first one, and between two
+STEERED = 0.75  # share that pulls the wheels; the others change the speed
+TIME = (0.5, 1.0)  # s
+ASIDE = (0.4, 0.9)  # m aside that a pull would leave while it lasts, if nobody answered it
+HARDEST_PULL = 0.2  # rad
+MOST_OFFSET = 0.6  # m from the route at which a pull ends: what follows stays within about 1 m
+BRAKING, PUSHING = (1.0, 3.5), (0.5, 1.5)  # m/s2
+SLOWEST = 3.0  # m/s: below it there is nothing to recover from
+
+
+@dataclass(frozen=True)
+class Push:
+    """One disturbance.
+
+    Attributes:
+        end: The tick at which it is over.
+        steering: Radians added to the front wheels' angle.
+        acceleration: m/s2 added.
+    """
+
+    end: int
+    steering: float = 0.0
+    acceleration: float = 0.0
+
+
+class Disturbance:
+    """Disturbs one episode now and then; mutable. Equal seeds and drives give equal disturbances.
+
+    Args:
+        seed: Draws when and how.
+    """
+
+    def __init__(self, seed: int) -> None:
+        self._draw = random.Random(f"disturbance|{seed}")
+        self._wait = self._draw.uniform(*FIRST)
+        self._push: Push | None = None
+
+    def disturb(self, scene: Scene, offset: float, control: Control) -> Control:
+        """Return what is executed in place of a control; the control itself most of the time.
+
+        Args:
+            scene: Where the ego is.
+            offset: Its lateral distance from the route, metres, positive to the left.
+            control: What the driver asks for.
+        """
+        push = self._push
+        if push is not None and (scene.tick >= push.end or self._is_far(push, offset)):
+            push = self._push = None
+            self._wait = self._draw.uniform(*PAUSE)
+        if push is None:
+            if scene.ego.speed < SLOWEST:
+                return control
+            self._wait -= TICK
+            if self._wait > 0.0 or abs(offset) > 0.5 * MOST_OFFSET:
+                return control
+            push = self._push = self._begin(scene)
+        return Control(control.acceleration + push.acceleration, control.steering + push.steering)
+
+    def _is_far(self, push: Push, offset: float) -> bool:
+        """Tell whether a pull has taken the ego far enough to the side it pulls to."""
+        return push.steering * offset > 0.0 and abs(offset) > MOST_OFFSET
+
+    def _begin(self, scene: Scene) -> Push:
+        draw = self._draw
+        time = draw.uniform(*TIME)
+        end = scene.tick + max(round(time / TICK), 1)
+        if draw.random() < STEERED:
+            metres = scene.ego.speed * time
+            pull = math.atan(2.0 * WHEELBASE * draw.uniform(*ASIDE) / metres**2)
+            return Push(end, steering=draw.choice((-1.0, 1.0)) * min(pull, HARDEST_PULL))
+        harder = draw.random() < 0.5
+        pull = draw.uniform(*PUSHING) if harder else -draw.uniform(*BRAKING)
+        return Push(end, acceleration=pull)

@@ -1,0 +1,69 @@
+"""The towns that training data is collected in: the benchmark's, and others of their characters."""
+
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+from plant_bench.errors import InputError
+from plant_bench.towns.generate import NET_FILE, TOWN_FILE, make_town, town_names, town_spec
+
+LAYOUTS = 2  # further towns of each character
+FIRST_LAYOUT = 1001  # seed of the first; the benchmark's own seeds are small
+SEED_TRIES = 5  # seeds tried for one layout
+
+
+@dataclass(frozen=True)
+class TrainingTown:
+    """A town to collect in.
+
+    Attributes:
+        name: "town01" for the benchmark's own, "town01-b" and so on for others of its character.
+        base: The benchmark's town of the same character.
+        layout: Which further layout of it, from 1; 0 for the benchmark's own.
+    """
+
+    name: str
+    base: str
+    layout: int
+
+
+def training_towns() -> list[TrainingTown]:
+    """Return the towns in the order they are visited: all characters in turn."""
+    return [
+        TrainingTown(f"{base}-{'abcdefgh'[layout]}" if layout else base, base, layout)
+        for layout in range(LAYOUTS + 1)
+        for base in town_names()
+    ]
+
+
+def build_training_town(town: TrainingTown, folder: Path) -> None:
+    """Build a further town into a folder of its name, whole or not at all; keep one that is there.
+
+    Args:
+        town: Which; the benchmark's own are left where they are.
+        folder: Takes one sub-folder a town.
+
+    Raises:
+        InputError: No seed of this layout gives a sound town.
+    """
+    if not town.layout or (folder / town.name / TOWN_FILE).is_file():
+        return
+    spec = town_spec(town.base).model_copy(update={"name": town.name})
+    fault: InputError | None = None
+    for seed in range(
+        FIRST_LAYOUT + 100 * town.layout, SEED_TRIES + FIRST_LAYOUT + 100 * town.layout
+    ):
+        try:
+            net, made = make_town(spec, seed)
+        except InputError as error:
+            fault = error
+            continue
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(dir=folder, prefix=".building-") as work:
+            fresh = Path(work) / town.name
+            fresh.mkdir()
+            for file, text in ((NET_FILE, net), (TOWN_FILE, made.to_json())):
+                (fresh / file).write_text(text, encoding="utf-8", newline="\n")
+            fresh.rename(folder / town.name)
+        return
+    raise fault or InputError(f"Found no sound layout for {town.name}.")

@@ -1,0 +1,110 @@
+"""Recordings as `plant-bench collect` writes them: actors at every 10th tick alone."""
+
+import numpy as np
+import pandas as pd
+import pyarrow.parquet as pq
+import pytest
+
+from plant_bench.agent import Control
+from plant_bench.data.recording import FORMAT_KEY, Recorder, Recording
+from plant_bench.errors import InputError
+from plant_bench.world.scene import Actors, EgoState, Scene
+
+TICKS = 25
+
+
+def some_scenes():
+    rng = np.random.default_rng(0)
+    return [
+        Scene(
+            tick,
+            EgoState(*rng.normal(size=6).tolist()),
+            Actors(
+                np.arange(tick % 4),
+                rng.normal(size=(tick % 4, 3)).astype(np.float32),
+                rng.normal(size=tick % 4).astype(np.float32),
+                rng.normal(size=(tick % 4, 2)).astype(np.float32),
+                np.zeros(tick % 4, np.uint8),
+            ),
+            np.array([1, 3], np.uint8),
+        )
+        for tick in range(TICKS)
+    ]
+
+
+@pytest.fixture
+def scenes():
+    return some_scenes()
+
+
+@pytest.fixture
+def path(tmp_path, scenes):
+    recorder = Recorder(tmp_path / "episode.parquet", {"route": "a"}, every=10)
+    for scene in scenes:
+        recorder.add(scene, Control(float(scene.tick), 0.0), disturbed=4 <= scene.tick < 8)
+    recorder.close()
+    return tmp_path / "episode.parquet"
+
+
+def test_every_10th_scene_comes_back_whole(path, scenes):
+    recording = Recording.load(path)
+    assert recording.whole == [0, 10, 20]
+    for row in recording.whole:
+        read, written = recording[row], scenes[row]
+        assert (read.tick, read.ego) == (written.tick, written.ego)
+        np.testing.assert_array_equal(read.actors.poses, written.actors.poses)
+        np.testing.assert_array_equal(read.actors.ids, written.actors.ids)
+        np.testing.assert_array_equal(read.lights, written.lights)
+
+
+def test_ego_actions_and_marks_are_there_at_each_tick(path, scenes):
+    recording = Recording.load(path)
+    assert len(recording) == TICKS
+    np.testing.assert_array_equal(recording.egos[:, 0], [scene.ego.x for scene in scenes])
+    assert recording.actions[7] == Control(7.0, 0.0)
+    assert np.flatnonzero(recording.disturbed).tolist() == [4, 5, 6, 7]
+
+
+def test_a_scene_that_was_thinned_out_cannot_be_had(path):
+    recording = Recording.load(path)
+    with pytest.raises(InputError, match="Tick 7 of a thinned recording has no actors"):
+        recording[7]
+
+
+def test_pandas_reads_it_without_us(path):
+    frame = pd.read_parquet(path)
+    assert frame["tick"].tolist() == list(range(TICKS))
+    assert frame["actor_x"].notna().to_numpy().nonzero()[0].tolist() == [0, 10, 20]
+    assert len(frame["actor_x"][10]) == 2
+    assert frame["lights"][20].tolist() == [1, 3]
+    assert bool(frame["x"].notna().to_numpy().all())
+    assert int(frame["disturbed"].to_numpy().sum()) == 4
+
+
+def test_pyarrow_reads_it_without_us(path):
+    table = pq.read_table(path)
+    assert table["actor_kind"].null_count == TICKS - 3
+    assert table.schema.metadata[FORMAT_KEY] == b"3"
+    assert all(
+        file.compression == "ZSTD"
+        for file in (pq.ParquetFile(path).metadata.row_group(0).column(i) for i in range(5))
+    )
+
+
+def test_a_recording_that_is_not_thinned_is_as_it_was(tmp_path, scenes):
+    recorder = Recorder(tmp_path / "full.parquet", {})
+    for scene in scenes:
+        recorder.add(scene)
+    recorder.close()
+    recording = Recording.load(tmp_path / "full.parquet")
+    assert recording.whole == list(range(TICKS))
+    assert not recording.disturbed.any()
+    schema = pq.read_schema(tmp_path / "full.parquet")
+    assert schema.metadata[FORMAT_KEY] == b"2"
+    assert "disturbed" not in schema.names
+
+
+def test_an_empty_thinned_recording_is_read(tmp_path):
+    Recorder(tmp_path / "empty.parquet", {}, every=10).close()
+    recording = Recording.load(tmp_path / "empty.parquet")
+    assert (len(recording), recording.whole) == (0, [])

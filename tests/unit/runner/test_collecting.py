@@ -1,0 +1,169 @@
+"""Collecting until there is enough, with episodes that are only pretended."""
+
+import random
+from dataclasses import replace
+
+import pytest
+
+from plant_bench.errors import InputError, SimulationError
+from plant_bench.runner import collecting, collecting_plan
+from plant_bench.runner.collecting import Ended, collect
+from plant_bench.runner.collecting_plan import benchmark_seeds, planned_episodes, training_seed
+from plant_bench.runner.collecting_request import CollectRequest
+from plant_bench.runner.collecting_work import DriveTask, TownTask
+from plant_bench.runner.data_folder import DataFolder, EpisodeNote
+from plant_bench.runner.executors import Finished, Started
+from plant_bench.towns.training_towns import TrainingTown
+
+TOWNS = [TrainingTown("town01", "town01", 0), TrainingTown("town02", "town02", 0)]
+
+
+@pytest.fixture
+def pretend(monkeypatch, route):
+    """Drive nothing: a route of n metres gives n / 2 frames, one called "bad" none."""
+    monkeypatch.setattr(collecting, "training_towns", lambda: TOWNS)
+    driven = []
+    one = route("town01-long-0", 40)
+
+    def run_tasks(tasks, work, *, workers, on_event, logs):
+        order = list(range(len(tasks)))
+        random.Random(workers).shuffle(order)
+        for place in order:
+            task = tasks[place]
+            if isinstance(task, TownTask):
+                name = task.town.name
+                visits = [
+                    [replace(one, id=f"{name}-{kind}-{visit}") for kind in ("long", "bad", "left")]
+                    for visit in range(collecting_plan.VISITS)
+                ]
+                task.folder.save_visits(name, visits)
+                continue
+            assert isinstance(task, DriveTask)
+            name = task.episode.name
+            driven.append(name)
+            bad = "-bad-" in name
+            if not bad:
+                task.folder.episode(name).write_bytes(b"recording")
+            note = EpisodeNote(
+                route=task.episode.job.route.id,
+                status="Failed - Agent got blocked" if bad else "Completed",
+                left_out="Agent got blocked" if bad else "",
+                frames=20,
+            )
+            on_event(Started(0, place))
+            on_event(Finished(0, place, (note, None)))
+
+    monkeypatch.setattr(collecting, "run_tasks", run_tasks)
+    return driven
+
+
+def go(tmp_path, frames, *, out="data", workers=1, **request):
+    events = []
+    asked = CollectRequest(frames, **request)
+    notes = collect(asked, tmp_path / out, workers=workers, on_event=events.append)
+    return notes, events
+
+
+def files(tmp_path, out="data"):
+    return sorted(path.name for path in (tmp_path / out).glob("*/*.*"))
+
+
+def test_it_stops_when_there_are_enough_frames(tmp_path, pretend):
+    notes, _ = go(tmp_path, 300)
+    frames = sum(note.frames for note in notes if not note.left_out)
+    assert 300 <= frames <= 340
+
+
+def test_failed_episodes_are_no_data_and_are_counted(tmp_path, pretend):
+    notes, _ = go(tmp_path, 100)
+    left_out = [note for note in notes if note.left_out]
+    assert left_out
+    assert all("-bad-" in note.route for note in left_out)
+    assert not list((tmp_path / "data" / "episodes").glob("*-bad-*"))
+    assert len(DataFolder(tmp_path / "data").notes()) == len(notes)
+
+
+def test_the_same_command_again_drives_nothing(tmp_path, pretend):
+    go(tmp_path, 200)
+    before = files(tmp_path)
+    pretend.clear()
+    _, events = go(tmp_path, 200)
+    assert pretend == []
+    assert all(event.worker is None for event in events if isinstance(event, Ended))
+    assert files(tmp_path) == before
+
+
+def test_what_is_missing_is_driven_again_and_nothing_else(tmp_path, pretend):
+    go(tmp_path, 200)
+    before = files(tmp_path)
+    gone = min((tmp_path / "data" / "episodes").iterdir())
+    gone.unlink()
+    broken = max((tmp_path / "data" / "records").iterdir())
+    broken.write_text("{")
+    pretend.clear()
+    go(tmp_path, 200)
+    assert sorted(pretend) == sorted([gone.stem, broken.stem])
+    assert files(tmp_path) == before
+
+
+def test_more_frames_add_to_what_is_there(tmp_path, pretend):
+    go(tmp_path, 100)
+    first = set(pretend)
+    pretend.clear()
+    go(tmp_path, 300)
+    assert pretend
+    assert first.isdisjoint(pretend)
+
+
+def test_the_data_does_not_depend_on_the_workers(tmp_path, pretend):
+    go(tmp_path, 300, out="one", workers=1)
+    go(tmp_path, 300, out="three", workers=3)
+    assert files(tmp_path, "one") == files(tmp_path, "three")
+
+
+def test_routes_are_driven_again_with_other_seeds(tmp_path, pretend):
+    go(tmp_path, 600)  # 20 good routes of 20 frames
+    again = [name for name in pretend if "_r1_" in name]
+    assert again
+    assert len(set(pretend)) == len(pretend)
+
+
+def test_a_folder_of_other_data_is_refused(tmp_path, pretend):
+    go(tmp_path, 40)
+    with pytest.raises(InputError, match="holds data of another origin .seed 0, perturb 0.0."):
+        go(tmp_path, 40, seed=1, perturb=0.5)
+
+
+def test_leftovers_are_cleared_away(tmp_path, pretend):
+    go(tmp_path, 40)
+    (tmp_path / "data" / "unfinished" / "x.parquet").write_text("half")
+    go(tmp_path, 40)
+    assert not list((tmp_path / "data" / "unfinished").iterdir())
+
+
+def test_an_expert_that_never_arrives_ends_it(tmp_path, pretend, monkeypatch):
+    monkeypatch.setattr(collecting, "training_towns", lambda: TOWNS[:1])
+    monkeypatch.setattr(collecting._Collection, "_frames", lambda self: 0)
+    with pytest.raises(SimulationError, match="finished none of"):
+        go(tmp_path, 400)
+
+
+@pytest.mark.parametrize("request_", [CollectRequest(0), CollectRequest(10, perturb=1.5)])
+def test_impossible_requests_are_refused(request_, tmp_path):
+    with pytest.raises(InputError):
+        collect(request_, tmp_path, workers=1, on_event=lambda _event: None)
+
+
+def test_seeds_are_never_the_benchmarks(monkeypatch):
+    first = training_seed(0, "town01-long-0", 0)
+    assert first not in benchmark_seeds()
+    monkeypatch.setattr(collecting_plan, "benchmark_seeds", lambda: {first})
+    assert training_seed(0, "town01-long-0", 0) != first
+
+
+def test_the_share_of_disturbed_episodes_is_as_asked(route):
+    one = route("town01-long-0")
+    visits = [[replace(one, id=f"town01-long-{v}-{i}") for i in range(80)] for v in range(5)]
+    plan = planned_episodes(CollectRequest(1, perturb=0.25), TOWNS[:1], lambda _town: visits, "x")
+    share = sum(next(plan).perturbed for _ in range(400)) / 400
+    assert 0.18 < share < 0.32

@@ -122,7 +122,7 @@ def train_plant(
             if validate_suite is None and routes is None:
                 routes = ",".join(split.held_out)
             suite = validate_suite or str(data / "routes")
-            drive = ClosedLoop(suite, routes, hazards, workers)
+            drive = ClosedLoop(suite, routes, hazards, workers, towns=data / "towns")
         request = TrainingRequest(
             config,
             settings,

@@ -1,8 +1,10 @@
 """Scores a network in training by letting it drive: open-loop loss says little about that."""
 
+from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 
+from plant_bench.data_files import towns_also_from
 from plant_bench.runner.run import ScoreRequest, open_run
 from plant_bench.runner.suite import SuiteEvent, run_suite
 from plant_bench.runner.summary import write_summary
@@ -17,12 +19,14 @@ class ClosedLoop:
         routes: Selection of them, as in `plant-bench score --routes`.
         hazards: Whether their hazards are played.
         workers: Processes.
+        towns: A folder of further towns that the routes may lie in.
     """
 
     suite: str
     routes: str | None = None
     hazards: bool = True
     workers: int = 1
+    towns: Path | None = None
 
 
 def closed_loop_score(weights: Path, out: Path, drive: ClosedLoop) -> float:
@@ -43,8 +47,11 @@ def closed_loop_score(weights: Path, out: Path, drive: ClosedLoop) -> float:
         repetitions=1,
         hazards=drive.hazards,
     )
-    run = open_run(request, out)
-    run_suite(run.missing, run.folder, workers=drive.workers, recordings=False, on_event=_not_shown)
+    with nullcontext() if drive.towns is None else towns_also_from(drive.towns):
+        run = open_run(request, out)
+        run_suite(
+            run.missing, run.folder, workers=drive.workers, recordings=False, on_event=_not_shown
+        )
     return write_summary(run.folder).scores.driving_score.mean
 
 

@@ -17,7 +17,7 @@ from plant_bench.geometry.pose import to_frame
 from plant_bench.runner.observing import observe
 from plant_bench.scoring.progress import RouteProgress
 from plant_bench.world.route import Route
-from plant_bench.world.scene import TICK, Actors, EgoState, Scene
+from plant_bench.world.scene import TICK, Actors, Scene
 
 SAMPLE_TICKS = round(PLAN_INTERVAL / TICK)  # 10: data at 2 Hz (PlanT, section 4)
 HORIZON = PLAN_STEPS * SAMPLE_TICKS  # ticks
@@ -79,7 +79,8 @@ class Samples:
 def samples_of(recording: Recording, route: Route, spec: TokenSpec) -> Samples:
     """Return the samples of an episode.
 
-    Ego poses are wanted at every tick, actors at every tenth only.
+    Ego poses are wanted at every tick, actors at every tenth only. Where something disturbed the
+    driver within a sample's future, that future is not the driver's own: the sample is left out.
 
     Raises:
         InputError: The recording is of another route, or a tick is missing.
@@ -91,15 +92,16 @@ def samples_of(recording: Recording, route: Route, spec: TokenSpec) -> Samples:
             f"fit route {route.id} ({route.checksum[:12]}): keep the routes it was driven on."
         )
         raise InputError(message)
-    kept = _kept_rows(len(recording))
+    places = recording.egos[:, :2]
     place = RouteProgress(route)
     rows: list[_Row] = []
     followed = 0
-    for chosen in kept:
-        for row in range(followed, chosen + 1):
-            ego = recording[row].ego
-            place.follow(ego.x, ego.y)
+    for chosen in _kept_rows(len(recording)):
+        for x, y in places[followed : chosen + 1].tolist():
+            place.follow(x, y)
         followed = chosen + 1
+        if recording.disturbed[chosen : chosen + HORIZON].any():
+            continue
         scene = recording[chosen]
         if scene.tick != chosen:
             message = f"Row {chosen} of a recording holds tick {scene.tick}: all ticks are wanted."
@@ -107,8 +109,8 @@ def samples_of(recording: Recording, route: Route, spec: TokenSpec) -> Samples:
         observation = observe(scene, route, place.progress, place.offset, INPUTS, None)
         given = scene_input(observation, spec)
         later = recording[chosen + SAMPLE_TICKS].actors
-        ahead = [recording[at].ego for at in _future_rows(chosen)]
-        rows.append(_Row(given, _futures(scene, given.tokens, later), _waypoints(scene.ego, ahead)))
+        waypoints = to_frame(places[_future_rows(chosen)], *scene.ego.pose)
+        rows.append(_Row(given, _futures(scene, given.tokens, later), waypoints))
     return _stacked(rows)
 
 
@@ -138,12 +140,8 @@ def _kept_rows(length: int) -> range:
     return range(first, last + 1, SAMPLE_TICKS)
 
 
-def _future_rows(row: int) -> range:
-    return range(row + SAMPLE_TICKS, row + HORIZON + 1, SAMPLE_TICKS)
-
-
-def _waypoints(ego: EgoState, ahead: list[EgoState]) -> Float[np.ndarray, "waypoints 2"]:
-    return to_frame(np.array([[later.x, later.y] for later in ahead]), *ego.pose)
+def _future_rows(row: int) -> slice:
+    return slice(row + SAMPLE_TICKS, row + HORIZON + 1, SAMPLE_TICKS)
 
 
 def _futures(scene: Scene, tokens: Tokens, later: Actors) -> Float[np.ndarray, "tokens 6"]:

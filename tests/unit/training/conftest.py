@@ -50,10 +50,19 @@ def scene_of(tick: int, *, leaves_at: int = 10_000) -> Scene:
     return Scene(tick, EgoState(float(x), float(y), HEADING, SPEED), actors, np.zeros(0, np.uint8))
 
 
-def write_recording(path: Path, route: Route, ticks: int = 260, **facts: int) -> Path:
-    recorder = Recorder(path, {"route": route.id, "route_checksum": route.checksum})
+def write_recording(
+    path: Path,
+    route: Route,
+    ticks: int = 260,
+    *,
+    every: int = 1,
+    disturbed: range = range(0),
+    **facts: int,
+) -> Path:
+    about = {"route": route.id, "route_checksum": route.checksum}
+    recorder = Recorder(path, about, every=every)
     for tick in range(ticks):
-        recorder.add(scene_of(tick, **facts))
+        recorder.add(scene_of(tick, **facts), disturbed=tick in disturbed)
     recorder.close()
     return path
 
@@ -76,7 +85,7 @@ def route() -> Route:
 
 @pytest.fixture
 def write() -> Callable[..., Path]:
-    """Writes a recording: path, route, ticks, and when the leader leaves."""
+    """Writes a recording; see `write_recording`."""
     return write_recording
 
 

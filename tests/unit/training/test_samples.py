@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import fields, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -22,7 +23,7 @@ Make = Callable[..., Samples]
 
 @pytest.fixture
 def made(tmp_path: Path, route: Route, write: Callable[..., Path]) -> Make:
-    def make(**facts: int) -> Samples:
+    def make(**facts: Any) -> Samples:
         path = write(tmp_path / "episode.parquet", route, **facts)
         return samples_of(Recording.load(path), route, TokenSpec())
 
@@ -59,6 +60,17 @@ def test_the_future_of_others_is_told_in_the_frame_of_now(made: Make) -> None:
     last_seen = samples.starts[4]  # tick 90: gone at tick 100
     assert samples.kinds[last_seen] == TokenKind.VEHICLE
     assert np.isnan(samples.futures[last_seen]).all()
+
+
+def test_a_thinned_recording_gives_the_same_samples(made: Make) -> None:
+    whole, thinned = made(leaves_at=100), made(leaves_at=100, every=10)
+    for field in fields(Samples):
+        np.testing.assert_array_equal(getattr(thinned, field.name), getattr(whole, field.name))
+
+
+def test_no_sample_has_a_disturbance_in_its_future(made: Make) -> None:
+    left = made(every=10, disturbed=range(120, 131))  # of 50, 60, ... 210: 90 to 130 are gone
+    assert len(left) == len(made()) - 5
 
 
 def test_parts_and_joints(made: Make) -> None:

@@ -6,5 +6,5 @@ from plant_bench.agents.rankers import Nearest
 
 
 def expert_nearest() -> Filtered:
-    """The expert, shown the single nearest actor (PlanT, section 4.2: inverse distance)."""
+    """The expert, shown the single nearest actor (PlanT, section 4.3: inverse distance)."""
     return Filtered(Expert(), Nearest(), most=1)

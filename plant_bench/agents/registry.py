@@ -16,6 +16,7 @@ from plant_bench.errors import InputError
 AGENTS: dict[str, str] = {
     "cruise": "plant_bench.agents.cruise:Cruise",
     "expert": "plant_bench.agents.expert:Expert",
+    "expert-filtered": "plant_bench.agents.expert_filtered:FilteredExpert",
     "expert-nearest": "plant_bench.agents.expert_nearest:expert_nearest",
     "idm": "plant_bench.agents.idm_follower:IdmFollower",
     "plant": "plant_bench.agents.plant.agent:PlanT",
@@ -83,30 +84,38 @@ def agent_factory(spec: str) -> Any:
 
 
 def agent_checksum(spec: str) -> str:
-    """Return a content hash of what makes a planner drive as it does.
+    """Return a content hash of what makes a planner drive as it does: of all its `agent_files`.
 
-    A built-in planner is hashed with all modules of `plant_bench.agents`, whose parts it is made
-    of, and of its own package in there; an outsider's with every module it has loaded from its own
-    folder (or package). Either with the files that it, or its class, lists as `files`: its weights,
-    for instance.
+    Raises:
+        InputError: There is no such planner.
+    """
+    digest = hashlib.sha256(_names(_split(spec)[0])[1].encode())
+    for path in sorted(agent_files(spec)):
+        digest.update(path.name.encode())
+        digest.update(_content(path, spec))
+    return digest.hexdigest()
+
+
+def agent_files(spec: str) -> set[Path]:
+    """Return the files of what makes a planner drive as it does.
+
+    For a built-in planner these are all modules of `plant_bench.agents`, whose parts it is made of,
+    and of its own package in there; for an outsider's every module it has loaded from its own
+    folder (or package). For either also the files that it, or its class, lists as `files`: its
+    weights, for instance.
 
     Raises:
         InputError: There is no such planner.
     """
     agent = load_agent(spec)
-    module_name, class_name = _names(_split(spec)[0])
+    module_name, _ = _names(_split(spec)[0])
     file = Path(_module(module_name, spec).__file__ or "")
     if module_name.startswith("plant_bench.agents."):
         folders = {Path(__file__).parent, file.parent}
         files = {path for folder in folders for path in folder.glob("*.py")}
     else:
         files = _loaded_beside(file)
-    files |= {Path(item) for item in getattr(agent, "files", ())}
-    digest = hashlib.sha256(class_name.encode())
-    for path in sorted(files):
-        digest.update(path.name.encode())
-        digest.update(_content(path, spec))
-    return digest.hexdigest()
+    return files | {Path(item) for item in getattr(agent, "files", ())}
 
 
 def _loaded_beside(file: Path) -> set[Path]:

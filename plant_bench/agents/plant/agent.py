@@ -45,6 +45,10 @@ class PlanT:
         """Plan the next two seconds."""
         return Plan(self._predictor.waypoints(scene_input(observation, self._spec)))
 
+    def __deepcopy__(self, _memo: object) -> "PlanT":
+        """Return itself: it remembers nothing, and its network never changes."""
+        return self
+
     def rank(self, observation: Observation) -> Float[np.ndarray, " actors"]:
         """Return the attention to each actor; who is no token ranks below all, the nearer higher.
 

@@ -90,7 +90,7 @@ class PlanTNetwork(nn.Module):
     ) -> tuple[Float[Tensor, "batch waypoints 2"], Float[Tensor, "batch tokens"] | None]:
         """Return the waypoints of scenes without padding, and if wanted what was attended to.
 
-        That is the attention of [CLS] to each token, summed over layers and heads (PlanT, 4.2).
+        That is the attention of [CLS] to each token, summed over layers and heads (PlanT, 4.3).
         """
         hidden, attention = self.encode(batch, padded=False, explain=explain)
         return self.decode(hidden[:, 0], batch.red, batch.target), attention

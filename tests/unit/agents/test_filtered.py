@@ -1,5 +1,7 @@
 """A planner that is shown only who ranks highest."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -17,7 +19,7 @@ from plant_bench.agents.filtered import Filtered, highest
 from plant_bench.agents.rankers import Nearest
 from plant_bench.errors import AgentError
 from plant_bench.world.route import Route
-from plant_bench.world.scene import Actors, EgoState, Light
+from plant_bench.world.scene import ActorKind, Actors, EgoState, Light
 
 PLACES = ((30.0, 0.0), (5.0, 5.0), (-2.0, 0.0))
 
@@ -131,3 +133,16 @@ def test_a_planner_without_objects_cannot_be_filtered() -> None:
 def test_a_planner_that_does_not_explain_itself_gives_no_reason() -> None:
     assert Filtered(Listener(), Nearest()).explain() is None
     assert isinstance(expert_nearest().explain(), Reason)
+
+
+def test_pedestrians_stay_in_view_where_vehicles_alone_are_filtered() -> None:
+    listener = Listener()
+    seen = observe()
+    assert seen.actors is not None
+    kinds = np.array([ActorKind.CAR, ActorKind.PEDESTRIAN, ActorKind.BICYCLE], np.uint8)
+    walking = replace(seen, actors=replace(seen.actors, kinds=kinds))
+    for most, shown in ((1, [8, 9]), (0, [8]), (5, [7, 8, 9])):
+        Filtered(listener, Nearest(), most, vehicles_only=True).act(walking)
+        actors = listener.seen[-1].actors
+        assert actors is not None
+        assert actors.ids.tolist() == shown

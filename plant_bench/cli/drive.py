@@ -36,6 +36,35 @@ def drive(
         PlantBenchError: The run cannot be started or cannot go on.
     """
     start = time.monotonic()
+    run = drive_missing(
+        request, out, overwrite=overwrite, workers=workers, recordings=recordings, law=law
+    )
+    if run is None:
+        return EXIT_INTERRUPTED
+    print_summary(write_summary(run.folder, law=law))
+    print_latency(speed_of(read_timings(run.folder, map(episode_name, run.jobs))))
+    now = speed_of(read_timings(run.folder, map(episode_name, run.missing)))
+    print_speed(now, wall_s=time.monotonic() - start, workers=workers)
+    if not run.missing:
+        typer.echo("Nothing was left to drive: these episodes were finished before.")
+    typer.echo(f"Records: {run.folder.path}")
+    return say_crashes(run)
+
+
+def drive_missing(
+    request: ScoreRequest,
+    out: Path | None,
+    *,
+    overwrite: bool,
+    workers: int,
+    recordings: bool,
+    law: Law,
+) -> Run | None:
+    """Drive what of a run has no record, and show how it goes; None if Ctrl-C ended it.
+
+    Raises:
+        PlantBenchError: The run cannot be started or cannot go on.
+    """
     run = open_run(request, out, overwrite=overwrite)
     for note in run.notes:
         typer.echo(note, err=True)
@@ -47,18 +76,11 @@ def drive(
             )
     except KeyboardInterrupt:
         _say_stopped(run, law)
-        return EXIT_INTERRUPTED
-    print_summary(write_summary(run.folder, law=law))
-    print_latency(speed_of(read_timings(run.folder, map(episode_name, run.jobs))))
-    now = speed_of(read_timings(run.folder, map(episode_name, run.missing)))
-    print_speed(now, wall_s=time.monotonic() - start, workers=workers)
-    if not run.missing:
-        typer.echo("Nothing was left to drive: these episodes were finished before.")
-    typer.echo(f"Records: {run.folder.path}")
-    return _say_crashes(run)
+        return None
+    return run
 
 
-def _say_crashes(run: Run) -> int:
+def say_crashes(run: Run) -> int:
     """Tell of episodes that failed for another reason than driving; return the exit code."""
     results = [run.folder.record(episode_name(job)) for job in run.jobs]
     code = 0

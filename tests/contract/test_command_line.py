@@ -30,7 +30,8 @@ def test_version(tmp_path):
 @pytest.mark.parametrize(
     "command",
     ["", "score", "rescore", "compare", "agents", "towns", "towns build", "towns list"]
-    + ["routes", "routes build", "routes list"],
+    + ["routes", "routes build", "routes list", "rfds", "collect", "data", "data describe"]
+    + ["data check", "train", "train plant"],
 )
 def test_help_teaches(command, tmp_path):
     done = plant_bench(*command.split(), "--help", cwd=tmp_path)
@@ -61,6 +62,14 @@ def test_help_teaches(command, tmp_path):
         (["towns", "build", "--town", "town99", "--check"], "town99"),
         (["routes", "list", "--suite", "longest7"], "Suites here: longest6"),
         (["score-all"], "score"),
+        (["rfds"], "--agent is wanted"),
+        (["rfds", "--ranker", "masking"], "--agent is wanted"),
+        (["rfds", "--ranker", "distence"], "There is no ranker 'distence'"),
+        (["rfds", "--agent", "plant@nowhere"], "There are no weights in nowhere"),
+        (["rfds", "--agent", "cruise"], "is not given 'objects'"),
+        (["rfds", "--agent", "idm", "--ranker", "attention"], "rank by masking"),
+        (["data", "describe", "nowhere"], "There is no data in nowhere"),
+        (["train", "plant", "--data", "nowhere", "--out", "model"], "No recordings found"),
     ],
 )
 def test_bad_input_is_one_message_and_exit_code_2(arguments, words, tmp_path):

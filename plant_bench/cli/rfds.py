@@ -1,0 +1,75 @@
+"""`plant-bench rfds`."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from plant_bench.cli.runs import LAW_HELP
+from plant_bench.cli.score import cores
+
+RANKER_HELP = (
+    "attention (the planner's own ranking), masking (one vehicle taken out at a time, for any "
+    "planner); or, without a planner: distance, random, oracle (whom the expert brakes for), none. "
+    "May be given several times; attention without it, masking for planners that do not rank."
+)
+
+
+def score_rfds(
+    agent: Annotated[
+        str | None, typer.Option(help="Whose ranking is scored; as for `plant-bench score`.")
+    ] = None,
+    ranker: Annotated[list[str] | None, typer.Option(help=RANKER_HELP)] = None,
+    suite: Annotated[
+        str, typer.Option(help="A suite's name, or a folder or file of routes.")
+    ] = "longest6",
+    routes: Annotated[
+        str | None,
+        typer.Option(help="Numbers, ranges and ids, as in 0,3-5,town02-1; all without it."),
+    ] = None,
+    repetitions: Annotated[int, typer.Option(help="Episodes on each route.", min=1)] = 3,
+    seed: Annotated[int, typer.Option(help="Base seed of traffic.")] = 0,
+    density: Annotated[str, typer.Option(help="Of the traffic.")] = "dense",
+    hazards: Annotated[bool, typer.Option(help="Play the routes' hazards.")] = True,
+    workers: Annotated[
+        int, typer.Option(help="Processes; scores do not depend on it.", min=1)
+    ] = cores(),
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Folder of the runs, one each; without it where `score` puts them."),
+    ] = None,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Run again what is finished.")
+    ] = False,
+    recordings: Annotated[
+        bool, typer.Option(help="Keep every tick, for rescoring and replays.")
+    ] = False,
+    law: Annotated[str, typer.Option(help=LAW_HELP)] = "lb1.0",
+) -> None:
+    """Say how well a planner knows which vehicle matters: the relative filtered driving score.
+
+    The expert drives seeing, of all vehicles, only the one that ranks highest at each decision
+    (pedestrians and lights stay in sight). RFDS is its driving score in percent of that of the
+    expert that sees everybody, on the same routes and seeds. The planner itself need not drive
+    well. Runs are kept as `plant-bench score --agent expert` and `--agent
+    expert-filtered@RANKER:AGENT` keep them, and go on where they were stopped.
+
+    For instance:
+
+        plant-bench rfds --agent plant
+
+        plant-bench rfds --agent plant@models/mine --ranker attention --ranker distance --routes 0-5
+
+        plant-bench rfds --agent rule-based --ranker masking
+    """
+    from plant_bench.cli.relevance import RelevanceRequest, score_relevance
+    from plant_bench.runner.run import ScoreRequest
+    from plant_bench.scoring.laws import law_of
+
+    chosen = law_of(law)
+    drives = ScoreRequest("expert", suite, routes, repetitions, seed, density, hazards)
+    request = RelevanceRequest(agent, ranker or (), drives, out)
+    code = score_relevance(
+        request, overwrite=overwrite, workers=workers, recordings=recordings, law=chosen
+    )
+    raise typer.Exit(code)

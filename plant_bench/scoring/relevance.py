@@ -1,0 +1,95 @@
+"""Relative filtered driving score: how well a ranking finds whom to brake for (PlanT, section 4.3).
+
+The expert drives twice through the same scenarios: seeing everybody, and seeing of all vehicles
+only the one that ranks highest. RFDS is the second driving score as a percentage of the first.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from plant_bench.errors import InputError
+from plant_bench.scoring.laws import Law
+from plant_bench.scoring.metrics import Spread
+from plant_bench.scoring.results import EpisodeResult
+
+
+@dataclass(frozen=True)
+class RelativeScore:
+    """What a ranking scores.
+
+    Attributes:
+        agent: Who drove filtered; it names the ranking.
+        protocol: The rules both drove under.
+        law: By which infractions became scores.
+        score: RFDS in percent, over repetitions.
+        filtered: DS of the expert with the ranking, 0 to 100, over repetitions.
+        whole: DS of the expert that saw everybody, on the same scenarios.
+        repetitions: RFDS of each repetition, in order.
+        episodes: Number of scenarios that both drove.
+        unmatched: Episodes that only one of the two has driven; they do not count.
+    """
+
+    agent: str
+    protocol: str
+    law: Law
+    score: Spread
+    filtered: Spread
+    whole: Spread
+    repetitions: tuple[float, ...]
+    episodes: int
+    unmatched: int
+
+
+def relative_score(
+    whole: Sequence[EpisodeResult], filtered: Sequence[EpisodeResult], *, law: Law = Law.LB1_0
+) -> RelativeScore:
+    """Return the RFDS of the ranking by which the second agent's sight was filtered.
+
+    Each repetition gives one RFDS: the ratio of the two mean driving scores over its scenarios.
+
+    Args:
+        whole: Episodes of the expert that saw everybody.
+        filtered: Episodes of the expert that saw one vehicle; of one agent.
+        law: By which infractions become scores.
+
+    Raises:
+        InputError: The episodes are of several protocols or agents, share no scenario, or the
+            expert scored nothing.
+    """
+    protocols = sorted({item.protocol for item in (*whole, *filtered)})
+    agents = sorted({item.agent for item in filtered})
+    if len(protocols) > 1 or len(agents) > 1:
+        message = f"Episodes of {', '.join(agents)} under {', '.join(protocols)}: one is wanted."
+        raise InputError(message)
+    first, second = _by_scenario(whole), _by_scenario(filtered)
+    common = sorted(first.keys() & second.keys(), key=lambda key: (key[1], key[0]))
+    if not common:
+        message = "The two experts share no scenario: drive both on the same routes and seeds."
+        raise InputError(message)
+    numbers = sorted({repetition for _, repetition in common})
+    parts = [[key for key in common if key[1] == number] for number in numbers]
+    before = [_mean_score([first[key] for key in part], law) for part in parts]
+    after = [_mean_score([second[key] for key in part], law) for part in parts]
+    if min(before) <= 0.0:
+        message = "The expert scores 0 in a repetition: nothing is relative to that."
+        raise InputError(message)
+    ratios = tuple(100.0 * new / old for new, old in zip(after, before, strict=True))
+    return RelativeScore(
+        agent=agents[0],
+        protocol=protocols[0],
+        law=law,
+        score=Spread.of(ratios),
+        filtered=Spread.of(after),
+        whole=Spread.of(before),
+        repetitions=ratios,
+        episodes=len(common),
+        unmatched=len(first) + len(second) - 2 * len(common),
+    )
+
+
+def _by_scenario(results: Sequence[EpisodeResult]) -> dict[tuple[str, int], EpisodeResult]:
+    return {(item.scenario, item.repetition): item for item in results}
+
+
+def _mean_score(results: Sequence[EpisodeResult], law: Law) -> float:
+    return sum(item.driving_score_by(law) for item in results) / len(results)

@@ -5,7 +5,7 @@ import pandas as pd
 import pyarrow.parquet as pq
 import pytest
 
-from plant_bench.agent import Control
+from plant_bench.agent import Cause, Control, Reason
 from plant_bench.data.recording import FORMAT_KEY, Recorder, Recording
 from plant_bench.errors import InputError
 from plant_bench.world.scene import Actors, EgoState, Scene
@@ -41,7 +41,8 @@ def scenes():
 def path(tmp_path, scenes):
     recorder = Recorder(tmp_path / "episode.parquet", {"route": "a"}, every=10)
     for scene in scenes:
-        recorder.add(scene, Control(float(scene.tick), 0.0), disturbed=4 <= scene.tick < 8)
+        why = Reason(Cause.LEADER, 40 + scene.tick) if scene.tick % 2 == 0 else None
+        recorder.add(scene, Control(float(scene.tick), 0.0), why, disturbed=4 <= scene.tick < 8)
     recorder.close()
     return tmp_path / "episode.parquet"
 
@@ -63,6 +64,12 @@ def test_ego_actions_and_marks_are_there_at_each_tick(path, scenes):
     np.testing.assert_array_equal(recording.egos[:, 0], [scene.ego.x for scene in scenes])
     assert recording.actions[7] == Control(7.0, 0.0)
     assert np.flatnonzero(recording.disturbed).tolist() == [4, 5, 6, 7]
+
+
+def test_reasons_are_there_at_each_decision(path):
+    reasons = Recording.load(path).reasons
+    assert reasons[6] == Reason(Cause.LEADER, 46)
+    assert [reason is None for reason in reasons[:4]] == [False, True, False, True]
 
 
 def test_a_scene_that_was_thinned_out_cannot_be_had(path):

@@ -16,6 +16,7 @@ from plant_bench.world.route import Passage, Route
 from plant_bench.world.scene import EGO_LENGTH, TICK, EgoState, Light
 from plant_bench.world.town import Lane, Link, Town
 
+STILL = 0.05  # m/s sideways below which a driver is not changing lanes
 ASSUMED_ACCELERATION = 2.0  # m/s2 of an ego that is free to go
 
 
@@ -192,6 +193,14 @@ class Stage:
     def command(self, vehicle: int) -> None:
         """Take a vehicle of the traffic under command; until `release` nothing else touches it."""
         self._traffic.scripted.add(vehicle)
+
+    def may_be_placed(self, vehicle: int, state: VehicleState) -> bool:
+        """Tell whether a vehicle of SUMO's is not changing lanes, so that a script may place it."""
+        return abs(state.lateral) < STILL and self._sumo.commands.is_centred(vehicle)
+
+    def keep_lane(self, vehicle: int) -> None:
+        """Have a vehicle of SUMO's begin no lane change; before it is placed, until `release`."""
+        self._sumo.commands.keep_lane(vehicle)
 
     def drive(self, vehicle: int, speed: float, *, lawless: bool = False) -> None:
         """Command a vehicle's speed; a lawless one minds neither lights nor the right of way."""

@@ -43,7 +43,11 @@ class Filtered:
         own = ranker.inputs if isinstance(ranker, Agent) else frozenset({Input.OBJECTS})
         self._ranker_inputs = own
         self.inputs = agent.inputs | own
-        self.interval = decision_interval(agent)
+
+    @property
+    def interval(self) -> int:
+        """Ticks until the next decision."""
+        return decision_interval(self._agent)
 
     def reset(self, route: Route | None) -> None:
         """Start a new episode."""

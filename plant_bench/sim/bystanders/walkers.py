@@ -33,6 +33,8 @@ SPEEDS = (1.2, 1.5)  # m/s
 STARTING, STOPPING = 2.0, 2.0  # m/s2
 AT_KERB = 1.5  # m before the waiting place at which one looks whether to cross
 STANDING = 0.1  # m/s
+_BODIES = np.array([BODY], np.float32)
+_KINDS = np.array([ActorKind.PEDESTRIAN], np.uint8)
 
 
 @runtime_checkable
@@ -266,8 +268,8 @@ class Walkers:
             self.ids[rows],
             self.poses[rows, :3].astype(np.float32),
             self._speed[rows].astype(np.float32),
-            np.full((count, 2), BODY, np.float32),
-            np.full(count, ActorKind.PEDESTRIAN, np.uint8),
+            _BODIES.repeat(count, axis=0),
+            _KINDS.repeat(count),
         )
 
     def facts(self, tick: int, rows: Int[np.ndarray, " rows"]) -> Privileged:

@@ -1,6 +1,5 @@
 """Hazards of junctions and merges: they meet who is blind, and spare who knows them."""
 
-
 import numpy as np
 import pytest
 

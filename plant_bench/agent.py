@@ -11,9 +11,9 @@ it wants to see, is given that and nothing else, and answers each tick with a `P
         def act(self, observation):
             return Control(acceleration=1.0, steering=0.0)
 
-`act` is called 20 times a simulated second. A planner with an attribute `interval` is called every
-that many ticks, and its control is held in between (TransFuser and PlanT with perception decide at
-10 Hz: interval 2).
+`act` is called 20 times a simulated second. A planner with an attribute `interval` is called again
+after that many ticks, and its control is held in between (TransFuser and PlanT with perception
+decide at 10 Hz: interval 2). It is read after each decision, so that it may change.
 
 All values are in SI units and radians; the world frame is x east, y north, yaw counter-clockwise
 from +x; the ego frame is x forward, y left, at the centre of the ego's box.

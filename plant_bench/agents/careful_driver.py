@@ -39,6 +39,7 @@ from plant_bench.world.scene import (
 Forecaster = Callable[[Observation, np.ndarray], Forecast]
 
 INTERVAL = 2  # ticks between two decisions: 10 Hz
+RESTING_INTERVAL = 4  # ticks, while it stands and has no reason to go: as SUMO's drivers
 YELLOW_BRAKING = 3.5  # m/s2 up to which the driver stops for a yellow light
 CHOICES = np.array([0.5, 0.0, -1.0, -2.0, -3.5, -5.0, -8.0])  # m/s2 tried when the first fails
 LINE_BRAKING = 4.5  # m/s2 up to which a conflict in a junction is answered at its stop line
@@ -48,6 +49,7 @@ ROOM_BEYOND = 1.5  # m kept free behind the ego when it has cleared a junction
 PATIENCE = 8.0  # s of waiting after which the margins towards who stands begin to shrink
 SHRINKING = 20.0  # s of further waiting until they are gone
 CREEPING = 3.0  # m/s below which a junction is not left in good time
+STILL = 0.01  # m/s, below which the ego stands
 NOTICEABLE = 0.1  # m/s2 that somebody must cost to be a reason
 HALF = 0.5 * EGO_LENGTH
 
@@ -71,6 +73,9 @@ class CarefulDriver:
 
     Args:
         forecaster: Tells where others will be.
+
+    Attributes:
+        interval: Ticks until the next decision.
     """
 
     def __init__(self, forecaster: Forecaster) -> None:
@@ -78,6 +83,7 @@ class CarefulDriver:
         self._passages: tuple[Passage, ...] = ()
         self._waited = 0.0
         self._reason = Reason(Cause.FREE)
+        self.interval = INTERVAL
 
     def reset(self, route: Route | None) -> None:
         """Start a new episode.
@@ -91,6 +97,7 @@ class CarefulDriver:
         self._passages = route.passages
         self._waited = 0.0
         self._reason = Reason(Cause.FREE)
+        self.interval = INTERVAL
 
     def act(self, observation: Observation) -> Control:
         """Decide.
@@ -109,6 +116,8 @@ class CarefulDriver:
         free = Demand(idm(ego.speed, target), Cause.LIMIT)
         least = self._decide(observation, route, free, target)
         self._reason = _reason(least, free)
+        rests = ego.speed < STILL and least.pull <= 0.0
+        self.interval = RESTING_INTERVAL if rests else INTERVAL
         return Control(least.pull, follow_route(observation.ego, route))
 
     def explain(self) -> Reason:
@@ -169,8 +178,8 @@ class CarefulDriver:
     ) -> Demand:
         """Lower a demand to the greatest acceleration that meets no forecast box."""
         ego, actors = observation.ego, observation.actors
-        if actors is None:
-            return least
+        if actors is None or (ego.speed < STILL and least.pull <= 0.0):
+            return least  # it stands and stays: nothing could hold it back more
         keep = np.flatnonzero(may_conflict(ego, actors, ahead))
         if not keep.size:
             self._waited = 0.0
@@ -190,7 +199,7 @@ class CarefulDriver:
         if who == NOBODY:
             self._waited = 0.0
             return least
-        self._waited = self._waited + INTERVAL * TICK if ego.speed < 0.5 else 0.0
+        self._waited = self._waited + self.interval * TICK if ego.speed < 0.5 else 0.0
         best = clearest(ego_poses(route, travel), forecast, boldness)
         pull = self._at_the_line(ego, route.progress, float(choices[best]), travel[best])
         if pull >= least.pull:

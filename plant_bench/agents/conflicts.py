@@ -81,6 +81,8 @@ class _Near(NamedTuple):
         extents = np.stack((lengths, forecast.widths[actor] + 2 * MARGIN_ASIDE * share), axis=1)
         ego_extents = np.broadcast_to(np.array(EGO_EXTENT), extents.shape)
         hits = overlap(self.poses, ego_extents, forecast.poses[actor, step], extents)
+        if not hits.any():
+            return Conflicts(times, actors)
         choice, actor, step = self.choice[hits], actor[hits], step[hits]
         order = np.lexsort((self.square[hits], step, choice))
         found, first = np.unique(choice[order], return_index=True)

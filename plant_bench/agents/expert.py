@@ -1,7 +1,7 @@
 """The expert: the careful driver with a privileged forecast (PlanT, section 4)."""
 
 from plant_bench.agent import Control, Input, Observation, Reason
-from plant_bench.agents.careful_driver import INTERVAL, CarefulDriver
+from plant_bench.agents.careful_driver import CarefulDriver
 from plant_bench.agents.forecast import along_true_lanes
 from plant_bench.world.route import Route
 
@@ -10,10 +10,14 @@ class Expert:
     """Knows each vehicle's true lanes, acceleration and right of way."""
 
     inputs = frozenset({Input.OBJECTS, Input.ROUTE, Input.LIGHT, Input.PRIVILEGED})
-    interval = INTERVAL
 
     def __init__(self) -> None:
         self._driver = CarefulDriver(along_true_lanes)
+
+    @property
+    def interval(self) -> int:
+        """Ticks until the next decision."""
+        return self._driver.interval
 
     def reset(self, route: Route | None) -> None:
         """Start a new episode."""

@@ -48,7 +48,11 @@ class Filtered:
         self._vehicles_only = vehicles_only
         self._ranker_inputs = inputs_of(ranker)
         self.inputs = agent.inputs | self._ranker_inputs
-        self.interval = decision_interval(agent)
+
+    @property
+    def interval(self) -> int:
+        """Ticks until the next decision."""
+        return decision_interval(self._agent)
 
     def reset(self, route: Route | None) -> None:
         """Start a new episode."""

@@ -67,9 +67,8 @@ def along_true_lanes(observation: Observation, keep: np.ndarray) -> Forecast:
     room = np.where(goes_on & drives, np.inf, room)
     # Who stands goes on standing until it moves: two who wait for each other would wait for ever.
     gentle = np.where(drives, GENTLE_ACCELERATION, 0.0)
-    early = _travel(speed, np.maximum(pull, gentle), top)
-    late = _travel(speed, np.minimum(pull, 0.0), top)
-    early, late = np.minimum(early, room), np.minimum(late, room)
+    pulls = np.stack((np.maximum(pull, gentle), np.minimum(pull, 0.0)))
+    early, late = np.minimum(_travel(speed, pulls, top), room)
     poses = _gather(facts.paths[keep], 0.5 * (early + late))
     extents = actors.extents[keep].astype(float)
     lengths = extents[:, 0, None] + early - late
@@ -109,13 +108,13 @@ def _margins(
 
 def _travel(
     speed: Float[np.ndarray, "actors 1"],
-    pull: Float[np.ndarray, "actors 1"],
+    pulls: Float[np.ndarray, "pulls actors 1"],
     top: Float[np.ndarray, "actors 1"],
-) -> Float[np.ndarray, "actors steps"]:
-    """Return how far a constant acceleration gets between standing and a top speed."""
-    speeds = np.clip(speed + pull * TIMES, 0.0, top)
+) -> Float[np.ndarray, "pulls actors steps"]:
+    """Return how far constant accelerations get between standing and a top speed."""
+    speeds = np.minimum(np.maximum(speed + pulls * TIMES, 0.0), top)
     travel = np.zeros_like(speeds)
-    np.cumsum(0.5 * STEP * (speeds[:, 1:] + speeds[:, :-1]), axis=1, out=travel[:, 1:])
+    np.cumsum(0.5 * STEP * (speeds[..., 1:] + speeds[..., :-1]), axis=2, out=travel[..., 1:])
     return travel
 
 

@@ -1,7 +1,7 @@
 """The rule-based planner: the expert's algorithm on a planner's inputs (PlanT, section 4)."""
 
 from plant_bench.agent import Control, Input, Observation, Reason
-from plant_bench.agents.careful_driver import INTERVAL, CarefulDriver
+from plant_bench.agents.careful_driver import CarefulDriver
 from plant_bench.agents.forecast import straight_on
 from plant_bench.world.route import Route
 
@@ -10,10 +10,14 @@ class RuleBased:
     """Takes all others to go on at constant speed and heading."""
 
     inputs = frozenset({Input.OBJECTS, Input.ROUTE, Input.LIGHT})
-    interval = INTERVAL
 
     def __init__(self) -> None:
         self._driver = CarefulDriver(straight_on)
+
+    @property
+    def interval(self) -> int:
+        """Ticks until the next decision."""
+        return self._driver.interval
 
     def reset(self, route: Route | None) -> None:
         """Start a new episode."""

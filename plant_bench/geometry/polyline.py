@@ -112,10 +112,16 @@ class Cursor:
 
 def distance_to(points: Float[np.ndarray, "points 2"], x: float, y: float) -> float:
     """Return the distance of (x, y) from the nearest point of the polyline."""
+    return float(distances_to(points, np.array([[x, y]]))[0])
+
+
+def distances_to(
+    points: Float[np.ndarray, "points 2"], places: Float[np.ndarray, "places 2"]
+) -> Float[np.ndarray, " places"]:
+    """Return the distance of each place from the nearest point of the polyline."""
     start, delta = points[:-1], np.diff(points, axis=0)
     square = np.maximum(np.einsum("ij,ij->i", delta, delta), 1e-12)
-    share = np.clip(
-        ((x - start[:, 0]) * delta[:, 0] + (y - start[:, 1]) * delta[:, 1]) / square, 0, 1
-    )
-    near = start + share[:, None] * delta
-    return float(np.sqrt(np.min((near[:, 0] - x) ** 2 + (near[:, 1] - y) ** 2)))
+    dx, dy = places[:, 0, None] - start[:, 0], places[:, 1, None] - start[:, 1]
+    share = np.clip((dx * delta[:, 0] + dy * delta[:, 1]) / square, 0, 1)
+    dx, dy = dx - share * delta[:, 0], dy - share * delta[:, 1]
+    return np.sqrt(np.min(dx * dx + dy * dy, axis=1))

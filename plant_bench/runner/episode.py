@@ -100,21 +100,21 @@ def _drive(
     """Drive until the referee ends the episode, or the agent fails."""
     inputs = agent.inputs
     privileged = Input.PRIVILEGED in inputs
-    interval = decision_interval(agent)
     scene = simulation.scene
     referee.judge(scene)
     _reset(agent, route.plan if Input.ROUTE in inputs else None)
-    control = Control(0.0, 0.0)
+    control, due = Control(0.0, 0.0), 0
     watch.lap("start_up")
     while referee.status is None:
         action: Plan | Control | None = None
         reason: Reason | None = None
-        if scene.tick % interval == 0:
+        if scene.tick == due:
             facts = simulation.privileged() if privileged else None
             watch.lap("privileged")
             observation = observe(scene, route, referee.progress, referee.offset, inputs, facts)
             watch.lap("simulation")
             action, reason = _act(agent, observation)
+            due += decision_interval(agent)
             watch.lap("agent")
             control = action if isinstance(action, Control) else follow_plan(action, scene.ego)
         executed = control

@@ -1,9 +1,13 @@
-"""Ends stand-offs inside junctions between the ego and a driver that waits for it.
+"""Ends stand-offs between the ego and drivers that wait for it.
 
 SUMO's drivers wait for a vehicle that stands on a junction in front of their path's end, even where
 they could drive on and thereby make room. A human would. Such a driver is told to take no notice
 of the ego, and of those who stand inside the junction as well (behind the ego, often), for a few
 seconds, if the road that it would drive is free of them all.
+
+On a lane, a driver may come past an ego that stands between two lanes. SUMO goes on taking the ego
+for its leader, and the two wait for ever; who comes from behind minds the driver and hits the ego.
+So the ego is put in its place again.
 """
 
 import numpy as np
@@ -21,6 +25,7 @@ CLEAR_PATH = 10  # m of a driver's path that must be free of the ego and of who 
 MARGIN = 0.1  # m around those who stand
 STANDING = 0.1  # m/s
 LOOK_INTERVAL = 20  # ticks between two looks: 1 s
+ORDER_INTERVAL = 10  # ticks between two looks at the order on the ego's lane
 
 
 class Deadlocks:
@@ -36,7 +41,12 @@ class Deadlocks:
         self._released: dict[int, int] = {}
 
     def due(self, tick: int, ego: EgoState) -> bool:
-        """Follow the ego, and tell whether it has been standing so long that a look is due."""
+        """Follow the ego, and tell whether it has been standing so long that a look is due.
+
+        Keeps the ego in its place among those on its lane.
+        """
+        if tick % ORDER_INTERVAL == 0 and self._commands.is_out_of_order(int(EGO_ID)):
+            self._commands.reseat(int(EGO_ID))
         if ego.speed > STANDING:
             self._standing_since = None
         elif self._standing_since is None:

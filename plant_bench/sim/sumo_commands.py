@@ -9,8 +9,10 @@ import math
 import libsumo
 
 MATCH_RADIUS = 8.0  # m around a place in which SUMO looks for its lane; the default costs 4 times
+PLACED_MODE = 0  # SUMO's speed mode: minds nothing
 DEFAULT_MODE = 31  # SUMO's speed mode: minds safe gaps, limits, foes and lights
 DEFAULT_LANE_CHANGES = 1621  # SUMO's lane change mode
+CENTRED = 0.02  # m beside its lane's middle within which a driver is not changing lanes
 LAWLESS_MODE = 39  # safe gap and limits of acceleration only; ignores foes inside junctions
 LAWLESS_FACTOR = 1.5  # a lawless driver's speed limit, times the lane's
 
@@ -39,7 +41,7 @@ class Commands:
         route = f"r{name}"
         libsumo.route.add(route, (edge,))
         libsumo.vehicle.add(name, route, typeID=kind, departSpeed="0")
-        libsumo.vehicle.setSpeedMode(name, 0)
+        libsumo.vehicle.setSpeedMode(name, PLACED_MODE)
         libsumo.vehicle.setLaneChangeMode(name, 0)
 
     def place(
@@ -47,6 +49,18 @@ class Commands:
     ) -> None:
         """Place a scripted vehicle's box centre."""
         place_vehicle(str(vehicle), length, x, y, yaw, speed)
+
+    def keep_lane(self, vehicle: int) -> None:
+        """Have a vehicle begin no lane change of its own; needed before it is placed.
+
+        A change that SUMO has begun goes on while the vehicle is placed, and SUMO dies when it is
+        half done and there is no further lane on that side of where the vehicle is by then.
+        """
+        libsumo.vehicle.setLaneChangeMode(str(vehicle), 0)
+
+    def is_centred(self, vehicle: int) -> bool:
+        """Tell whether a vehicle on the road is in its lane's middle, not between two lanes."""
+        return abs(libsumo.vehicle.getLateralLanePosition(str(vehicle))) < CENTRED
 
     def withdraw(self, vehicle: int) -> None:
         """Take a vehicle off the road, or keep it from entering; as well if it has left."""
@@ -58,6 +72,35 @@ class Commands:
         with contextlib.suppress(libsumo.TraCIException):  # it may have left
             names = " ".join(map(str, others))
             libsumo.vehicle.setParameter(str(vehicle), "junctionModel.ignoreIDs", names)
+
+    def is_out_of_order(self, vehicle: int) -> bool:
+        """Tell whether SUMO's order of those on a vehicle's lane is not that of their places."""
+        of, name = libsumo.vehicle, str(vehicle)
+        lane = of.getLaneID(name)
+        names = libsumo.lane.getLastStepVehicleIDs(lane) if lane else ()
+        if len(names) < 2 or name not in names:
+            return False
+        place = names.index(name)
+        around = names[max(place - 1, 0) : place + 2]  # the rear first
+        places = [of.getLanePosition(each) for each in around]
+        return places != sorted(places)
+
+    def reseat(self, vehicle: int) -> None:
+        """Move a placed vehicle to the next lane and back, so that SUMO knows who is before it.
+
+        One that SUMO drives is left alone: it would come back to the middle of its lane.
+
+        SUMO keeps the order of those on a lane: one that has driven past a placed vehicle (beside
+        it, which SUMO does not tell from through it) still follows it. Only entering sorts.
+        """
+        of, name = libsumo.vehicle, str(vehicle)
+        lane, at = of.getLaneID(name), of.getLanePosition(name)
+        edge, _, index = lane.rpartition("_")
+        if libsumo.edge.getLaneNumber(edge) == 1 or of.getSpeedMode(name) != PLACED_MODE:
+            return
+        with contextlib.suppress(libsumo.TraCIException):  # the edge may not be on its route
+            of.moveTo(name, f"{edge}_{1 if index == '0' else int(index) - 1}", at)
+            of.moveTo(name, lane, at)
 
     def drive(self, vehicle: int, speed: float, *, lawless: bool) -> None:
         """Command a vehicle's speed; a lawless one keeps its distance, but no other rule."""

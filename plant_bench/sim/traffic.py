@@ -99,11 +99,15 @@ class Traffic:
                     self._lengthen(vehicle)
         self._enter(x, y, inner=ENTRY_RADIUS, most=ENTRIES)
 
+    def onward(self, edge: str, kind: ActorKind, draw: random.Random) -> list[str]:
+        """Return a random way on for a kind of vehicle, of edges that begin after an edge."""
+        return self._streets.walk(edge, kind, draw)
+
     def _lengthen(self, vehicle: int) -> None:
         edges = self._sumo.remaining_route(vehicle)
         if len(edges) < 5:
             kind = self.types[vehicle].kind
-            onward = self._streets.walk(list(edges)[-1], kind, self._draw)
+            onward = self.onward(list(edges)[-1], kind, self._draw)
             self._sumo.set_route(vehicle, (*edges, *onward))
 
     def _enter(self, x: float, y: float, *, inner: float, most: int) -> None:

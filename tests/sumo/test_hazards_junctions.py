@@ -1,14 +1,11 @@
 """Hazards of junctions and merges: they meet who is blind, and spare who knows them."""
 
-import random
-
 import numpy as np
 import pytest
 
 from plant_bench.agent import Control
 from plant_bench.sim.hazards.arrival import PULL, speed_to_arrive, time_to_go
 from plant_bench.sim.hazards.merge_pressure import place_inside
-from plant_bench.sim.hazards.rival import walk
 from plant_bench.sim.simulation import Simulation
 from plant_bench.world.approaches import Approach, approaches, passage_at
 from plant_bench.world.hazard import Hazard, HazardKind, Phase
@@ -114,11 +111,3 @@ def test_a_vehicle_arrives_at_the_speed_it_is_told(speed: float, time: float) ->
     pace = speed_to_arrive(way, time, speed)
     assert time_to_go(way, speed, pace) == pytest.approx(time, abs=0.01)
     assert time_to_go(way, speed, pace + 3.0) < time
-
-
-def test_walks_are_the_same_for_the_same_draw() -> None:
-    town = load_town("town05")
-    edge = min(town.edges)
-    first, second = (walk(town, edge, random.Random(3)) for _ in range(2))
-    assert first == second
-    assert len(first) > 1

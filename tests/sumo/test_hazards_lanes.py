@@ -6,13 +6,10 @@ from typing import NamedTuple
 
 import pytest
 
-from plant_bench.agent import Control, Input
-from plant_bench.agents.registry import load_agent
-from plant_bench.runner.observing import observe
-from plant_bench.scoring.referee import Referee
 from plant_bench.sim.simulation import Simulation
 from plant_bench.world.hazard import Hazard, HazardKind, HazardOutcome, Phase
 from plant_bench.world.route import Route, Scenario, load_suite
+from tests.sumo import driving
 
 pytestmark = pytest.mark.sumo
 
@@ -40,30 +37,14 @@ def route(name: str) -> Route:
 def drive(name: str, agent: str, hazard: Hazard, seed: int, beyond: float = 60.0) -> Drive:
     """Drive until a little beyond a route's only hazard, without other traffic."""
     scenario = Scenario(replace(route(name), hazards=(hazard,)), seed, "empty", hazards=True)
-    driver = load_agent(agent)
-    driver.reset(scenario.route)
-    control, offset = Control(0.0, 0.0), 0.0
+    offset = 0.0
     with Simulation(scenario) as simulation:
-        referee = Referee(simulation.town, scenario.route)
-        while referee.progress < hazard.at + beyond and referee.status is None:
-            referee.judge(simulation.scene)
+        for referee in driving.drive(simulation, scenario.route, agent):
             offset = max(offset, abs(referee.offset))
-            if simulation.scene.tick % getattr(driver, "interval", 1) == 0:
-                facts = simulation.privileged() if Input.PRIVILEGED in driver.inputs else None
-                action = driver.act(
-                    observe(
-                        simulation.scene,
-                        scenario.route,
-                        referee.progress,
-                        referee.offset,
-                        driver.inputs,
-                        facts,
-                    )
-                )
-                assert isinstance(action, Control)
-                control = action
-            simulation.step(control)
-        return Drive(simulation.outcomes[0], len(referee.infractions), offset)
+            if referee.progress >= hazard.at + beyond or referee.status is not None:
+                return Drive(simulation.outcomes[0], len(referee.infractions), offset)
+    message = "the drive has no end of its own"
+    raise AssertionError(message)
 
 
 def drives(kind: HazardKind, agent: str) -> Iterator[Drive]:

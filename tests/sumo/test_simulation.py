@@ -3,18 +3,17 @@
 import hashlib
 import multiprocessing
 from dataclasses import replace
-from itertools import pairwise
+from itertools import islice, pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from plant_bench.agent import Control, Input
+from plant_bench.agent import Control
 from plant_bench.agents.registry import agent_checksum, load_agent
 from plant_bench.errors import InputError, SimulationError
 from plant_bench.runner.episode import run_episode
 from plant_bench.runner.jobs import Job
-from plant_bench.runner.observing import observe
 from plant_bench.scoring.referee import Referee
 from plant_bench.sim.bystanders.stepping_out import FIRST_WALKER
 from plant_bench.sim.ego import advance
@@ -23,6 +22,7 @@ from plant_bench.sim.traffic import SIGHT
 from plant_bench.world.route import Route, Scenario, load_suite
 from plant_bench.world.scene import EGO_LENGTH, TICK, Light, Scene
 from plant_bench.world.town import load_town
+from tests.sumo import driving
 
 pytestmark = pytest.mark.sumo
 
@@ -45,29 +45,9 @@ def short(name: str, length: int) -> Route:
 
 
 def drive(scenario: Scenario, agent: str, ticks: int) -> list[Scene]:
-    driver = load_agent(agent)
-    driver.reset(scenario.route)
     with Simulation(scenario) as simulation:
-        referee = Referee(simulation.town, scenario.route)
-        scenes = [simulation.scene]
-        control = Control(0.0, 0.0)
-        for tick in range(ticks):
-            referee.judge(simulation.scene)
-            if tick % getattr(driver, "interval", 1) == 0:
-                action = driver.act(
-                    observe(
-                        simulation.scene,
-                        scenario.route,
-                        referee.progress,
-                        referee.offset,
-                        frozenset(Input),
-                        simulation.privileged(),
-                    )
-                )
-                assert isinstance(action, Control)
-                control = action
-            scenes.append(simulation.step(control))
-    return scenes
+        drive = islice(driving.drive(simulation, scenario.route, agent), ticks + 1)
+        return [simulation.scene for _ in drive]
 
 
 def fingerprint(folder: str, name: str, seed: int) -> str:

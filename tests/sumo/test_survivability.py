@@ -1,15 +1,14 @@
 """Every kind of hazard can be survived by a driver who knows it, at the posted speed."""
 
-import importlib
 import random
 from collections import Counter
-from pathlib import Path
 
 import pytest
 
 from plant_bench.sim.hazards.director import SCRIPTS
 from plant_bench.world.hazard import Hazard, HazardKind
 from plant_bench.world.route import Route, load_suite
+from tests.sumo import oracle
 
 pytestmark = pytest.mark.sumo
 
@@ -22,19 +21,13 @@ ROUTES = load_suite("longest6")
 every_kind = pytest.mark.parametrize("kind", list(SCRIPTS), ids=[kind.value for kind in SCRIPTS])
 
 
-@pytest.fixture
-def oracle(monkeypatch):
-    monkeypatch.syspath_prepend(str(Path(__file__).parent))
-    return importlib.import_module("oracle")
-
-
 def places(kind: HazardKind) -> list[tuple[Route, Hazard]]:
     found = [(r, hazard) for r in ROUTES for hazard in r.hazards if hazard.kind is kind]
     random.Random(1).shuffle(found)
     return found
 
 
-def drives(oracle, kind: HazardKind, count: int, *, blind: bool = False) -> list:
+def drives(kind: HazardKind, count: int, *, blind: bool = False) -> list:
     found = places(kind)
     return [
         oracle.drive(*found[seed % len(found)], 1000 + seed, blind=blind) for seed in range(count)
@@ -49,15 +42,15 @@ def check(done: list, kind: HazardKind) -> None:
 
 
 @every_kind
-def test_a_driver_who_knows_it_survives(oracle, kind):
-    check(drives(oracle, kind, FEW), kind)
+def test_a_driver_who_knows_it_survives(kind):
+    check(drives(kind, FEW), kind)
 
 
 @pytest.mark.slow
 @pytest.mark.timeout(1800)
 @every_kind
-def test_a_driver_who_knows_it_survives_many(oracle, kind):
-    done = drives(oracle, kind, MANY)
+def test_a_driver_who_knows_it_survives_many(kind):
+    done = drives(kind, MANY)
     check(done, kind)
     assert sum(drive.committed for drive in done) > 0.2 * MANY
 
@@ -65,8 +58,8 @@ def test_a_driver_who_knows_it_survives_many(oracle, kind):
 @pytest.mark.slow
 @pytest.mark.timeout(1800)
 @every_kind
-def test_a_driver_who_sees_nobody_mostly_does_not(oracle, kind):
+def test_a_driver_who_sees_nobody_mostly_does_not(kind):
     if kind in NO_ACTORS:
         pytest.skip("nobody takes part")
-    committed = [drive for drive in drives(oracle, kind, MANY // 4, blind=True) if drive.committed]
+    committed = [drive for drive in drives(kind, MANY // 4, blind=True) if drive.committed]
     assert sum(drive.hit for drive in committed) >= LEAST_HIT * len(committed)

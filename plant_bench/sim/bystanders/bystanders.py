@@ -14,7 +14,7 @@ from plant_bench.world.route import Scenario
 from plant_bench.world.scene import Actors, EgoState
 
 LEVEL_GAP = 4.5  # m of height between which two roads are levels of a crossing, not one road
-LOOK_INTERVAL = 4  # ticks between two looks at which parked cars are in sight
+LOOK_INTERVAL = 4  # ticks between two looks at who is in sight
 
 
 class Bystanders:
@@ -48,6 +48,7 @@ class Bystanders:
     def manage(self, x: float, y: float) -> None:
         """Take away who is far, and let others enter; call every `MANAGE_INTERVAL`."""
         self._walkers.manage(x, y)
+        self._looks = 0
 
     def step(self, tick: int, ego: EgoState, progress: float, actors: Actors) -> None:
         """Move all by one tick.
@@ -62,14 +63,13 @@ class Bystanders:
 
     def look(self, x: float, y: float, z: float) -> tuple[Actors, Actors]:
         """Return the pedestrians and the parked cars in sight of a place."""
-        self._rows = self._walkers.seen(x, y, z, SIGHT, LEVEL_GAP)
-        walkers = self._walkers.actors(self._rows)
-        if self._parked is None:
-            return walkers, Actors.none()
         if self._looks % LOOK_INTERVAL == 0:
-            self._parked.look(x, y, z, SIGHT, LEVEL_GAP)
+            self._rows = self._walkers.seen(x, y, z, SIGHT, LEVEL_GAP)
+            if self._parked is not None:
+                self._parked.look(x, y, z, SIGHT, LEVEL_GAP)
         self._looks += 1
-        return walkers, self._parked.seen
+        parked = Actors.none() if self._parked is None else self._parked.seen
+        return self._walkers.actors(self._rows), parked
 
     def facts(self, tick: int) -> tuple[Privileged, ...]:
         """Return what is to be known of them, in the same order."""

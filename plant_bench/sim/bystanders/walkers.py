@@ -15,6 +15,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from plant_bench.agent import PATH_POSES, PATH_STEP, Privileged
+from plant_bench.geometry.pose import wrap_angles
 from plant_bench.sim.bystanders.bumping import BODY, blocked
 from plant_bench.sim.bystanders.footways import Crossing, Footways, Heading
 from plant_bench.sim.bystanders.stepping_out import FIRST_WALKER, Moving, moving
@@ -25,13 +26,15 @@ ENTRY_RADIUS = 90.0  # m: walkers come in no nearer to the ego; nobody on foot i
 FILL_RADIUS = 130.0  # m: their density is kept within this distance of the ego
 EXIT_RADIUS = 145.0  # m: beyond it they are taken away
 SHOWN_RADIUS = 90.0  # m: SUMO's drivers see who is on a road within this distance of the ego
-LOOK_INTERVAL = 3  # ticks between two looks around
+LOOK_INTERVAL = 4  # ticks between two decisions: they keep their pace between, as drivers do
 ENTRIES = 6  # walkers that may enter at one look
 SPACING = 5.0  # m between the places at which walkers may enter
 SPEEDS = (1.2, 1.5)  # m/s
 STARTING, STOPPING = 2.0, 2.0  # m/s2
 AT_KERB = 1.5  # m before the waiting place at which one looks whether to cross
 STANDING = 0.1  # m/s
+_BODIES = np.array([BODY], np.float32)
+_KINDS = np.array([ActorKind.PEDESTRIAN], np.uint8)
 
 
 @runtime_checkable
@@ -89,7 +92,7 @@ class Walkers:
         self._number = FIRST_WALKER
         # One row a walker, in the order of their numbers.
         self.ids = np.zeros(0, np.int64)
-        self._at, self._speed, self._wanted, self._stop, self._since = np.zeros((5, 0))
+        self._at, self._pace, self._speed, self._wanted, self._stop, self._since = np.zeros((6, 0))
         self._row = np.zeros(0, np.intp)  # where the walk is kept
         self._walks = np.zeros((16, SAMPLES, 4))
         self._held = np.zeros(0, dtype=bool)  # who stands still for somebody's box
@@ -97,6 +100,7 @@ class Walkers:
         self._kerbs: dict[int, list[Kerb]] = {}  # still to come, by number
         self._crossing: dict[int, Kerb] = {}  # the road that one is on, or about to be
         self.poses = np.zeros((0, 4))
+        self._motion = np.zeros((0, 4))  # of the poses, in a tick
 
     # The population
 
@@ -127,12 +131,14 @@ class Walkers:
         self.ids = np.append(self.ids, number)
         self._row = np.append(self._row, row)
         self._at = np.append(self._at, 0.0)
+        self._pace = np.append(self._pace, 0.0)
         self._speed = np.append(self._speed, wanted)
         self._wanted = np.append(self._wanted, wanted)
         self._since = np.append(self._since, math.inf)
         self._stop = np.append(self._stop, self._next_stop(number))
         self._held = np.append(self._held, np.False_)
         self.poses = np.concatenate((self.poses, walk.samples[:1]))
+        self._motion = np.concatenate((self._motion, np.zeros((1, 4))))
 
     def _keep(self, walk: Walk) -> int:
         row = self._free.pop() if self._free else len(self._row)
@@ -150,7 +156,11 @@ class Walkers:
         self.ids, self._row, self.poses = self.ids[kept], self._row[kept], self.poses[kept]
         self._at, self._speed, self._wanted = self._at[kept], self._speed[kept], self._wanted[kept]
         self._stop, self._since = self._stop[kept], self._since[kept]
-        self._held = self._held[kept]
+        self._held, self._pace, self._motion = (
+            self._held[kept],
+            self._pace[kept],
+            self._motion[kept],
+        )
 
     def _next_stop(self, number: int) -> float:
         kerbs = self._kerbs[number]
@@ -164,17 +174,26 @@ class Walkers:
             return
         if tick % LOOK_INTERVAL == 0:
             self._look(ego, progress, actors)
+            self._set_off(tick)
+        self._at = self._at + self._pace
+        self.poses = self.poses + self._motion
+        self._show(tick, ego)
+
+    def _set_off(self, tick: int) -> None:
+        """Choose everybody's pace until the next decision."""
+        duration = LOOK_INTERVAL * TICK
         room = np.maximum(self._stop - self._at, 0.0)
-        speed = np.minimum(self._speed + STARTING * TICK, self._wanted)
+        speed = np.minimum(self._speed + STARTING * duration, self._wanted)
         speed = np.minimum(speed, np.sqrt(2.0 * STOPPING * room))
         speed[self._held] = 0.0
-        speed = np.minimum(speed, room / TICK)
+        speed = np.minimum(speed, room / duration)
         speed[speed < 0.02] = 0.0
         self._speed = speed
-        self._at = self._at + speed * TICK
         self._since = np.where(speed > STANDING, math.inf, np.minimum(self._since, tick))
-        self.poses = self._poses(self._at)
-        self._show(tick, ego)
+        self._pace = speed * TICK
+        self.poses, then = self._poses(self._at), self._poses(self._at + speed * duration)
+        self._motion = (then - self.poses) / LOOK_INTERVAL
+        self._motion[:, 2] = wrap_angles(then[:, 2] - self.poses[:, 2]) / LOOK_INTERVAL
 
     def _look(self, ego: EgoState, progress: float, actors: Actors) -> None:
         """Let all look around: who may cross does so, and who would walk into somebody stops."""
@@ -190,9 +209,9 @@ class Walkers:
         index = place.astype(np.intp)
         share = (place - index)[:, None]
         here, there = self._walks[self._row, index], self._walks[self._row, index + 1]
-        turn = (there[:, 2] - here[:, 2] + math.pi) % (2.0 * math.pi) - math.pi
+        turn = wrap_angles(there[:, 2] - here[:, 2])
         poses = here + share * (there - here)
-        poses[:, 2] = (here[:, 2] + share[:, 0] * turn + math.pi) % (2.0 * math.pi) - math.pi
+        poses[:, 2] = wrap_angles(here[:, 2] + share[:, 0] * turn)
         return poses
 
     def _decide(
@@ -249,8 +268,8 @@ class Walkers:
             self.ids[rows],
             self.poses[rows, :3].astype(np.float32),
             self._speed[rows].astype(np.float32),
-            np.full((count, 2), BODY, np.float32),
-            np.full(count, ActorKind.PEDESTRIAN, np.uint8),
+            _BODIES.repeat(count, axis=0),
+            _KINDS.repeat(count),
         )
 
     def facts(self, tick: int, rows: Int[np.ndarray, " rows"]) -> Privileged:

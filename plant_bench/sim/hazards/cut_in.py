@@ -37,7 +37,6 @@ PULLS = (-3.0, 2.5)  # m/s2 with which it comes to a speed
 KEPT = 0.55  # of its speed that is left after it has braked
 CAUTIOUS = 4.5  # m/s2 with which it brakes for its own leader
 ROOM, HEADWAY = 3.0, 0.5  # m, and s of its speed, that are free before it
-STILL = 0.05  # m/s sideways: it is not changing lanes already
 BLOCK_END = 25.0  # m before its edge's end at which it is given up
 
 
@@ -88,13 +87,14 @@ class CutIn(HoldsTraffic):
             abs(stage.distance_to(item.front - EGO_LENGTH) - self._gap): item
             for item in along_route(stage)
             if states[item.number].lane == lane.id
-            and abs(states[item.number].lateral) < STILL
             and stage.kind_of(item.number).kind in (ActorKind.CAR, ActorKind.VAN)
             and NEAREST < stage.distance_to(item.front - EGO_LENGTH) < FARTHEST
+            and stage.may_be_placed(item.number, states[item.number])
         }
         if near:
             item = near[min(near)]
             stage.command(item.number)
+            stage.keep_lane(item.number)
             self._take(stage, item.number, item.front)
         elif stage.tick % TRY_EVERY == 0 and ego.speed > SLOWEST:
             front = max(stage.progress + SENT_AHEAD, self._at - SENT_BEFORE)
@@ -103,6 +103,8 @@ class CutIn(HoldsTraffic):
                 speed = SENT_SPEED * lane.speed_limit
                 self._other = stage.send_along(CAR, lane, front, speed)
                 self._sent = front
+                if self._other is not None:
+                    stage.keep_lane(self._other)
 
     def _take(self, stage: Stage, vehicle: int, front: float) -> None:
         state = stage.state_of(vehicle)
@@ -114,6 +116,7 @@ class CutIn(HoldsTraffic):
         x, y, yaw = stage.pose_at(front)
         aside = (state.y - y) * np.cos(yaw) - (state.x - x) * np.sin(yaw)
         self._lay(stage, np.full(200, aside))
+        self._advance(stage, 0.0, 0.0)
 
     def _lay(self, stage: Stage, aside: np.ndarray) -> None:
         """Lay the line that it follows: so far beside the route at each metre from where it is."""
@@ -135,6 +138,7 @@ class CutIn(HoldsTraffic):
         gap = stage.distance_to(self._rear(stage))
         early = stage.distance_to(self._at - LATE) > gap + 2.0 * ego.speed
         if not early and self._ready(ego, gap) and self._room(stage, around, 0.0):
+            self._advance(stage, 0.0, 0.0)
             self._wanted = min(SLOWER * ego.speed, self._speed + 1.0)
             at = np.arange(200.0)
             share = np.clip(at / max(self._duration * self._wanted, 8.0), 0.0, 1.0)

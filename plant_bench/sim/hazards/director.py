@@ -28,6 +28,7 @@ ENDED = (Phase.DONE, Phase.VOID)
 PATIENCE = 60.0  # s, longer than a red light, that vehicles wait for an ego that stands
 STANDING = 0.1  # m/s
 ARMED_INTERVAL = 2  # ticks between two looks of a script that only prepares
+PLACES_WHILE_ARMED = (HazardKind.CUT_IN,)  # prepare by placing a vehicle: at every tick
 
 
 def load_script(kind: HazardKind) -> Callable[[Hazard, Stage, random.Random], Script]:
@@ -78,11 +79,15 @@ class Director:
             waits = self._stood > PATIENCE and script.phase is Phase.ARMED
             if waits and isinstance(script, HoldsTraffic):
                 script.end(self._stage, Phase.VOID, "the ego stood still for long")
-            due = script.phase is Phase.COMMITTED or self._stage.tick % ARMED_INTERVAL == 0
-            if due and script.phase not in ENDED:
+            if script.phase not in ENDED and self._is_due(hazard, script):
                 script.step(ego, self._stage)
             self._note(hazard, script)
         self._playing = [item for item in self._playing if item[1].phase not in ENDED]
+
+    def _is_due(self, hazard: Hazard, script: Script) -> bool:
+        """Tell whether a script is asked at this tick; SUMO drives who is not placed at a tick."""
+        always = script.phase is Phase.COMMITTED or hazard.kind in PLACES_WHILE_ARMED
+        return always or self._stage.tick % ARMED_INTERVAL == 0
 
     def disturb(self, control: Control) -> Control:
         """Return what becomes of the ego's control under the hazards that play."""

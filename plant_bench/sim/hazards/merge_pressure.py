@@ -10,7 +10,7 @@ import random
 import numpy as np
 
 from plant_bench.geometry.box import corners
-from plant_bench.geometry.polyline import arc_lengths, distance_to
+from plant_bench.geometry.polyline import arc_lengths, distances_to
 from plant_bench.sim.hazards.arrival import expected_arrival, speed_to_arrive, time_to_go
 from plant_bench.sim.hazards.rival import Rival, place_on, put_out
 from plant_bench.sim.hazards.script import HoldsTraffic
@@ -194,7 +194,7 @@ class MergePressure(HoldsTraffic):
 def place_inside(ego: EgoState, way: Approach) -> float | None:
     """Return where on a lane the ego's rear is when its box is in the way there; else None."""
     box = corners(np.array([ego.pose]), np.array([EGO_EXTENT]))[0]
-    if min(distance_to(way.line, float(x), float(y)) for x, y in box) > INSIDE:
+    if distances_to(way.line, box).min() > INSIDE:
         return None
     at = arc_lengths(way.line)
     where = np.arange(0.0, float(at[-1]), 1.0)

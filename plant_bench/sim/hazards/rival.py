@@ -12,9 +12,7 @@ from plant_bench.sim.hazards.stage import Stage
 from plant_bench.sim.traffic import COMFORTABLE_BRAKING
 from plant_bench.sim.vehicle_types import CAR
 from plant_bench.world.approaches import Approach
-from plant_bench.world.town import Town
 
-ONWARD = 300.0  # m that a vehicle put out has to go behind the junction
 LEAST_RUN = 35.0  # m before the meeting place at which a vehicle may be put out at the nearest
 FROM_EGO = 45.0  # m from the ego at which a vehicle may be put out at the nearest
 LAST_TURN, LAST_TURN_TIME = 0.2, 0.6  # m and s before its lane's end until which one may reroute
@@ -115,7 +113,7 @@ def put_out(
     at_lane = front - approach.starts[lane_id]
     room = math.sqrt(2.0 * COMFORTABLE_BRAKING * max(lane.length - at_lane - 5.0, 0.0))
     edges = approach.edges[approach.edges.index(lane.edge) :]
-    onward = walk(stage.town, edges[-1], draw)
+    onward = stage.onward(edges[-1], CAR.kind, draw)
     return stage.send(CAR, (*edges, *onward), lane, at_lane, min(speed, lane.speed_limit, room))
 
 
@@ -133,21 +131,8 @@ def reroute(stage: Stage, approach: Approach, vehicle: int, draw: random.Random)
     if left < LAST_TURN + LAST_TURN_TIME * state.speed:
         return False
     edges = approach.edges[approach.edges.index(lane.edge) :]
-    return stage.reroute(vehicle, (*edges, *walk(stage.town, edges[-1], draw)))
-
-
-def walk(town: Town, edge: str, draw: random.Random) -> list[str]:
-    """Return a random walk of edges that begins after an edge."""
-    edges: list[str] = []
-    length = 0.0
-    while length < ONWARD:
-        ways = [link for lane in town.edges[edge] for link in town.links_from.get(lane.id, ())]
-        if not ways:
-            break
-        edge = town.lanes[draw.choice(ways).target].edge
-        edges.append(edge)
-        length += town.edges[edge][0].length
-    return edges
+    onward = stage.onward(edges[-1], stage.kind_of(vehicle).kind, draw)
+    return stage.reroute(vehicle, (*edges, *onward))
 
 
 def poses_on(line: Float[np.ndarray, "points 2"], along: float) -> Float[np.ndarray, "steps 3"]:

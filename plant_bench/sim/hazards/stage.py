@@ -1,6 +1,7 @@
 """What hazards may do with the world, and what they may know of it."""
 
 import math
+import random
 from collections.abc import Mapping
 
 import numpy as np
@@ -13,9 +14,10 @@ from plant_bench.sim.surprise import SPARE, stopping_distance
 from plant_bench.sim.traffic import SIGHT, Traffic
 from plant_bench.sim.vehicle_types import VehicleType
 from plant_bench.world.route import Passage, Route
-from plant_bench.world.scene import EGO_LENGTH, TICK, EgoState, Light
+from plant_bench.world.scene import EGO_LENGTH, TICK, ActorKind, EgoState, Light
 from plant_bench.world.town import Lane, Link, Town
 
+STILL = 0.05  # m/s sideways below which a driver is not changing lanes
 ASSUMED_ACCELERATION = 2.0  # m/s2 of an ego that is free to go
 
 
@@ -193,6 +195,14 @@ class Stage:
         """Take a vehicle of the traffic under command; until `release` nothing else touches it."""
         self._traffic.scripted.add(vehicle)
 
+    def may_be_placed(self, vehicle: int, state: VehicleState) -> bool:
+        """Tell whether a vehicle of SUMO's is not changing lanes, so that a script may place it."""
+        return abs(state.lateral) < STILL and self._sumo.commands.is_centred(vehicle)
+
+    def keep_lane(self, vehicle: int) -> None:
+        """Have a vehicle of SUMO's begin no lane change; before it is placed, until `release`."""
+        self._sumo.commands.keep_lane(vehicle)
+
     def drive(self, vehicle: int, speed: float, *, lawless: bool = False) -> None:
         """Command a vehicle's speed; a lawless one minds neither lights nor the right of way."""
         self._sumo.commands.drive(vehicle, speed, lawless=lawless)
@@ -205,6 +215,10 @@ class Stage:
         """Give a vehicle back to the traffic."""
         self._sumo.commands.release(vehicle)
         self._traffic.scripted.discard(vehicle)
+
+    def onward(self, edge: str, kind: ActorKind, draw: random.Random) -> list[str]:
+        """Return a random way on for a kind of vehicle, of edges that begin after an edge."""
+        return self._traffic.onward(edge, kind, draw)
 
     def reroute(self, vehicle: int, edges: tuple[str, ...]) -> bool:
         """Change where a vehicle goes, its present edge first; False where SUMO refuses."""

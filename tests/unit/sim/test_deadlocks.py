@@ -1,4 +1,4 @@
-"""Stand-offs inside junctions: who is talked out of them, and who is not."""
+"""Stand-offs: who is talked out of them, and who is not."""
 
 import math
 
@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from plant_bench.agent import PATH_POSES, Privileged
-from plant_bench.sim.deadlocks import LOOK_INTERVAL, PATIENCE, RELEASE, Deadlocks
+from plant_bench.sim.deadlocks import LOOK_INTERVAL, ORDER_INTERVAL, PATIENCE, RELEASE, Deadlocks
 from plant_bench.sim.sumo import VehicleState
 from plant_bench.sim.sumo_commands import Commands
 from plant_bench.world.scene import TICK, ActorKind, Actors, EgoState
@@ -23,9 +23,17 @@ class Told(Commands):
     def __init__(self) -> None:
         super().__init__()
         self.ignored: dict[int, tuple[int, ...]] = {}
+        self.reseated: list[int] = []
+        self.out_of_order = False
 
     def ignore(self, vehicle: int, others: tuple[int, ...]) -> None:
         self.ignored[vehicle] = others
+
+    def is_out_of_order(self, vehicle: int) -> bool:
+        return self.out_of_order
+
+    def reseat(self, vehicle: int) -> None:
+        self.reseated.append(vehicle)
 
 
 def look(
@@ -69,6 +77,18 @@ def test_who_drives_or_stands_before_the_junction_is_left_alone(lanes: str, spee
     told = Told()
     look(told, CROSSING, lanes=lanes, speed=speed)
     assert told.ignored == {}
+
+
+@pytest.mark.parametrize("speed", [0.0, 5.0])
+def test_an_ego_that_is_out_of_order_is_put_in_its_place(speed: float) -> None:
+    told = Told()
+    deadlocks = Deadlocks(told)
+    deadlocks.due(NOW, EgoState(0.0, 0.0, 0.0, speed))
+    assert told.reseated == []
+    told.out_of_order = True
+    for tick in range(NOW, NOW + ORDER_INTERVAL):
+        deadlocks.due(tick, EgoState(0.0, 0.0, 0.0, speed))
+    assert told.reseated == [0]
 
 
 def test_a_driver_takes_notice_again_after_a_while() -> None:

@@ -49,6 +49,27 @@ def test_who_waits_for_an_ego_that_stands_is_let_go(director):
     assert director.idle
 
 
+class Counting(Holding):
+    """Counts how often it is asked."""
+
+    asked = 0
+
+    def step(self, ego: EgoState, stage: Stage) -> None:
+        type(self).asked += 1
+
+
+@pytest.mark.parametrize(("kind", "times"), [(HazardKind.CUT_IN, 10), (HazardKind.HARD_BRAKE, 5)])
+def test_who_places_a_vehicle_while_armed_is_asked_at_every_tick(kind, times, monkeypatch):
+    """SUMO drives a vehicle that is not placed at a tick, and may begin to change its lane."""
+    monkeypatch.setattr(module, "load_script", lambda _: Counting)
+    monkeypatch.setattr(Counting, "asked", 0)
+    stage = EmptyStage()
+    director = Director(stage, (Hazard(kind, 100.0, 0.0, 1, {}),), 0)
+    for stage.tick in range(10):
+        director.step(MOVING)
+    assert Counting.asked == times
+
+
 def test_an_ego_that_goes_on_now_and_then_is_waited_for(director):
     for tick in range(2 * TICKS):
         director.step(MOVING if tick % 1000 == 0 else WAITING)

@@ -1,0 +1,29 @@
+"""The loop of an episode, tick by tick, for tests that look inside."""
+
+from collections.abc import Iterator
+
+from plant_bench.agent import Control, Input, decision_interval
+from plant_bench.agents.registry import load_agent
+from plant_bench.runner.observing import observe
+from plant_bench.scoring.referee import Referee
+from plant_bench.sim.simulation import Simulation
+from plant_bench.world.route import Route
+
+
+def drive(simulation: Simulation, route: Route, agent: str) -> Iterator[Referee]:
+    """Let an agent drive for ever; what is yielded has judged the simulation's scene."""
+    driver = load_agent(agent)
+    driver.reset(route)
+    referee = Referee(simulation.town, route)
+    control, due = Control(0.0, 0.0), 0
+    while True:
+        scene = simulation.scene
+        referee.judge(scene)
+        yield referee
+        if scene.tick == due:
+            facts = simulation.privileged() if Input.PRIVILEGED in driver.inputs else None
+            seen = observe(scene, route, referee.progress, referee.offset, driver.inputs, facts)
+            action = driver.act(seen)
+            assert isinstance(action, Control)
+            control, due = action, due + decision_interval(driver)
+        simulation.step(control)

@@ -29,7 +29,7 @@ SPARE_TIME = 1.0  # s between the ego leaving and another coming
 PULL_AWAY = 2.0  # m/s2
 RUN_UP = 130.0  # m of route before the hazard, to reach the posted speed
 RUN_OUT = 70.0  # m of route behind it
-PATIENCE = 130.0  # s until a drive is given up
+PATIENCE = 240.0  # s until a drive is given up: two long red lights are waited for
 ALL = frozenset(Input)
 
 

@@ -39,7 +39,16 @@ def train_plant(
     vulnerable: Annotated[
         bool, typer.Option(help="See walkers, and riders as a type of their own.")
     ] = False,
+    stop_line: Annotated[
+        bool, typer.Option(help="See where a red light's line is, not only that there is one.")
+    ] = False,
+    view: Annotated[int, typer.Option(help="Metres of route looked at.", min=10, max=100)] = 50,
+    rear: Annotated[bool, typer.Option(help="See who is behind.")] = True,
+    speeds: Annotated[bool, typer.Option(help="See the speeds of others.")] = True,
     speed_input: Annotated[bool, typer.Option(help="Tell the ego's speed.")] = False,
+    speed_dropout: Annotated[
+        float, typer.Option(help="Share of samples without it.", min=0.0, max=1.0)
+    ] = 0.5,
     limit_input: Annotated[bool, typer.Option(help="Tell the speed limit.")] = False,
     full_precision: Annotated[
         bool, typer.Option("--full-precision", help="float32 instead of bfloat16.")
@@ -95,8 +104,22 @@ def train_plant(
     from plant_bench.training.settings import TrainingSettings
     from plant_bench.training.shards import load_shards
 
-    spec = TokenSpec(reach=reach, segments=segments, vulnerable=vulnerable)
-    config = PlanTConfig(size, spec, speed_input=speed_input, limit_input=limit_input)
+    spec = TokenSpec(
+        reach=reach,
+        segments=segments,
+        view=view,
+        speed=speeds,
+        rear=rear,
+        vulnerable=vulnerable,
+        stop_line=stop_line,
+    )
+    config = PlanTConfig(
+        size,
+        spec,
+        speed_input=speed_input,
+        speed_dropout=speed_dropout,
+        limit_input=limit_input,
+    )
     settings = TrainingSettings(
         epochs=epochs,
         drop_after=round(epochs * 45 / 47) if drop_after is None else drop_after,

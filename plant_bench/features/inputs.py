@@ -5,12 +5,10 @@ from dataclasses import dataclass
 
 from plant_bench.agent import Observation, RouteAhead
 from plant_bench.errors import AgentError
-from plant_bench.features.tokens import Tokens, TokenSpec, tokens_of
-from plant_bench.world.scene import EgoState, Light
+from plant_bench.features.tokens import STOPS, Tokens, TokenSpec, tokens_of
+from plant_bench.world.scene import EgoState
 
 TARGET_AHEAD = 20  # m along the route to the decoder's target point
-
-_STOPS = (Light.RED, Light.YELLOW)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -49,8 +47,8 @@ def scene_input(observation: Observation, spec: TokenSpec) -> SceneInput:
         message = "A learned planner needs the inputs 'objects' and 'route'."
         raise AgentError(message)
     return SceneInput(
-        tokens_of(ego, actors, route, spec),
-        float(light is not None and light.state in _STOPS),
+        tokens_of(ego, actors, route, spec, light),
+        float(light is not None and light.state in STOPS),
         _target(ego, route),
         float(ego.speed),
         float(observation.speed_limit),

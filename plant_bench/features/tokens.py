@@ -13,11 +13,15 @@ import numpy as np
 import shapely
 from jaxtyping import Float, Int, UInt8
 
-from plant_bench.agent import RouteAhead
-from plant_bench.world.scene import EGO_WIDTH, ActorKind, Actors, EgoState
+from plant_bench.agent import NextLight, RouteAhead
+from plant_bench.geometry.pose import wrap_angle
+from plant_bench.world.scene import EGO_LENGTH, EGO_WIDTH, ActorKind, Actors, EgoState, Light
 
 ATTRIBUTES = 6
-NOWHERE = -1  # the place of a route segment among the actors
+NOWHERE = -1  # the place among the actors of what is none
+STOPS = (Light.RED, Light.YELLOW)
+CROSSED = 1.0  # m beyond a stop line from which on it is left behind
+LINE_LENGTH = 0.5  # m along the route
 
 _IS_VULNERABLE = np.array([kind in (ActorKind.PEDESTRIAN, ActorKind.BICYCLE) for kind in ActorKind])
 
@@ -29,6 +33,7 @@ class TokenKind(IntEnum):
     VEHICLE = 1
     ROUTE = 2
     VULNERABLE = 3
+    STOP_LINE = 4
 
 
 @dataclass(frozen=True)
@@ -46,6 +51,8 @@ class TokenSpec:
         rear: Whether actors behind the ego are told (PlanT, table 2).
         vulnerable: Whether walkers and riders are told as a type of their own. PlanT leaves
             walkers out, and riders are vehicles to it.
+        stop_line: Whether the line of a red or yellow light is told as a box across the route.
+            PlanT is told by its flag that there is one, not where.
     """
 
     reach: float = 30.0
@@ -56,16 +63,17 @@ class TokenSpec:
     speed: bool = True
     rear: bool = True
     vulnerable: bool = False
+    stop_line: bool = False
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Tokens:
-    """The objects of one scene: actors first, the nearest first, then the route's segments.
+    """The objects of one scene: actors, the nearest first; the route's segments; the stop line.
 
     Attributes:
         attributes: z, x, y, yaw, width, length.
         kinds: `TokenKind` values.
-        places: Place in the observation's actors; `NOWHERE` for route segments.
+        places: Place in the observation's actors; `NOWHERE` for what is none.
     """
 
     attributes: Float[np.ndarray, "tokens 6"]
@@ -76,18 +84,28 @@ class Tokens:
         return len(self.kinds)
 
 
-def tokens_of(ego: EgoState, actors: Actors, route: RouteAhead, spec: TokenSpec) -> Tokens:
+def tokens_of(
+    ego: EgoState,
+    actors: Actors,
+    route: RouteAhead,
+    spec: TokenSpec,
+    light: NextLight | None = None,
+) -> Tokens:
     """Return the objects of a scene as the planner is told them."""
     places = _nearest_first(ego, actors, spec)
     segments = route_attributes(ego, route, spec)
-    near, count = len(places), len(places) + len(segments)
+    lines = stop_line_attributes(ego, route, light if spec.stop_line else None)
+    near, rows = len(places), len(places) + len(segments)
+    count = rows + len(lines)
     attributes = np.empty((count, ATTRIBUTES), np.float32)
     attributes[:near] = actor_attributes(ego, actors, places)
-    attributes[near:] = segments
+    attributes[near:rows] = segments
+    attributes[rows:] = lines
     if not spec.speed:
         attributes[:near, 0] = 0.0
     kinds = np.full(count, TokenKind.ROUTE, np.uint8)
     kinds[:near] = TokenKind.VEHICLE
+    kinds[rows:] = TokenKind.STOP_LINE
     if spec.vulnerable:
         kinds[:near][_IS_VULNERABLE[actors.kinds[places]]] = TokenKind.VULNERABLE
     all_places = np.full(count, NOWHERE, np.int64)
@@ -131,6 +149,21 @@ def route_attributes(
         x, y = cos * dx + sin * dy, cos * dy - sin * dx
         rows.append((float(len(rows)), x, y, yaw, EGO_WIDTH, length))
     return np.array(rows, dtype=float).reshape(-1, ATTRIBUTES)
+
+
+def stop_line_attributes(
+    ego: EgoState, route: RouteAhead, light: NextLight | None
+) -> Float[np.ndarray, "lines 6"]:
+    """Return the stop line of a red or yellow light as a box across the route; none otherwise."""
+    if light is None or light.state not in STOPS or light.distance < -CROSSED:
+        return np.empty((0, ATTRIBUTES))
+    along = route.past + 0.5 * EGO_LENGTH + light.distance
+    place = min(max(round(along), 0), len(route.points) - 1)
+    x, y = route.points[place].tolist()
+    cos, sin, dx, dy = math.cos(ego.yaw), math.sin(ego.yaw), x - ego.x, y - ego.y
+    yaw = wrap_angle(float(route.headings[place]) - ego.yaw)
+    box = (0.0, cos * dx + sin * dy, cos * dy - sin * dx, yaw, EGO_WIDTH, LINE_LENGTH)
+    return np.array([box])
 
 
 def _nearest_first(ego: EgoState, actors: Actors, spec: TokenSpec) -> Int[np.ndarray, " tokens"]:

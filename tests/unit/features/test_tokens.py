@@ -1,13 +1,14 @@
 """Objects as tokens: who is told, in what order, in which frame."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from plant_bench.agent import RouteAhead
+from plant_bench.agent import NextLight, RouteAhead
 from plant_bench.features.tokens import NOWHERE, TokenKind, TokenSpec, tokens_of
-from plant_bench.world.scene import EGO_WIDTH, ActorKind, Actors, EgoState
+from plant_bench.world.scene import EGO_LENGTH, EGO_WIDTH, ActorKind, Actors, EgoState, Light
 
 NORTH = EgoState(100.0, 50.0, math.pi / 2, 5.0)
 
@@ -91,3 +92,25 @@ def test_angles_are_wrapped() -> None:
     tokens = tokens_of(west, actors, route, TokenSpec())
     assert tokens.attributes[0, 3] == pytest.approx(0.2, abs=1e-5)
     assert tokens.attributes[1, 3] == pytest.approx(0.1, abs=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("light", "told"),
+    [
+        (NextLight(Light.RED, 10.0), True),
+        (NextLight(Light.YELLOW, 10.0), True),
+        (NextLight(Light.GREEN, 10.0), False),
+        (NextLight(Light.RED, -2.0), False),
+        (None, False),
+    ],
+)
+def test_the_line_of_a_light_that_stops_is_a_box_across_the_route(light, told) -> None:
+    spec = TokenSpec(stop_line=True)
+    route = replace(straight_north(), headings=np.full(61, math.pi / 2))
+    tokens = tokens_of(NORTH, Actors.none(), route, spec, light)
+    assert (tokens.kinds.tolist() == [TokenKind.ROUTE] * 2 + [TokenKind.STOP_LINE]) == told
+    if told:
+        front = 0.5 * EGO_LENGTH
+        assert tokens.attributes[-1, 1] == pytest.approx(10.0 + front, abs=0.5)
+        assert tokens.attributes[-1, 2:4] == pytest.approx([0.0, 0.0], abs=1e-5)
+    assert len(tokens_of(NORTH, Actors.none(), route, TokenSpec(), light)) == 2

@@ -16,7 +16,7 @@ from plant_bench.features.tokens import ATTRIBUTES, NOWHERE, Tokens, TokenSpec, 
 from plant_bench.geometry.pose import to_frame
 from plant_bench.runner.observing import observe
 from plant_bench.scoring.progress import RouteProgress
-from plant_bench.world.route import Route
+from plant_bench.world.route import PROTOCOL, Route
 from plant_bench.world.scene import TICK, Actors, Scene
 
 SAMPLE_TICKS = round(PLAN_INTERVAL / TICK)  # 10: data at 2 Hz (PlanT, section 4)
@@ -83,13 +83,20 @@ def samples_of(recording: Recording, route: Route, spec: TokenSpec) -> Samples:
     driver within a sample's future, that future is not the driver's own: the sample is left out.
 
     Raises:
-        InputError: The recording is of another route, or a tick is missing.
+        InputError: The recording is of another route or protocol, or a tick is missing.
     """
     known = recording.metadata.get("route_checksum")
     if known != route.checksum:
         message = (
             f"A recording of route {recording.metadata.get('route')} ({str(known)[:12]}) does not "
             f"fit route {route.id} ({route.checksum[:12]}): keep the routes it was driven on."
+        )
+        raise InputError(message)
+    protocol = str(recording.metadata.get("protocol"))
+    if not protocol.startswith(PROTOCOL):
+        message = (
+            f"A recording of the protocol '{protocol}', of another world than '{PROTOCOL}'. "
+            "Collect anew."
         )
         raise InputError(message)
     places = recording.egos[:, :2]

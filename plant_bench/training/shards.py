@@ -24,7 +24,7 @@ from plant_bench.features.tokens import TokenSpec
 from plant_bench.runner.executors import Event, Finished, Lost, run_tasks
 from plant_bench.runner.worker import Report
 from plant_bench.training.samples import Samples, samples_of
-from plant_bench.world.route import Route, load_suite
+from plant_bench.world.route import PROTOCOL, Route, load_suite
 
 SHARD_FORMAT = 1
 KEY_LENGTH = 12
@@ -62,7 +62,9 @@ class _Task:
 
 def shards_key(spec: TokenSpec) -> str:
     """Return what names the folder of samples: a hash of the format, the code and the spec."""
-    digest = hashlib.sha256(f"{SHARD_FORMAT}|{json.dumps(asdict(spec), sort_keys=True)}".encode())
+    digest = hashlib.sha256(
+        f"{SHARD_FORMAT}|{PROTOCOL}|{json.dumps(asdict(spec), sort_keys=True)}".encode()
+    )
     for path in _CODE:
         digest.update(path.name.encode())
         digest.update(path.read_bytes())

@@ -10,6 +10,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from plant_bench.errors import InputError
 from plant_bench.features.tokens import TokenSpec
+from plant_bench.world.route import PROTOCOL
 
 SizeName = Literal["mini", "small", "medium"]
 
@@ -95,13 +96,16 @@ def load_config(folder: Path) -> PlanTConfig:
     """Read a network's config.
 
     Raises:
-        InputError: There is none, or it is broken or of another format.
+        InputError: There is none, or it is broken, of another format or of another protocol.
     """
     path = folder / CONFIG_FILE
     try:
         payload = json.loads(path.read_text(encoding="utf-8"))
         if payload.pop("format") != WEIGHTS_FORMAT or payload.pop("network") != "plant":
             message = f"format {WEIGHTS_FORMAT} of network 'plant' is wanted"
+            raise ValueError(message)
+        if (protocol := payload.pop("protocol")) != PROTOCOL:
+            message = f"trained under the protocol '{protocol}'; this is '{PROTOCOL}': train anew"
             raise ValueError(message)
         return TypeAdapter(PlanTConfig).validate_python(payload)
     except FileNotFoundError as error:

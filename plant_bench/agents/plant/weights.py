@@ -17,12 +17,14 @@ from plant_bench.agents.plant.config import (
 )
 from plant_bench.agents.plant.network import PlanTNetwork
 from plant_bench.errors import InputError
+from plant_bench.world.route import PROTOCOL
 
 
 def save_network(network: PlanTNetwork, folder: Path) -> None:
     """Write a network's weights and config, each file whole or not at all."""
     folder.mkdir(parents=True, exist_ok=True)
-    payload = {"format": WEIGHTS_FORMAT, "network": "plant", **asdict(network.config)}
+    facts = {"format": WEIGHTS_FORMAT, "network": "plant", "protocol": PROTOCOL}
+    payload = {**facts, **asdict(network.config)}
     text = json.dumps(payload, indent=1) + "\n"
     state = {
         name: values.detach().to("cpu", torch.float16).contiguous()

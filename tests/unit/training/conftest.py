@@ -10,7 +10,7 @@ import pytest
 import torch
 
 from plant_bench.data.recording import Recorder
-from plant_bench.world.route import LaneSpan, Route
+from plant_bench.world.route import PROTOCOL, LaneSpan, Route
 from plant_bench.world.scene import TICK, ActorKind, Actors, EgoState, Scene
 
 SPEED, HEADING = 8.0, 0.5  # m/s, radians
@@ -57,9 +57,10 @@ def write_recording(
     *,
     every: int = 1,
     disturbed: range = range(0),
+    protocol: str = PROTOCOL,
     **facts: int,
 ) -> Path:
-    about = {"route": route.id, "route_checksum": route.checksum}
+    about = {"route": route.id, "route_checksum": route.checksum, "protocol": protocol}
     recorder = Recorder(path, about, every=every)
     for tick in range(ticks):
         recorder.add(scene_of(tick, **facts), disturbed=tick in disturbed)

@@ -89,6 +89,14 @@ def test_a_recording_of_another_route_is_refused(
         samples_of(Recording.load(path), other, TokenSpec())
 
 
+def test_a_recording_of_another_world_is_refused(
+    tmp_path: Path, route: Route, write: Callable[..., Path]
+) -> None:
+    path = write(tmp_path / "episode.parquet", route, protocol="longest6-sumo-v0")
+    with pytest.raises(InputError, match="of another world than"):
+        samples_of(Recording.load(path), route, TokenSpec())
+
+
 def test_samples_are_made_once(data: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     told: list[tuple[int, int]] = []
     first = load_shards(data, TokenSpec(), on_progress=lambda *done: told.append(done))

@@ -96,6 +96,11 @@ def age(folder: Path) -> None:
     path.write_text(json.dumps(json.loads(path.read_text()) | {"format": 0}))
 
 
+def move_to_another_world(folder: Path) -> None:
+    path = folder / "config.json"
+    path.write_text(path.read_text().replace('"longest6-sumo-', '"other-'))
+
+
 def spoil(folder: Path) -> None:
     path = folder / "weights.safetensors"
     state = load_file(path)
@@ -111,6 +116,7 @@ def spoil(folder: Path) -> None:
         (resize, "as a PlanT of size 'small'"),
         (misname, "Not the config"),
         (age, "format 1 of network 'plant' is wanted"),
+        (move_to_another_world, "trained under the protocol 'other-v1'"),
         (spoil, "not finite"),
     ],
 )

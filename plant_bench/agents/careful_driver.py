@@ -180,7 +180,7 @@ class CarefulDriver:
         ego, actors = observation.ego, observation.actors
         if actors is None or (ego.speed < STILL and least.pull <= 0.0):
             return least  # it stands and stays: nothing could hold it back more
-        keep = np.flatnonzero(may_conflict(ego, actors, ahead))
+        keep = may_conflict(ego, actors, ahead).nonzero()[0]
         if not keep.size:
             self._waited = 0.0
             return least

@@ -98,7 +98,7 @@ def _near(poses: Float[np.ndarray, "choices steps 3"], forecast: Forecast) -> _N
     dy = poses[:, None, :, 1] - forecast.poses[None, :, :, 1]
     reach = 0.5 * (EGO_LENGTH + EGO_WIDTH + lengths + widths[:, None])
     square = dx * dx + dy * dy
-    choice, actor, step = np.nonzero(square < reach * reach)
+    choice, actor, step = (square < reach * reach).nonzero()
     return _Near(
         len(poses), forecast, choice, actor, step, square[choice, actor, step], poses[choice, step]
     )

@@ -80,7 +80,7 @@ def corridor(route: RouteAhead, actors: Actors, past: float, speed: float) -> Co
     dy = actors.poses[:, 1, None] - line[:, 1]
     square = dx * dx + dy * dy
     aside = np.sqrt(square.min(axis=1))
-    near = np.flatnonzero(aside < 0.5 * actors.extents[:, 0] + NEAR)
+    near = (aside < 0.5 * actors.extents[:, 0] + NEAR).nonzero()[0]
     if near.size:
         poses = actors.poses[near].astype(float)
         index = square[near].argmin(axis=1)
@@ -105,7 +105,7 @@ def _hold(
     points = np.concatenate((corners(poses, extents), poses[:, None, :2]), axis=1)
     dx = points[..., 0, None] - line[:, 0]
     dy = points[..., 1, None] - line[:, 1]
-    nearest = np.argmin(dx * dx + dy * dy, axis=2)
+    nearest = (dx * dx + dy * dy).argmin(axis=2)
     offset = points - line[nearest]
     cos, sin = np.cos(headings)[nearest], np.sin(headings)[nearest]
     along = nearest + cos * offset[..., 0] + sin * offset[..., 1]

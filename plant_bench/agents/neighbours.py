@@ -19,7 +19,7 @@ FOLLOWER_GAP = 1.0  # m that it keeps
 def left_behind(ego: EgoState, actors: Actors) -> Bool[np.ndarray, " actors"]:
     """Tell who stands touching the ego and is not ahead of it: to wait would not undo that."""
     touching = actors.speeds < STANDING
-    near = np.flatnonzero(touching)
+    near = touching.nonzero()[0]
     touching[near] = overlap_one(ego.pose, EGO_EXTENT, actors.poses[near], actors.extents[near])
     if touching.any():
         dx, dy = actors.poses[:, 0] - ego.x, actors.poses[:, 1] - ego.y

@@ -5,17 +5,19 @@ import math
 import numpy as np
 from jaxtyping import Bool, Float
 
+_ALONG, _ACROSS = np.array([0.5, -0.5, -0.5, 0.5]), np.array([0.5, 0.5, -0.5, -0.5])
+
 
 def corners(
     poses: Float[np.ndarray, "boxes 3"], extents: Float[np.ndarray, "boxes 2"]
 ) -> Float[np.ndarray, "boxes 4 2"]:
     """Return the corners, counter-clockwise from front left."""
     cos, sin = np.cos(poses[:, 2, None]), np.sin(poses[:, 2, None])
-    along = 0.5 * extents[:, 0, None] * np.array([1.0, -1.0, -1.0, 1.0])
-    across = 0.5 * extents[:, 1, None] * np.array([1.0, 1.0, -1.0, -1.0])
-    x = poses[:, 0, None] + cos * along - sin * across
-    y = poses[:, 1, None] + sin * along + cos * across
-    return np.stack((x, y), axis=2)
+    along, across = extents[:, 0, None] * _ALONG, extents[:, 1, None] * _ACROSS
+    found = np.empty((len(poses), 4, 2))
+    found[..., 0] = poses[:, 0, None] + cos * along - sin * across
+    found[..., 1] = poses[:, 1, None] + sin * along + cos * across
+    return found
 
 
 def overlap(
@@ -57,7 +59,8 @@ def overlap_one(
     if len(poses) == 0:
         return hit
     reach = 0.5 * math.hypot(*extent) + 0.5 * (extents[:, 0] + extents[:, 1])
-    near = np.flatnonzero((poses[:, 0] - pose[0]) ** 2 + (poses[:, 1] - pose[1]) ** 2 < reach**2)
+    dx, dy = poses[:, 0] - pose[0], poses[:, 1] - pose[1]
+    near = (dx * dx + dy * dy < reach * reach).nonzero()[0]
     if near.size:
         one = np.repeat(np.asarray(pose, dtype=float)[None], near.size, axis=0)
         size = np.repeat(np.asarray(extent, dtype=float)[None], near.size, axis=0)

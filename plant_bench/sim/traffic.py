@@ -118,8 +118,10 @@ class Traffic:
         present = self._sumo.vehicles()
         kinds = [self.types[vehicle].kind for vehicle in present]
         missing = min(wanted - len(kinds) + kinds.count(ActorKind.PEDESTRIAN), most)
+        if missing <= 0:
+            return
         places = self._places(within & (square > inner**2))
-        if missing <= 0 or not places:
+        if not places:
             return
         taken = np.array([(x, y, EGO_LENGTH), *map(self._occupied, present)])
         counts = {kind: kinds.count(kind) for kind in places}

@@ -25,7 +25,8 @@ format:
 	$(BIN)/ruff format
 
 reproduce:  ## the table in the README
-	for agent in expert rule-based cruise; do $(BIN)/plant-bench score --agent $$agent --repetitions 3 || exit; done
+	$(BIN)/plant-bench score --agent expert --repetitions 5
+	for agent in rule-based sumo idm expert-nearest cruise; do $(BIN)/plant-bench score --agent $$agent --repetitions 2 || exit; done
 
 docs:  ## pictures of all towns and routes, into docs/pictures
 	$(BIN)/plant-bench towns list --pictures docs/pictures/towns

@@ -14,6 +14,7 @@ from plant_bench.scoring.comparison import LEAST_ROUTES, Detectable, PairedDiffe
 from plant_bench.scoring.infractions import InfractionKind
 from plant_bench.scoring.laws import Law
 from plant_bench.scoring.metrics import Scores, Spread, Summary
+from plant_bench.world.hazard import Phase
 
 DEADLINE = "50 ms"  # a tick: 20 decisions a second
 PIPED_WIDTH = 140  # columns where the output is no terminal
@@ -43,6 +44,16 @@ def print_summary(summary: Summary) -> None:
     print_rows(title, ["measure", "value"], _beyond(summary.beyond, summary.ego_share))
     endings = [f"{count} {status}" for status, count in summary.statuses.items()]
     _console.print(f"Episodes: {'; '.join(endings)}")
+    if summary.hazards:
+        _console.print(_hazards(summary.hazards))
+
+
+def _hazards(phases: dict[Phase, int]) -> str:
+    done, void = (phases.get(phase, 0) for phase in (Phase.DONE, Phase.VOID))
+    return (
+        f"Hazards: {done} of {sum(phases.values())} took their course, {void} were void (could not "
+        "be fair), the rest were not met"
+    )
 
 
 def _least_difference(detectable: Detectable) -> str:

@@ -32,6 +32,7 @@ from plant_bench.scoring.normalised import (
     outside_metres,
 )
 from plant_bench.scoring.results import EpisodeResult
+from plant_bench.world.hazard import Phase
 from plant_bench.world.scene import ActorKind
 
 
@@ -83,6 +84,7 @@ class Summary:
         infractions_per_km: By kind, over all episodes; for OUTSIDE_LANES kilometres outside.
         cyclists_per_km: Collisions with bicycles, which count as vehicles in every law.
         statuses: How many episodes ended how.
+        hazards: How many hazards came how far.
         ego_share: Share of the collisions that the ego caused; nan if there were none.
         blocked: Number of blocked routes in each repetition, in order.
         km: Kilometres driven along the routes.
@@ -102,6 +104,7 @@ class Summary:
     infractions_per_km: dict[InfractionKind, float]
     cyclists_per_km: float
     statuses: dict[Status, int]
+    hazards: dict[Phase, int]
     ego_share: float
     blocked: tuple[int, ...]
     km: float
@@ -152,6 +155,7 @@ def summarise(results: Sequence[EpisodeResult], *, expected: int, law: Law = Law
             for status in Status
             if (count := sum(item.status is status for item in results))
         },
+        hazards=dict(Counter(item.phase for result in results for item in result.hazards)),
         ego_share=caused / len(collisions) if collisions else math.nan,
         blocked=tuple(
             sum(item.status is Status.BLOCKED for item in part) for part in _repetitions(results)

@@ -53,7 +53,9 @@ HAZARDS = {
         "L", 8, "Oncoming vehicles, with and without gaps, while the ego turns left on green."
     ),
     HazardKind.RIGHT_TURN: HazardFacts(
-        "T", 9, "Vehicles with priority come from the left while the ego turns right."
+        "T",
+        9,
+        "A vehicle comes from the left (at lights against its red) as the ego turns right.",
     ),
     HazardKind.UNSIGNALLED_CROSSING: HazardFacts(
         "U", 10, "A vehicle arrives together with the ego at a junction without lights."

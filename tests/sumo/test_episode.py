@@ -1,6 +1,7 @@
 """One whole episode with hazards: what its recording holds, and what can be made of it again."""
 
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
 
@@ -8,7 +9,7 @@ import numpy as np
 import pytest
 
 from plant_bench.agent import NOBODY
-from plant_bench.agents.careful_driver import INTERVAL
+from plant_bench.agents.careful_driver import INTERVAL, RESTING_INTERVAL, STILL
 from plant_bench.agents.registry import agent_checksum
 from plant_bench.data.recording import RECORDING_FORMAT, Recording
 from plant_bench.runner.episode import run_episode
@@ -49,9 +50,13 @@ def driven(tmp_path_factory: pytest.TempPathFactory) -> Driven:
 
 def test_the_recording_says_at_each_decision_why(driven: Driven) -> None:
     reasons = driven.recording.reasons
-    told = [reason is not None for reason in reasons]
-    decided = [tick % INTERVAL == 0 for tick in range(len(reasons) - 1)]
-    assert told == [*decided, False]  # nobody is asked at the last scene
+    decisions = [tick for tick, reason in enumerate(reasons) if reason is not None]
+    assert decisions[0] == 0
+    assert decisions[-1] < len(reasons) - 1  # nobody is asked at the last scene
+    gaps = {tick: onward - tick for tick, onward in pairwise(decisions)}
+    assert set(gaps.values()) == {INTERVAL, RESTING_INTERVAL}
+    resting = [tick for tick, gap in gaps.items() if gap == RESTING_INTERVAL]
+    assert all(driven.recording[tick].ego.speed < STILL for tick in resting)
     assert len({reason.cause for reason in reasons if reason}) > 1
 
 

@@ -1,4 +1,4 @@
-"""A van stands in the ego's lane, oncoming traffic beside it, and drives off after a wait.
+"""A van stands in the ego's lane, with the traffic of the lane beside it, and drives off later.
 
 A planner that cannot overtake only loses time. The van is put out on an empty spot out of the ego's
 sight and shortly before it arrives, so that few others must queue behind it.

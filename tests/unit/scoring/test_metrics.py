@@ -8,6 +8,8 @@ from plant_bench.scoring.infractions import InfractionKind, Status
 from plant_bench.scoring.laws import Law
 from plant_bench.scoring.measures import Measures
 from plant_bench.scoring.metrics import Spread, summarise, summary_frame
+from plant_bench.scoring.results import HazardRecord
+from plant_bench.world.hazard import HazardKind, Phase
 from plant_bench.world.scene import ActorKind
 
 MEASURES = Measures(
@@ -81,6 +83,13 @@ def test_towns(episode):
     summary = summarise([episode(0), episode(1, completion=0.2)], expected=2)
     assert list(summary.towns) == ["town01", "town02"]
     assert summary.towns["town02"].driving_score.mean == pytest.approx(20.0)
+
+
+def test_hazards_are_counted_by_what_became_of_them(episode):
+    met = HazardRecord(kind=HazardKind.CROSSING, at=50.0, phase=Phase.DONE, time=9.0, reason="")
+    void = HazardRecord(kind=HazardKind.CUT_IN, at=90.0, phase=Phase.VOID, time=12.0, reason="far")
+    results = [episode(0).model_copy(update={"hazards": (met, void)}), episode(1)]
+    assert summarise(results, expected=2).hazards == {Phase.DONE: 1, Phase.VOID: 1}
 
 
 def test_statuses_and_blocked_routes(episode):

@@ -8,9 +8,12 @@ import pytest
 from plant_bench.sim.hazards.rival import reroute
 from plant_bench.sim.hazards.stage import Stage
 from plant_bench.sim.sumo import VehicleState
+from plant_bench.sim.vehicle_types import VEHICLE_TYPES, VehicleType
 from plant_bench.world.approaches import Approach
+from plant_bench.world.scene import ActorKind
 from plant_bench.world.town import load_town
 
+BUS = next(kind for kind in VEHICLE_TYPES if kind.kind is ActorKind.BUS)
 TOWN = load_town("town02")
 LINK = next(link for link in TOWN.links if link.control == "signal" and link.via)
 LANE = TOWN.lanes[LINK.source]
@@ -31,6 +34,7 @@ class OneVehicle(Stage):
     def __init__(self, left: float, speed: float) -> None:
         self.town = TOWN
         self.asked: list[tuple[str, ...]] = []
+        self.sent: list[tuple[str, ActorKind]] = []
         x, y, z = np.append(LANE.points[-1], 0.0)[:3].tolist()
         self._state = VehicleState(x, y, z, 0.0, speed, 0.0, LANE.id, LANE.length - left, 0.0)
 
@@ -39,6 +43,13 @@ class OneVehicle(Stage):
 
     def along_lane(self, state: VehicleState) -> float:
         return state.lane_position
+
+    def kind_of(self, actor: int) -> VehicleType:
+        return BUS
+
+    def onward(self, edge: str, kind: ActorKind, draw: random.Random) -> list[str]:
+        self.sent.append((edge, kind))
+        return ["onward"]
 
     def reroute(self, vehicle: int, edges: tuple[str, ...]) -> bool:
         self.asked.append(edges)
@@ -49,7 +60,8 @@ class OneVehicle(Stage):
 def test_who_can_still_decide_is_rerouted(left, speed):
     stage = OneVehicle(left, speed)
     assert reroute(stage, APPROACH, 1, random.Random(1))
-    assert stage.asked[0][:2] == APPROACH.edges
+    assert stage.asked == [(*APPROACH.edges, "onward")]
+    assert stage.sent == [(APPROACH.edges[-1], ActorKind.BUS)]
 
 
 @pytest.mark.parametrize(("left", "speed"), [(2.0, 10.0), (0.5, 1.0), (0.1, 0.0)])

@@ -14,7 +14,7 @@ def ablate_plant(
     names: Annotated[
         list[str] | None,
         typer.Argument(
-            metavar="[NAME]...",
+            metavar="NAME",
             help="rear, speeds, auxiliary, data, size (the paper's); stop-line, vulnerable, "
             "limit-input, reach. All of them without a name.",
         ),

@@ -6,10 +6,10 @@ from pathlib import Path
 import typer
 
 from plant_bench.cli.progress import RunProgress
-from plant_bench.reports.tables import print_latency, print_speed, print_summary
+from plant_bench.reports.tables import print_planner_time, print_speed, print_summary
 from plant_bench.runner.jobs import episode_name
 from plant_bench.runner.run import Run, ScoreRequest, open_run
-from plant_bench.runner.speed import read_timings, speed_of
+from plant_bench.runner.speed import read_timings, speed_of, write_speed
 from plant_bench.runner.suite import run_suite
 from plant_bench.runner.summary import write_summary
 from plant_bench.scoring.infractions import Status
@@ -42,7 +42,7 @@ def drive(
     if run is None:
         return EXIT_INTERRUPTED
     print_summary(write_summary(run.folder, law=law))
-    print_latency(speed_of(read_timings(run.folder, map(episode_name, run.jobs))))
+    print_planner_time(write_speed(run.folder, map(episode_name, run.jobs)))
     now = speed_of(read_timings(run.folder, map(episode_name, run.missing)))
     print_speed(now, wall_s=time.monotonic() - start, workers=workers)
     if not run.missing:

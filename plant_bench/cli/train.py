@@ -20,6 +20,9 @@ def _root() -> None:
 def train_plant(
     data: Annotated[Path, typer.Option(help="Folder with routes/ and episodes/.")],
     out: Annotated[Path, typer.Option(help="Folder for the model, as models/mine.")],
+    share: Annotated[
+        float, typer.Option(help="Of the episodes, the first ones.", min=0.001, max=1.0)
+    ] = 1.0,
     size: Annotated[Literal["mini", "small", "medium"], typer.Option(help="Encoder.")] = "mini",
     epochs: Annotated[int, typer.Option(help="Passes over the data.", min=1)] = 47,
     drop_after: Annotated[
@@ -91,18 +94,13 @@ def train_plant(
 
         plant-bench score --agent plant@models/mine
     """
-    _check_installed()
-    import torch
-
+    check_installed()
     from plant_bench.agents.plant.config import PlanTConfig
-    from plant_bench.cli.training_progress import SamplesProgress, TrainingProgress, bars
+    from plant_bench.cli.learning import Course, Machine, Validation, learn
     from plant_bench.features.tokens import TokenSpec
-    from plant_bench.training.batches import split_by_route
-    from plant_bench.training.closed_loop import ClosedLoop
-    from plant_bench.training.imitation import TrainingRequest, make_fabric, train
-    from plant_bench.training.logs import NO_TENSORBOARD, has_tensorboard
+    from plant_bench.training.ablations import Recipe
     from plant_bench.training.settings import TrainingSettings
-    from plant_bench.training.shards import load_shards
+    from plant_bench.training.settings import drop_after as usual_drop
 
     spec = TokenSpec(
         reach=reach,
@@ -122,7 +120,7 @@ def train_plant(
     )
     settings = TrainingSettings(
         epochs=epochs,
-        drop_after=round(epochs * 45 / 47) if drop_after is None else drop_after,
+        drop_after=usual_drop(epochs) if drop_after is None else drop_after,
         batch=batch,
         rate=rate,
         auxiliary=auxiliary,
@@ -131,48 +129,21 @@ def train_plant(
         precision="32-true" if full_precision else "bf16-mixed",
         validate_every=validate_every,
     )
-    if threads:
-        torch.set_num_threads(threads)
-    try:
-        with bars() as shown:
-            samples = SamplesProgress(shown)
-            shards = load_shards(data, spec, workers=workers, on_progress=samples)
-        split = split_by_route(shards, settings.held_out, settings.seed)
-        fabric = make_fabric(accelerator=accelerator, devices=devices)
-        drive = None
-        if validate_every:
-            routes = validate_routes
-            if validate_suite is None and routes is None:
-                routes = ",".join(split.held_out)
-            suite = validate_suite or str(data / "routes")
-            drive = ClosedLoop(suite, routes, hazards, workers, towns=data / "towns")
-        request = TrainingRequest(
-            config,
-            settings,
-            out,
-            work or Path("reports") / f"training-{out.name}",
-            drive,
-            overwrite,
-            onnx,
-        )
-        if fabric.is_global_zero:
-            typer.echo(
-                f"{len(split.training)} samples to learn from, {len(split.validation)} of "
-                f"{len(split.held_out)} other routes to check with.",
-                err=True,
-            )
-            if not has_tensorboard():
-                typer.echo(NO_TENSORBOARD, err=True)
-        with bars() as shown:
-            train(request, split, fabric, TrainingProgress(shown, epochs))
-    except KeyboardInterrupt:
-        typer.echo("Stopped. The same command goes on from here.", err=True)
-        raise typer.Exit(EXIT_INTERRUPTED) from None
-    if fabric.is_global_zero:
-        typer.echo(f"Model: {out}")
+    course = Course(
+        Recipe(config, settings, share),
+        data,
+        out,
+        work or Path("reports") / f"training-{out.name}",
+        Machine(accelerator, devices, threads, workers),
+        Validation(validate_suite, validate_routes, hazards),
+        overwrite,
+        onnx,
+    )
+    if not learn(course):
+        raise typer.Exit(EXIT_INTERRUPTED)
 
 
-def _check_installed() -> None:
+def check_installed() -> None:
     """Say what to install where Lightning Fabric is missing.
 
     Raises:

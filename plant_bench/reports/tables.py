@@ -96,14 +96,27 @@ def _least(seconds: float) -> str:
     return f"{seconds:.1f} s" if math.isfinite(seconds) else "none"
 
 
-def print_latency(speed: Speed) -> None:
-    """Print how long the planner took to decide; it is no part of the score."""
-    if not math.isnan(speed.p50_ms):
-        _console.print(
-            f"Decision time (not scored): p50 {speed.p50_ms:.2f} ms, p95 {speed.p95_ms:.2f} ms, "
-            f"p99 {speed.p99_ms:.2f} ms (means over episodes); "
-            f"{speed.late_share:.2%} later than {DEADLINE}"
-        )
+def print_planner_time(speed: Speed) -> None:
+    """Print how long the planner took to decide, and its network; it is no part of the score."""
+    if math.isnan(speed.p50_ms):
+        return
+    decision = (
+        f"p50 {speed.p50_ms:.2f} ms, p95 {speed.p95_ms:.2f} ms, p99 {speed.p99_ms:.2f} ms; "
+        f"{speed.late_share:.2%} later than {DEADLINE}"
+    )
+    rows = [
+        ["one decision (means over episodes)", decision],
+        ["IT: one forward pass (median)", inference_time(speed)],
+        ["processor", "; ".join(speed.processors) or "-"],
+    ]
+    print_rows("The planner's time (not scored)", ["what", "value"], rows)
+
+
+def inference_time(speed: Speed) -> str:
+    """Return the median time of a forward pass as text; "-" where the planner tells none."""
+    if math.isnan(speed.inference_ms):
+        return "-"
+    return f"{speed.inference_ms:.2f} ms at {speed.inference_tokens:.0f} tokens"
 
 
 def print_speed(speed: Speed, *, wall_s: float, workers: int) -> None:

@@ -5,6 +5,7 @@ episodes/<route>_r<repetition>_<key>.json: an `EpisodeResult`; nothing of it dep
 timing/<the same>.json: a `Timing`; all that depends on the clock.
 recordings/<the same>.parquet: every tick, for rescoring and replays.
 summary.json, summary.csv: derived from the records alone.
+speed.json: derived from the timings.
 superseded/: episodes of an earlier agent, town, route or protocol.
 logs/: what the workers printed.
 """

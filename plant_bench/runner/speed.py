@@ -3,8 +3,9 @@
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from statistics import median
 
-from pydantic import ValidationError
+from pydantic import TypeAdapter, ValidationError
 
 from plant_bench.runner.run_folder import RunFolder
 from plant_bench.runner.timing import Timing
@@ -23,6 +24,9 @@ class Speed:
         p95_ms: As p50, of the 95th percentiles.
         p99_ms: As p50, of the 99th percentiles.
         late_share: Share of all decisions that took longer than a tick.
+        inference_ms: IT, time of one forward pass: the median of the episodes' medians.
+        inference_tokens: As IT, of the tokens of a pass.
+        processors: What it was measured on.
     """
 
     episodes: int
@@ -33,6 +37,9 @@ class Speed:
     p95_ms: float
     p99_ms: float
     late_share: float
+    inference_ms: float
+    inference_tokens: float
+    processors: tuple[str, ...]
 
 
 def read_timings(folder: RunFolder, names: Iterable[str]) -> list[Timing]:
@@ -56,6 +63,10 @@ def speed_of(timings: Sequence[Timing]) -> Speed:
         whole = sum(getattr(timing, name) * timing.ticks for timing in timings)
         return whole / ticks if ticks else math.nan
 
+    def middle(name: str) -> float:
+        told = [value for timing in timings if (value := getattr(timing, name)) is not None]
+        return median(told) if told else math.nan
+
     spent = {
         "simulation": math.fsum(timing.simulation_s + timing.privileged_s for timing in timings),
         "planner": math.fsum(timing.agent_s for timing in timings),
@@ -71,4 +82,18 @@ def speed_of(timings: Sequence[Timing]) -> Speed:
         p95_ms=mean("latency_p95_ms"),
         p99_ms=mean("latency_p99_ms"),
         late_share=mean("late_share"),
+        inference_ms=middle("inference_ms"),
+        inference_tokens=middle("inference_tokens"),
+        processors=tuple(sorted({timing.processor for timing in timings} - {""})),
     )
+
+
+def write_speed(folder: RunFolder, names: Iterable[str]) -> Speed:
+    """Sum up the timings of the named episodes, and write `speed.json` beside the summary.
+
+    Raises:
+        InputError: It cannot be written.
+    """
+    speed = speed_of(read_timings(folder, names))
+    folder.write("speed.json", TypeAdapter(Speed).dump_json(speed, indent=1).decode() + "\n")
+    return speed

@@ -5,6 +5,8 @@ import time
 import numpy as np
 from pydantic import BaseModel, ConfigDict
 
+from plant_bench.inference import listen_to_passes
+from plant_bench.runner.provenance import processor_name
 from plant_bench.world.scene import TICK
 
 
@@ -25,6 +27,9 @@ class Timing(BaseModel):
         latency_p95_ms: 95th percentile.
         latency_p99_ms: 99th percentile.
         late_share: Share of decisions that took longer than a tick.
+        inference_ms: Median time of one forward pass (IT); None where the planner tells none.
+        inference_tokens: Median number of tokens of these passes.
+        processor: What all this was measured on.
     """
 
     model_config = ConfigDict(frozen=True)
@@ -42,6 +47,9 @@ class Timing(BaseModel):
     latency_p95_ms: float
     latency_p99_ms: float
     late_share: float
+    inference_ms: float | None = None
+    inference_tokens: float | None = None
+    processor: str = ""
 
 
 class Stopwatch:
@@ -53,6 +61,7 @@ class Stopwatch:
             ("start_up", "simulation", "privileged", "agent", "referee", "recording"), 0.0
         )
         self.decisions: list[float] = []
+        self.passes = listen_to_passes()
 
     def lap(self, part: str) -> None:
         """Put the time since the last lap down to a part."""
@@ -76,4 +85,11 @@ class Stopwatch:
             latency_p95_ms=1000.0 * p95,
             latency_p99_ms=1000.0 * p99,
             late_share=late / max(len(self.decisions), 1),
+            inference_ms=_median([1000.0 * item.seconds for item in self.passes]),
+            inference_tokens=_median([float(item.tokens) for item in self.passes]),
+            processor=processor_name(),
         )
+
+
+def _median(values: list[float]) -> float | None:
+    return float(np.median(values)) if values else None

@@ -8,6 +8,7 @@ from plant_bench.data_files import towns_also_from
 from plant_bench.runner.run import ScoreRequest, open_run
 from plant_bench.runner.suite import SuiteEvent, run_suite
 from plant_bench.runner.summary import write_summary
+from plant_bench.training.threads import threads_kept
 
 
 @dataclass(frozen=True)
@@ -47,7 +48,8 @@ def closed_loop_score(weights: Path, out: Path, drive: ClosedLoop) -> float:
         repetitions=1,
         hazards=drive.hazards,
     )
-    with nullcontext() if drive.towns is None else towns_also_from(drive.towns):
+    towns = nullcontext() if drive.towns is None else towns_also_from(drive.towns)
+    with threads_kept(), towns:
         run = open_run(request, out)
         run_suite(
             run.missing, run.folder, workers=drive.workers, recordings=False, on_event=_not_shown

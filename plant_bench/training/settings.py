@@ -6,6 +6,11 @@ from typing import Literal
 Precision = Literal["bf16-mixed", "32-true"]
 
 
+def drop_after(epochs: int) -> int:
+    """Return after how many of so many epochs the rate falls: 45 of 47, as in the paper."""
+    return round(epochs * 45 / 47)
+
+
 @dataclass(frozen=True)
 class TrainingSettings:
     """All that decides a training's numbers, apart from data and network.

@@ -9,6 +9,7 @@ A finished file is never made again, so the same command goes on where it was st
 
 import hashlib
 import json
+import re
 import zipfile
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, fields
@@ -75,6 +76,7 @@ def load_shards(
     data: Path,
     spec: TokenSpec,
     *,
+    share: float = 1.0,
     workers: int = 1,
     on_progress: Callable[[int, int], None] | None = None,
 ) -> list[Shard]:
@@ -83,19 +85,14 @@ def load_shards(
     Args:
         data: The data folder, see above.
         spec: What becomes a token.
+        share: Of the recordings, see `recordings_in`.
         workers: Processes that make what is missing.
         on_progress: Told how many of how many episodes are ready.
 
     Raises:
         InputError: The folder, a recording or its route cannot be used.
     """
-    recordings = sorted((data / "episodes").glob("*.parquet"))
-    if not recordings:
-        message = (
-            f"No recordings found in {data / 'episodes'}: a data folder holds episodes/*.parquet "
-            "and routes/*.json, the routes they were driven on."
-        )
-        raise InputError(message)
+    recordings = recordings_in(data, share)
     routes = data / "routes"
     if not any(routes.glob("*.json")):
         message = f"No routes (*.json) found in {routes}: the routes driven are wanted there."
@@ -106,6 +103,33 @@ def load_shards(
     missing = [path for path, shard in names.items() if not shard.is_file()]
     _make([_Task(path, names[path], routes, spec) for path in missing], workers, on_progress)
     return [_read(shard) for shard in names.values()]
+
+
+def recordings_in(data: Path, share: float = 1.0) -> list[Path]:
+    """Return the recordings of a data folder, or the first share of them; by name.
+
+    First are those of a route's first repetition, then of its second, as in PlanT's 1x, 2x and 3x
+    data; within a repetition a hash of the name decides, so that a share is of all towns. A smaller
+    share is a part of any larger one.
+
+    Raises:
+        InputError: There are none.
+    """
+    found = sorted((data / "episodes").glob("*.parquet"))
+    if not found:
+        message = (
+            f"No recordings found in {data / 'episodes'}: a data folder holds episodes/*.parquet "
+            "and routes/*.json, the routes they were driven on."
+        )
+        raise InputError(message)
+    count = max(round(share * len(found)), 1)
+    return sorted(sorted(found, key=_turn)[:count])
+
+
+def _turn(recording: Path) -> tuple[int, bytes]:
+    repetition = re.search(r"_r(\d+)_[0-9a-f]+$", recording.stem)
+    digest = hashlib.sha256(recording.stem.encode()).digest()
+    return (int(repetition[1]) if repetition else 0), digest
 
 
 def _make(tasks: list[_Task], workers: int, on_progress: Callable[[int, int], None] | None) -> None:

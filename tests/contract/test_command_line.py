@@ -31,7 +31,7 @@ def test_version(tmp_path):
     "command",
     ["", "score", "rescore", "compare", "agents", "towns", "towns build", "towns list"]
     + ["routes", "routes build", "routes list", "rfds", "collect", "data", "data describe"]
-    + ["data check", "train", "train plant"],
+    + ["data check", "train", "train plant", "ablate"],
 )
 def test_help_teaches(command, tmp_path):
     done = plant_bench(*command.split(), "--help", cwd=tmp_path)
@@ -70,6 +70,8 @@ def test_help_teaches(command, tmp_path):
         (["rfds", "--agent", "idm", "--ranker", "attention"], "rank by masking"),
         (["data", "describe", "nowhere"], "There is no data in nowhere"),
         (["train", "plant", "--data", "nowhere", "--out", "model"], "No recordings found"),
+        (["ablate", "raer", "--data", "nowhere"], "Did you mean rear?"),
+        (["ablate", "--data", "nowhere"], "No recordings found"),
     ],
 )
 def test_bad_input_is_one_message_and_exit_code_2(arguments, words, tmp_path):

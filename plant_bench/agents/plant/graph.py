@@ -12,6 +12,7 @@ from jaxtyping import Float
 
 from plant_bench.errors import InputError
 from plant_bench.features.inputs import SceneInput
+from plant_bench.inference import forward_pass
 
 WAYPOINTS, ATTENTION = "waypoints", "attention"
 _HOW = "pip install 'plant-bench[onnx]'"
@@ -46,13 +47,15 @@ class GraphPredictor:
 
     def waypoints(self, given: SceneInput) -> Float[np.ndarray, "waypoints 2"]:
         """Return the plan in the ego frame, metres."""
-        return self._run(WAYPOINTS, given)
+        feed = self._feed(given)
+        with forward_pass(len(given.tokens)):
+            return self._run(WAYPOINTS, feed)
 
     def attention(self, given: SceneInput) -> Float[np.ndarray, " tokens"]:
         """Return how much [CLS] attends to each token, summed over layers and heads."""
-        return self._run(ATTENTION, given)
+        return self._run(ATTENTION, self._feed(given))
 
-    def _run(self, name: str, given: SceneInput) -> np.ndarray:
+    def _feed(self, given: SceneInput) -> dict[str, np.ndarray]:
         scene = {
             "attributes": given.tokens.attributes[None],
             "kinds": given.tokens.kinds[None],
@@ -61,5 +64,7 @@ class GraphPredictor:
             "speed": np.array([given.speed], np.float32),
             "limit": np.array([given.limit], np.float32),
         }
-        feed = {key: values for key, values in scene.items() if key in self._wanted}
+        return {key: values for key, values in scene.items() if key in self._wanted}
+
+    def _run(self, name: str, feed: dict[str, np.ndarray]) -> np.ndarray:
         return np.asarray(self._session.run([name], feed)[0][0], dtype=float)

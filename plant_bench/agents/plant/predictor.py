@@ -6,6 +6,7 @@ from jaxtyping import Float
 
 from plant_bench.agents.plant.network import Batch, PlanTNetwork
 from plant_bench.features.inputs import SceneInput
+from plant_bench.inference import forward_pass
 
 
 class TorchPredictor:
@@ -21,8 +22,9 @@ class TorchPredictor:
 
     def waypoints(self, given: SceneInput) -> Float[np.ndarray, "waypoints 2"]:
         """Return the plan in the ego frame, metres."""
-        with torch.inference_mode():
-            waypoints, _ = self._network.plan(batch_of_one(given))
+        batch = batch_of_one(given)
+        with torch.inference_mode(), forward_pass(len(given.tokens)):
+            waypoints, _ = self._network.plan(batch)
         return waypoints[0].double().numpy()
 
     def attention(self, given: SceneInput) -> Float[np.ndarray, " tokens"]:

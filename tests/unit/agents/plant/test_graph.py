@@ -16,6 +16,7 @@ from plant_bench.agents.plant.weights import save_network
 from plant_bench.errors import InputError
 from plant_bench.features.inputs import SceneInput
 from plant_bench.features.tokens import Tokens
+from plant_bench.inference import listen_to_passes
 
 pytest.importorskip("onnx")
 pytest.importorskip("onnxruntime")
@@ -54,6 +55,11 @@ def test_the_graph_is_the_network(
         np.testing.assert_allclose(graph.waypoints(scene), eager.waypoints(scene), atol=1e-4)
         np.testing.assert_allclose(graph.attention(scene), eager.attention(scene), atol=1e-4)
     assert tmp_path / "network.onnx" in PlanT(str(tmp_path)).files
+    passes = listen_to_passes()
+    for predictor in (eager, graph):
+        predictor.waypoints(scene_of(7))
+        predictor.attention(scene_of(7))  # explains, and is no plan
+    assert [item.tokens for item in passes] == [7, 7]
 
 
 def test_a_broken_graph_is_an_input_error(tmp_path: Path) -> None:

@@ -1,0 +1,89 @@
+"""IT: what one forward pass of PlanT takes, batch 1 on one thread, by size, engine and tokens.
+
+    python benchmarks/inference_time.py [--passes 200] [--sizes mini small medium]
+
+The weights are untrained: the time does not depend on them. All cases of a size take turns, pass by
+pass, so that what else the machine does meets all of them; medians are printed as Markdown.
+"""
+
+import argparse
+import tempfile
+from itertools import product
+from pathlib import Path
+from statistics import median
+
+import numpy as np
+import torch
+
+from plant_bench.agents.plant.agent import Predictor
+from plant_bench.agents.plant.config import GRAPH_FILE, SIZES, PlanTConfig, SizeName
+from plant_bench.agents.plant.export import export_graph
+from plant_bench.agents.plant.graph import GraphPredictor
+from plant_bench.agents.plant.network import PlanTNetwork
+from plant_bench.agents.plant.predictor import TorchPredictor
+from plant_bench.agents.plant.weights import load_network, save_network
+from plant_bench.features.inputs import SceneInput
+from plant_bench.features.tokens import ATTRIBUTES, NOWHERE, TokenKind, Tokens
+from plant_bench.inference import listen_to_passes
+from plant_bench.runner.provenance import processor_name
+
+TOKENS = (12, 16, 24)
+BARS: dict[SizeName, float] = {"mini": 2.0, "small": 5.0, "medium": 10.8}  # ms
+WARM_UP = 10  # passes that do not count
+
+
+def predictors_of(size: SizeName) -> dict[str, Predictor]:
+    """Return an untrained network of a size in each engine."""
+    torch.manual_seed(0)
+    with tempfile.TemporaryDirectory() as place:
+        folder = Path(place)
+        save_network(PlanTNetwork(PlanTConfig(size)), folder)
+        export_graph(folder)
+        eager = TorchPredictor(load_network(folder))
+        return {"torch": eager, "ONNX": GraphPredictor(folder / GRAPH_FILE)}
+
+
+def scene_of(tokens: int) -> SceneInput:
+    """Return a scene of vehicles and two route segments."""
+    rng = np.random.default_rng(tokens)
+    kinds = np.full(tokens, TokenKind.VEHICLE, np.uint8)
+    kinds[-2:] = TokenKind.ROUTE
+    attributes = rng.normal(scale=5.0, size=(tokens, ATTRIBUTES)).astype(np.float32)
+    places = np.full(tokens, NOWHERE, np.int64)
+    return SceneInput(Tokens(attributes, kinds, places), 0.0, (15.0, -3.0), 6.0, 13.0)
+
+
+def medians(size: SizeName, passes: int) -> dict[tuple[str, int], float]:
+    """Return the median milliseconds of each engine and number of tokens."""
+    predictors = predictors_of(size)
+    scenes = {tokens: scene_of(tokens) for tokens in TOKENS}
+    times: dict[tuple[str, int], list[float]] = {case: [] for case in product(predictors, TOKENS)}
+    for turn in range(WARM_UP + passes):
+        for (engine, tokens), found in times.items():
+            heard = listen_to_passes()
+            predictors[engine].waypoints(scenes[tokens])
+            if turn >= WARM_UP:
+                found.append(1000.0 * heard[0].seconds)
+    return {case: median(found) for case, found in times.items()}
+
+
+def main() -> None:
+    """Print a row for each size and engine."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--passes", type=int, default=200, help="of each case")
+    parser.add_argument("--sizes", nargs="+", choices=list(SIZES), default=list(SIZES))
+    asked = parser.parse_args()
+    print(f"Median of {asked.passes} passes in ms, one thread of {processor_name()}.\n")
+    heads = [f"{tokens} tokens" for tokens in TOKENS]
+    print(f"| size | engine | {' | '.join(heads)} | torch / ONNX | bar |")
+    print("|" + "---|" * (len(heads) + 4))
+    for size in asked.sizes:
+        found = medians(size, asked.passes)
+        ratio = median(found["torch", tokens] / found["ONNX", tokens] for tokens in TOKENS)
+        for engine in ("torch", "ONNX"):
+            cells = " | ".join(f"{found[engine, tokens]:.2f}" for tokens in TOKENS)
+            print(f"| {size} | {engine} | {cells} | {ratio:.2f} | {BARS[size]:.1f} |", flush=True)
+
+
+if __name__ == "__main__":
+    main()

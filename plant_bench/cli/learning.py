@@ -1,0 +1,141 @@
+"""What `plant-bench train` does: make samples, train, and show how it goes."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import torch
+import typer
+
+from plant_bench.cli.training_progress import SamplesProgress, TrainingProgress, bars
+from plant_bench.training.ablations import Recipe
+from plant_bench.training.batches import Split, split_by_route
+from plant_bench.training.closed_loop import ClosedLoop
+from plant_bench.training.imitation import TrainingRequest, make_fabric, train
+from plant_bench.training.logs import NO_TENSORBOARD, has_tensorboard
+from plant_bench.training.shards import load_shards
+
+
+@dataclass(frozen=True)
+class Machine:
+    """What a training runs on.
+
+    Attributes:
+        accelerator: cpu, cuda, mps or auto.
+        devices: Processes, one a device.
+        threads: Of each process; 0 for one a core.
+        workers: Processes that make samples and drive validations.
+    """
+
+    accelerator: str = "auto"
+    devices: int = 1
+    threads: int = 0
+    workers: int = 2
+
+
+@dataclass(frozen=True)
+class Validation:
+    """What is driven for validation.
+
+    Attributes:
+        suite: A suite's name, or a folder or file of routes; None for the routes of the data.
+        routes: Selection of them; None for all of a suite, or those of the data held out.
+        hazards: Whether their hazards are played.
+    """
+
+    suite: str | None
+    routes: str | None
+    hazards: bool
+
+
+@dataclass(frozen=True)
+class Course:
+    """One training, from recordings to weights.
+
+    Attributes:
+        recipe: What to train.
+        data: Folder of the recordings.
+        out: Folder for the model.
+        work: Folder for checkpoint, logs and validation runs.
+        machine: What it runs on.
+        validation: What is driven where the settings say so.
+        overwrite: Start anew instead of going on.
+        graph: Write the network as an ONNX graph, too.
+    """
+
+    recipe: Recipe
+    data: Path
+    out: Path
+    work: Path
+    machine: Machine
+    validation: Validation | None = None
+    overwrite: bool = False
+    graph: bool = False
+
+
+def learn(course: Course) -> bool:
+    """Train to the end; False if Ctrl-C ended it.
+
+    Raises:
+        InputError: Data or a folder cannot be used, or the folder holds another training.
+    """
+    settings, machine = course.recipe.settings, course.machine
+    if machine.threads:
+        torch.set_num_threads(machine.threads)
+    try:
+        split = _split(course)
+        fabric = make_fabric(accelerator=machine.accelerator, devices=machine.devices)
+        request = TrainingRequest(
+            course.recipe.config,
+            settings,
+            course.out,
+            course.work,
+            _closed_loop(course, split),
+            course.overwrite,
+            course.graph,
+        )
+        if fabric.is_global_zero:
+            _introduce(split)
+        with bars() as shown:
+            train(request, split, fabric, TrainingProgress(shown, settings.epochs))
+    except KeyboardInterrupt:
+        typer.echo("Stopped. The same command goes on from here.", err=True)
+        return False
+    if fabric.is_global_zero:
+        typer.echo(f"Model: {course.out}")
+    return True
+
+
+def _split(course: Course) -> Split:
+    recipe = course.recipe
+    with bars() as shown:
+        shards = load_shards(
+            course.data,
+            recipe.config.tokens,
+            share=recipe.share,
+            workers=course.machine.workers,
+            on_progress=SamplesProgress(shown),
+        )
+    return split_by_route(shards, recipe.settings.held_out, recipe.settings.seed)
+
+
+def _closed_loop(course: Course, split: Split) -> ClosedLoop | None:
+    asked = course.validation
+    if asked is None or not course.recipe.settings.validate_every:
+        return None
+    routes = asked.routes
+    if asked.suite is None and routes is None:
+        routes = ",".join(split.held_out)
+    suite = asked.suite or str(course.data / "routes")
+    return ClosedLoop(
+        suite, routes, asked.hazards, course.machine.workers, towns=course.data / "towns"
+    )
+
+
+def _introduce(split: Split) -> None:
+    typer.echo(
+        f"{len(split.training)} samples to learn from, {len(split.validation)} of "
+        f"{len(split.held_out)} other routes to check with.",
+        err=True,
+    )
+    if not has_tensorboard():
+        typer.echo(NO_TENSORBOARD, err=True)

@@ -1,0 +1,204 @@
+"""Variants of a base, shares of the data, and the command that trains, drives and tabulates."""
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+import torch
+
+from plant_bench.agents.plant.config import PlanTConfig
+from plant_bench.cli import ablating
+from plant_bench.cli.ablating import AblationRequest, ablate
+from plant_bench.cli.learning import Course, Machine
+from plant_bench.errors import InputError
+from plant_bench.features.tokens import TokenSpec
+from plant_bench.runner.jobs import episode_name, make_jobs
+from plant_bench.runner.run import Run, ScoreRequest
+from plant_bench.runner.run_folder import RunFolder
+from plant_bench.scoring.infractions import Status
+from plant_bench.scoring.results import EpisodeResult
+from plant_bench.training.ablations import ABLATIONS, Recipe, trainings_of, variants_of
+from plant_bench.training.settings import TrainingSettings, drop_after
+from plant_bench.training.shards import load_shards, recordings_in
+from plant_bench.training.threads import threads_kept
+from plant_bench.world.route import load_suite
+
+BASE = Recipe(PlanTConfig(), TrainingSettings(), share=0.7)
+COMPLETION = {"base": 0.8, "no-rear": 0.4}
+
+
+def test_a_variant_differs_from_the_base_in_one_thing() -> None:
+    found = {variant.name: variant.recipe for variant in variants_of((), BASE)}
+    assert found["no-rear"].config.tokens == TokenSpec(rear=False)
+    assert found["no-speeds"].config.tokens == TokenSpec(speed=False)
+    assert found["no-auxiliary"] == replace(BASE, settings=replace(BASE.settings, auxiliary=0.0))
+    assert found["data-1of3"] == replace(BASE, share=0.7 / 3)
+    assert found["medium"] == replace(BASE, config=PlanTConfig("medium"))
+    assert found["stop-line"].config.tokens == TokenSpec(stop_line=True)
+
+
+def test_choices_that_are_the_base_share_its_training() -> None:
+    variants = variants_of((), BASE)
+    shared = {variant.name for variant in variants if variant.training == "base"}
+    kept = {"rear", "speeds", "auxiliary", "data-3of3", "mini", "reach-30"}
+    assert shared == kept | {"base", "no-stop-line", "no-vulnerable", "no-limit-input"}
+    trainings = trainings_of(variants)
+    assert len(trainings) == len(set(map(str, trainings.values())))
+    told = replace(BASE, config=PlanTConfig(tokens=TokenSpec(stop_line=True)))
+    names = [(item.name, item.training) for item in variants_of(["stop-line"], told)]
+    assert names == [("base", "base"), ("no-stop-line", "no-stop-line"), ("stop-line", "base")]
+
+
+def test_an_unknown_ablation_is_an_input_error() -> None:
+    with pytest.raises(InputError, match="Did you mean speeds"):
+        variants_of(["speed"], BASE)
+
+
+def test_names_of_trainings_are_unique() -> None:
+    names = [choice.name for choices in ABLATIONS.values() for choice in choices]
+    assert len(names) == len(set(names))
+
+
+def test_the_rate_falls_where_the_papers_does() -> None:
+    assert (drop_after(47), drop_after(10)) == (45, 10)
+
+
+def test_a_share_takes_first_repetitions_first(tmp_path: Path) -> None:
+    folder = tmp_path / "episodes"
+    folder.mkdir()
+    for route in range(20):
+        for repetition in range(2):
+            (folder / f"town0{route % 4}-{route}_r{repetition}_{route:08x}.parquet").touch()
+    half, fewer = recordings_in(tmp_path, 0.5), recordings_in(tmp_path, 0.25)
+    assert len(half) == 20
+    assert all("_r0_" in path.name for path in half)
+    assert set(fewer) < set(half)
+    assert len({path.name[:6] for path in fewer}) == 4
+    assert recordings_in(tmp_path) == sorted(folder.iterdir())
+
+
+def test_a_share_of_the_samples_is_loaded(data: Path) -> None:
+    assert len(load_shards(data, TokenSpec(), share=0.67)) == 2
+
+
+@pytest.fixture
+def done(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """What was trained and driven; no network is, and nobody drives."""
+    log: list[str] = []
+
+    def learn(course: Course) -> bool:
+        log.append(f"train {course.out.parent.relative_to(course.out.parents[2])}")
+        course.out.mkdir(parents=True, exist_ok=True)
+        (course.out / "weights.safetensors").touch()
+        return True
+
+    def drive(request: ScoreRequest, out: Path, **_: object) -> Run:
+        name, seed = out.parts[-3:-1]
+        jobs = make_jobs(
+            request.agent,
+            "0" * 64,
+            load_suite("longest6")[:1],
+            repetitions=request.repetitions,
+            seed=0,
+            density="dense",
+        )
+        run = Run(RunFolder(out), jobs, jobs, [])
+        run.folder.create()
+        for job in jobs:
+            completion = COMPLETION[name] + 0.1 * (seed == "seed-1")
+            result = EpisodeResult(
+                **job.header(frozenset()).model_dump(),
+                status=Status.TIMED_OUT,
+                route_length=job.route.length,
+                completion=completion,
+                distance=completion * job.route.length,
+                duration=100.0,
+            )
+            run.folder.save(episode_name(job), result, None)
+        log.append(f"drive {request.agent.rpartition('out/')[2]}")
+        return run
+
+    monkeypatch.setattr(ablating, "learn", learn)
+    monkeypatch.setattr(ablating, "drive_missing", drive)
+    return log
+
+
+def request_of(tmp_path: Path, data: Path, **changes: object) -> AblationRequest:
+    drives = ScoreRequest("plant", routes="0", repetitions=2)
+    request = AblationRequest(["rear"], BASE, data, tmp_path / "out", drives, 2, Machine())
+    return replace(request, **changes)
+
+
+def test_each_variant_is_trained_driven_and_put_in_the_table(
+    tmp_path: Path, data: Path, done: list[str]
+) -> None:
+    assert ablate(request_of(tmp_path, data)) == 0
+    places = [f"{name}/seed-{seed}" for name in ("base", "no-rear") for seed in (0, 1)]
+    steps = [[f"train {place}", f"drive {place}/model"] for place in places]
+    assert done == [step for pair in steps for step in pair]
+    lines = (tmp_path / "out" / "ablations.md").read_text().splitlines()
+    rows = [[cell.strip() for cell in line.split("|")] for line in lines if line.startswith("|")]
+    assert [row[1:5] for row in rows[2:]] == [
+        ["base", "base", "85.0 ± 5.8", "+0.0"],
+        ["rear", "no-rear", "45.0 ± 5.8", "-40.0"],
+        ["rear", "rear (base)", "85.0 ± 5.8", "+0.0"],
+    ]
+    assert rows[3][-2] == "72.86 ± 5.56"
+    assert "- driven: 1 routes of longest6, 2 repetitions, dense traffic" in lines
+    table = (tmp_path / "out" / "ablations.csv").read_text().splitlines()
+    assert len(table) == 4
+    assert math.isclose(float(table[2].split(",")[4]), 45.0)
+
+
+def test_what_is_trained_is_not_trained_again(tmp_path: Path, data: Path, done: list[str]) -> None:
+    ablate(request_of(tmp_path, data))
+    done.clear()
+    ablate(request_of(tmp_path, data, seeds=3))
+    trained = [step for step in done if step.startswith("train")]
+    assert trained == ["train base/seed-2", "train no-rear/seed-2"]
+    other = replace(BASE, settings=replace(BASE.settings, epochs=3))
+    with pytest.raises(InputError, match="trained otherwise or on other data"):
+        ablate(request_of(tmp_path, data, base=other))
+    done.clear()
+    ablate(request_of(tmp_path, data, base=other, overwrite=True))
+    assert sum(step.startswith("train") for step in done) == 4
+
+
+def test_without_an_end_there_is_no_table(
+    tmp_path: Path, data: Path, done: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(ablating, "drive_missing", lambda *_, **__: None)
+    assert ablate(request_of(tmp_path, data)) == 130
+    assert not (tmp_path / "out" / "ablations.md").exists()
+    with pytest.raises(InputError, match="There is no route '99'"):
+        ablate(request_of(tmp_path, data, drives=ScoreRequest("plant", routes="99")))
+
+
+def test_a_planner_that_is_made_leaves_the_threads_as_they_were() -> None:
+    torch.set_num_threads(2)
+    with threads_kept():
+        torch.set_num_threads(1)
+    assert torch.get_num_threads() == 2
+
+
+@pytest.mark.sumo
+def test_it_trains_and_drives_and_does_nothing_twice(
+    tmp_path: Path, data: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("plant_bench.cli.learning.has_tensorboard", lambda: False)
+    monkeypatch.setattr("plant_bench.training.logs.has_tensorboard", lambda: False)
+    base = Recipe(PlanTConfig(), TrainingSettings(epochs=1, drop_after=1, batch=16))
+    drives = ScoreRequest("plant", routes="town02-5", repetitions=1, density="light")
+    request = request_of(
+        tmp_path, data, base=base, drives=drives, seeds=1, machine=Machine("cpu", 1, 1, 1)
+    )
+    assert ablate(request) == 0
+    table = (tmp_path / "out" / "ablations.md").read_bytes()
+    assert table.count(b"no-rear") == 1
+    found = [*tmp_path.rglob("weights.safetensors"), *tmp_path.rglob("episodes/*.json")]
+    assert len(found) == 4
+    before = {path: path.stat().st_mtime_ns for path in found}
+    assert ablate(request) == 0
+    assert {path: path.stat().st_mtime_ns for path in before} == before
+    assert (tmp_path / "out" / "ablations.md").read_bytes() == table

@@ -7,7 +7,7 @@ import pytest
 import torch
 
 from plant_bench.agents.plant.agent import PlanT, load_predictor
-from plant_bench.agents.plant.config import SIZES, PlanTConfig, Size
+from plant_bench.agents.plant.config import GRAPH_FILE, SIZES, WEIGHTS_FILE, PlanTConfig, Size
 from plant_bench.agents.plant.export import export_graph
 from plant_bench.agents.plant.graph import GraphPredictor
 from plant_bench.agents.plant.network import PlanTNetwork
@@ -49,6 +49,8 @@ def test_the_graph_is_the_network(
     assert isinstance(eager, TorchPredictor)
     export_graph(tmp_path)
     graph = load_predictor(tmp_path)
+    sizes = [(tmp_path / name).stat().st_size for name in (GRAPH_FILE, WEIGHTS_FILE)]
+    assert sizes[0] < 1.1 * sizes[1]  # both in half precision
     assert isinstance(graph, GraphPredictor)
     for count in (0, 1, 2, 24):
         scene = scene_of(count)

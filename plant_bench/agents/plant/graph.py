@@ -15,7 +15,7 @@ from plant_bench.features.inputs import SceneInput
 from plant_bench.inference import forward_pass
 
 WAYPOINTS, ATTENTION = "waypoints", "attention"
-_HOW = "pip install 'plant-bench[onnx]'"
+_HOW = "pip install onnxruntime"
 
 
 class GraphPredictor:

@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 import typer
 
-from plant_bench.cli.score import cores
+from plant_bench.cli.options import CORES, DensityOption, RepetitionsOption, SuiteOption
 from plant_bench.cli.train import check_installed
 
 
@@ -36,21 +36,19 @@ def ablate_plant(
         float, typer.Option(help="Of the episodes, for all variants.", min=0.001, max=1.0)
     ] = 1.0,
     seeds: Annotated[int, typer.Option(help="Trainings of each variant.", min=1)] = 1,
-    suite: Annotated[
-        str, typer.Option(help="A suite's name, or a folder or file of routes.")
-    ] = "longest6",
+    suite: SuiteOption = "longest6",
     routes: Annotated[
         str | None, typer.Option(help="Which of them, as in `score --routes`; all without it.")
     ] = None,
-    repetitions: Annotated[int, typer.Option(help="Episodes on each route.", min=1)] = 3,
-    density: Annotated[str, typer.Option(help="Of the traffic.")] = "dense",
+    repetitions: RepetitionsOption = 3,
+    density: DensityOption = "dense",
     hazards: Annotated[bool, typer.Option(help="Play the routes' hazards.")] = True,
     onnx: Annotated[bool, typer.Option("--onnx", help="Drive with ONNX graphs.")] = False,
     accelerator: Annotated[str, typer.Option(help="cpu, cuda, mps or auto.")] = "auto",
     threads: Annotated[int, typer.Option(help="For training; 0 for one a core.", min=0)] = 0,
     workers: Annotated[
         int, typer.Option(help="Processes that make samples and drive.", min=1)
-    ] = cores(),
+    ] = CORES,
     overwrite: Annotated[
         bool, typer.Option("--overwrite", help="Make again what is finished.")
     ] = False,

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from plant_bench.cli.score import cores
+from plant_bench.cli.options import CORES, DensityOption
 
 
 def collect(
@@ -28,10 +28,10 @@ def collect(
             max=1.0,
         ),
     ] = 0.0,
-    density: Annotated[str, typer.Option(help="Of the traffic.")] = "dense",
+    density: DensityOption = "dense",
     workers: Annotated[
         int, typer.Option(help="Processes; the data does not depend on it.", min=1)
-    ] = cores(),
+    ] = CORES,
 ) -> None:
     """Let the expert drive training routes and keep what it saw and did, to learn from.
 

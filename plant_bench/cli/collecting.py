@@ -5,16 +5,9 @@ import time
 from pathlib import Path
 
 import typer
-from rich.console import Console
-from rich.progress import (
-    BarColumn,
-    Progress,
-    TaskID,
-    TextColumn,
-    TimeElapsedColumn,
-    TimeRemainingColumn,
-)
+from rich.progress import TaskID, TextColumn
 
+from plant_bench.cli.bars import progress_bars
 from plant_bench.data.statistics import describe_data
 from plant_bench.reports.data_card import count_left_out, data_card
 from plant_bench.reports.data_tables import print_data
@@ -90,15 +83,7 @@ class CollectProgress:
     """
 
     def __init__(self, wanted: int) -> None:
-        self.bars = Progress(
-            TextColumn("{task.description:<44}"),
-            BarColumn(),
-            TextColumn("{task.fields[count]:>17}"),
-            TimeElapsedColumn(),
-            TimeRemainingColumn(),
-            console=Console(stderr=True),
-            speed_estimate_period=300,
-        )
+        self.bars = progress_bars(44, TextColumn("{task.fields[count]:>17}"))
         self.frames = 0
         self._wanted = wanted
         self._whole = self.bars.add_task("preparing towns and routes", total=wanted, count="")

@@ -3,16 +3,9 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from rich.console import Console
-from rich.progress import (
-    BarColumn,
-    Progress,
-    TaskID,
-    TextColumn,
-    TimeElapsedColumn,
-    TimeRemainingColumn,
-)
+from rich.progress import TaskID, TextColumn
 
+from plant_bench.cli.bars import progress_bars
 from plant_bench.runner.jobs import Job
 from plant_bench.runner.suite import (
     EpisodeEnded,
@@ -36,15 +29,7 @@ class RunProgress:
 
     def __init__(self, jobs: list[Job], missing: list[Job], law: Law) -> None:
         self._law = law
-        self._progress = Progress(
-            TextColumn("{task.description:<34}"),
-            BarColumn(),
-            TextColumn("{task.fields[count]:>9}"),
-            TimeElapsedColumn(),
-            TimeRemainingColumn(),
-            console=Console(stderr=True),
-            speed_estimate_period=300,
-        )
+        self._progress = progress_bars(34, TextColumn("{task.fields[count]:>9}"))
         self._ended = len(jobs) - len(missing)
         self._count = len(jobs)
         self._metres = 0.0  # of episodes that have ended

@@ -5,8 +5,16 @@ from typing import Annotated
 
 import typer
 
-from plant_bench.cli.runs import LAW_HELP
-from plant_bench.cli.score import cores
+from plant_bench.cli.options import (
+    CORES,
+    DensityOption,
+    LawOption,
+    OverwriteOption,
+    RepetitionsOption,
+    RoutesOption,
+    SuiteOption,
+    WorkersOption,
+)
 
 RANKER_HELP = (
     "attention (the planner's own ranking), masking (one vehicle taken out at a time, for any "
@@ -20,31 +28,22 @@ def score_rfds(
         str | None, typer.Option(help="Whose ranking is scored; as for `plant-bench score`.")
     ] = None,
     ranker: Annotated[list[str] | None, typer.Option(help=RANKER_HELP)] = None,
-    suite: Annotated[
-        str, typer.Option(help="A suite's name, or a folder or file of routes.")
-    ] = "longest6",
-    routes: Annotated[
-        str | None,
-        typer.Option(help="Numbers, ranges and ids, as in 0,3-5,town02-1; all without it."),
-    ] = None,
-    repetitions: Annotated[int, typer.Option(help="Episodes on each route.", min=1)] = 3,
+    suite: SuiteOption = "longest6",
+    routes: RoutesOption = None,
+    repetitions: RepetitionsOption = 3,
     seed: Annotated[int, typer.Option(help="Base seed of traffic.")] = 0,
-    density: Annotated[str, typer.Option(help="Of the traffic.")] = "dense",
+    density: DensityOption = "dense",
     hazards: Annotated[bool, typer.Option(help="Play the routes' hazards.")] = True,
-    workers: Annotated[
-        int, typer.Option(help="Processes; scores do not depend on it.", min=1)
-    ] = cores(),
+    workers: WorkersOption = CORES,
     out: Annotated[
         Path | None,
         typer.Option(help="Folder of the runs, one each; without it where `score` puts them."),
     ] = None,
-    overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Run again what is finished.")
-    ] = False,
+    overwrite: OverwriteOption = False,
     recordings: Annotated[
         bool, typer.Option(help="Keep every tick, for rescoring and replays.")
     ] = False,
-    law: Annotated[str, typer.Option(help=LAW_HELP)] = "lb1.0",
+    law: LawOption = "lb1.0",
 ) -> None:
     """Say how well a planner knows which vehicle matters: the relative filtered driving score.
 

@@ -1,19 +1,20 @@
 """`plant-bench score`."""
 
-import os
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from plant_bench.cli.runs import LAW_HELP
-
-
-def cores() -> int:
-    """Return how many cores this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
+from plant_bench.cli.options import (
+    CORES,
+    DensityOption,
+    LawOption,
+    OverwriteOption,
+    RepetitionsOption,
+    RoutesOption,
+    SuiteOption,
+    WorkersOption,
+)
 
 
 def score(
@@ -24,32 +25,23 @@ def score(
             "@, as in plant@models/mine."
         ),
     ],
-    suite: Annotated[
-        str, typer.Option(help="A suite's name, or a folder or file of routes.")
-    ] = "longest6",
-    routes: Annotated[
-        str | None,
-        typer.Option(help="Numbers, ranges and ids, as in 0,3-5,town02-1; all without it."),
-    ] = None,
-    repetitions: Annotated[int, typer.Option(help="Episodes on each route.", min=1)] = 3,
+    suite: SuiteOption = "longest6",
+    routes: RoutesOption = None,
+    repetitions: RepetitionsOption = 3,
     seed: Annotated[int, typer.Option(help="Base seed of traffic; equal for all agents.")] = 0,
-    density: Annotated[str, typer.Option(help="Of the traffic.")] = "dense",
+    density: DensityOption = "dense",
     hazards: Annotated[
         bool, typer.Option(help="Play the routes' hazards; without them it is another protocol.")
     ] = True,
-    workers: Annotated[
-        int, typer.Option(help="Processes; scores do not depend on it.", min=1)
-    ] = cores(),
+    workers: WorkersOption = CORES,
     out: Annotated[
         Path | None, typer.Option(help="The run's folder; reports/AGENT-SUITE without it.")
     ] = None,
-    overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Run again what is finished.")
-    ] = False,
+    overwrite: OverwriteOption = False,
     recordings: Annotated[
         bool, typer.Option(help="Keep every tick, for rescoring and replays.")
     ] = True,
-    law: Annotated[str, typer.Option(help=LAW_HELP)] = "lb1.0",
+    law: LawOption = "lb1.0",
 ) -> None:
     """Drive a suite and say how well.
 

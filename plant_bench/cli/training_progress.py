@@ -1,16 +1,8 @@
 """Live progress of `plant-bench train` on standard error."""
 
-from rich.console import Console
-from rich.progress import (
-    BarColumn,
-    MofNCompleteColumn,
-    Progress,
-    TaskID,
-    TextColumn,
-    TimeElapsedColumn,
-    TimeRemainingColumn,
-)
+from rich.progress import MofNCompleteColumn, Progress, TaskID
 
+from plant_bench.cli.bars import progress_bars
 from plant_bench.training.events import Driving, EpochEnded, StepEnded, TrainingEvent
 
 SMOOTHING = 0.98  # of the loss shown
@@ -85,12 +77,4 @@ class TrainingProgress:
 
 def bars() -> Progress:
     """Return bars to be shown on standard error, as a context."""
-    return Progress(
-        TextColumn("{task.description:<34}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeElapsedColumn(),
-        TimeRemainingColumn(),
-        console=Console(stderr=True),
-        speed_estimate_period=300,
-    )
+    return progress_bars(34, MofNCompleteColumn())

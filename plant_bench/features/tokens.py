@@ -14,7 +14,7 @@ import shapely
 from jaxtyping import Float, Int, UInt8
 
 from plant_bench.agent import NextLight, RouteAhead
-from plant_bench.geometry.pose import wrap_angle
+from plant_bench.geometry.pose import wrap_angle, wrap_angles
 from plant_bench.world.scene import EGO_LENGTH, EGO_WIDTH, ActorKind, Actors, EgoState, Light
 
 ATTRIBUTES = 6
@@ -124,7 +124,7 @@ def actor_attributes(
     attributes[:, 0] = actors.speeds[places]
     attributes[:, 1] = cos * dx + sin * dy
     attributes[:, 2] = cos * dy - sin * dx
-    attributes[:, 3] = (poses[:, 2] - ego.yaw + math.pi) % (2.0 * math.pi) - math.pi
+    attributes[:, 3] = wrap_angles(poses[:, 2] - ego.yaw)
     attributes[:, 4:] = actors.extents[places, ::-1]
     return attributes
 
@@ -144,7 +144,7 @@ def route_attributes(
         if rows and math.hypot(x0 - ego.x, y0 - ego.y) > spec.reach:
             break
         dx, dy = 0.5 * (x0 + x1) - ego.x, 0.5 * (y0 + y1) - ego.y
-        yaw = (math.atan2(y1 - y0, x1 - x0) - ego.yaw + math.pi) % (2.0 * math.pi) - math.pi
+        yaw = wrap_angle(math.atan2(y1 - y0, x1 - x0) - ego.yaw)
         length = math.hypot(x1 - x0, y1 - y0)
         x, y = cos * dx + sin * dy, cos * dy - sin * dx
         rows.append((float(len(rows)), x, y, yaw, EGO_WIDTH, length))

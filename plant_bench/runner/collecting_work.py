@@ -9,17 +9,12 @@ from plant_bench.runner.disturbance import Disturbance
 from plant_bench.runner.episode import run_episode
 from plant_bench.runner.timing import Timing
 from plant_bench.runner.worker import Report
+from plant_bench.scoring.beyond import COLLISIONS
 from plant_bench.scoring.infractions import InfractionKind, Status
 from plant_bench.scoring.results import EpisodeResult
 from plant_bench.towns.training_routes import training_visits
 from plant_bench.towns.training_towns import TrainingTown, build_training_town
 from plant_bench.world.town import load_town
-
-COLLISIONS = {
-    InfractionKind.COLLISION_PEDESTRIAN,
-    InfractionKind.COLLISION_VEHICLE,
-    InfractionKind.COLLISION_STATIC,
-}
 
 
 @dataclass(frozen=True)

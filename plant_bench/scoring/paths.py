@@ -6,6 +6,7 @@ With hindsight, since straight lines from a bend meet everything that waits besi
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from plant_bench.geometry.pose import wrap_angles
 from plant_bench.scoring.track import Sightings, Track
 
 SAME_WAY = np.cos(np.radians(45.0))  # of two headings: own choice
@@ -52,7 +53,7 @@ class OtherPaths:
         ids = others.actors.ids[order]
         goes_on = np.append(ids[1:] == ids[:-1], False)[: len(ids)]
         step = np.diff(self._poses, axis=0, append=self._poses[-1:]) * goes_on[:, None]
-        step[:, 2] = (step[:, 2] + np.pi) % (2.0 * np.pi) - np.pi
+        step[:, 2] = wrap_angles(step[:, 2])
         self._step = step
         self._length = np.hypot(step[:, 0], step[:, 1])
         self._arc = np.concatenate(([0.0], np.cumsum(self._length)[:-1]))[: len(ids)]

@@ -98,6 +98,7 @@ def say_crashes(run: Run) -> int:
 
 
 def _say_stopped(run: Run, law: Law) -> None:
+    run.folder.sweep()
     left = run.unfinished()
     if left < len(run.jobs):
         write_summary(run.folder, missing=left, law=law)

@@ -61,10 +61,14 @@ class RunFolder:
         """
         for name in (*_PARTS, "logs"):
             self.make(name)
-            for leftover in (self.path / name).glob("*.part"):
-                leftover.unlink()
+        self.sweep()
         self.write("probe", "")
         (self.path / "probe").unlink()
+
+    def sweep(self) -> None:
+        """Remove what killed workers left half written."""
+        for leftover in self.path.glob("*/*.part"):
+            leftover.unlink()
 
     def make(self, name: str) -> None:
         """Make a sub-folder.

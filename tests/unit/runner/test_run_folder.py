@@ -50,6 +50,15 @@ def test_creating_a_folder_again_clears_what_was_half_written(folder):
     assert not list(folder.path.rglob("*.part"))
 
 
+def test_what_killed_workers_left_half_written_is_swept_away_and_nothing_else(folder):
+    (folder.path / "episodes" / "a.json").touch()
+    (folder.path / "episodes" / "b.json.part").touch()
+
+    folder.sweep()
+
+    assert [path.name for path in (folder.path / "episodes").iterdir()] == ["a.json"]
+
+
 def test_a_folder_without_run_json_is_no_run(folder):
     with pytest.raises(InputError, match=r"is no run of plant-bench: it has no run\.json"):
         RunFolder.open(folder.path)

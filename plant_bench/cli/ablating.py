@@ -140,7 +140,7 @@ def _train(request: AblationRequest, recipe: Recipe, place: Path) -> bool:
     finished = learn(
         Course(
             recipe,
-            request.data,
+            (request.data,),
             place / "model",
             place / "training",
             request.machine,

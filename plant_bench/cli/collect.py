@@ -28,6 +28,10 @@ def collect(
             max=1.0,
         ),
     ] = 0.0,
+    driver: Annotated[
+        str,
+        typer.Option(help="Let this planner drive, and keep what the expert would do (DAgger)."),
+    ] = "",
     density: DensityOption = "dense",
     workers: Annotated[
         int, typer.Option(help="Processes; the data does not depend on it.", min=1)
@@ -46,6 +50,8 @@ def collect(
         plant-bench collect --out data/plant-1x
 
         plant-bench collect --out data/recovering --units 1 --perturb 0.3 --workers 2
+
+        plant-bench collect --out data/own-mistakes --units 0.3 --driver plant --seed 1
     """
     from plant_bench.cli.collecting import collect_data
     from plant_bench.errors import InputError
@@ -55,5 +61,5 @@ def collect(
         message = "--units and --frames both say how much: give one of them."
         raise InputError(message)
     wanted = frames if frames is not None else round(UNIT * (1.0 if units is None else units))
-    request = CollectRequest(wanted, seed, density, perturb)
+    request = CollectRequest(wanted, seed, density, perturb, driver)
     raise typer.Exit(collect_data(request, out, workers=workers))

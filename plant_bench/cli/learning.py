@@ -53,23 +53,25 @@ class Course:
 
     Attributes:
         recipe: What to train.
-        data: Folder of the recordings.
+        data: Folders of the recordings; towns and routes for validation are the first one's.
         out: Folder for the model.
         work: Folder for checkpoint, logs and validation runs.
         machine: What it runs on.
         validation: What is driven where the settings say so.
         overwrite: Start anew instead of going on.
         graph: Write the network as an ONNX graph, too.
+        start: Folder of the weights to start from, if not from chance.
     """
 
     recipe: Recipe
-    data: Path
+    data: tuple[Path, ...]
     out: Path
     work: Path
     machine: Machine
     validation: Validation | None = None
     overwrite: bool = False
     graph: bool = False
+    start: Path | None = None
 
 
 def learn(course: Course) -> bool:
@@ -92,6 +94,7 @@ def learn(course: Course) -> bool:
             _closed_loop(course, split),
             course.overwrite,
             course.graph,
+            course.start,
         )
         if fabric.is_global_zero:
             _introduce(split)
@@ -108,13 +111,18 @@ def learn(course: Course) -> bool:
 def _split(course: Course) -> Split:
     recipe = course.recipe
     with bars() as shown:
-        shards = load_shards(
-            course.data,
-            recipe.config.tokens,
-            share=recipe.share,
-            workers=course.machine.workers,
-            on_progress=SamplesProgress(shown),
-        )
+        shards = [
+            shard
+            for folder in course.data
+            for shard in load_shards(
+                folder,
+                recipe.config.tokens,
+                targets=recipe.settings.targets,
+                share=recipe.share,
+                workers=course.machine.workers,
+                on_progress=SamplesProgress(shown),
+            )
+        ]
     return split_by_route(shards, recipe.settings.held_out, recipe.settings.seed)
 
 
@@ -125,9 +133,9 @@ def _closed_loop(course: Course, split: Split) -> ClosedLoop | None:
     routes = asked.routes
     if asked.suite is None and routes is None:
         routes = ",".join(split.held_out)
-    suite = asked.suite or str(course.data / "routes")
+    suite = asked.suite or str(course.data[0] / "routes")
     return ClosedLoop(
-        suite, routes, asked.hazards, course.machine.workers, towns=course.data / "towns"
+        suite, routes, asked.hazards, course.machine.workers, towns=course.data[0] / "towns"
     )
 
 

@@ -18,7 +18,9 @@ def _root() -> None:
 
 @train_app.command("plant")
 def train_plant(
-    data: Annotated[Path, typer.Option(help="Folder with routes/ and episodes/.")],
+    data: Annotated[
+        list[Path], typer.Option(help="Folder with routes/ and episodes/; give it again for more.")
+    ],
     out: Annotated[Path, typer.Option(help="Folder for the model, as models/mine.")],
     share: Annotated[
         float, typer.Option(help="Of the episodes, the first ones.", min=0.001, max=1.0)
@@ -53,6 +55,13 @@ def train_plant(
         float, typer.Option(help="Share of samples without it.", min=0.0, max=1.0)
     ] = 0.5,
     limit_input: Annotated[bool, typer.Option(help="Tell the speed limit.")] = False,
+    targets: Annotated[
+        Literal["future", "answer"],
+        typer.Option(help="Learn where the ego went, or where the expert's acceleration leads."),
+    ] = "future",
+    start: Annotated[
+        Path | None, typer.Option(help="Model to start from, of the same options.")
+    ] = None,
     full_precision: Annotated[
         bool, typer.Option("--full-precision", help="float32 instead of bfloat16.")
     ] = False,
@@ -127,17 +136,19 @@ def train_plant(
         seed=seed,
         held_out=held_out,
         precision="32-true" if full_precision else "bf16-mixed",
+        targets=targets,
         validate_every=validate_every,
     )
     course = Course(
         Recipe(config, settings, share),
-        data,
+        tuple(data),
         out,
         work or Path("reports") / f"training-{out.name}",
         Machine(accelerator, devices, threads, workers),
         Validation(validate_suite, validate_routes, hazards),
         overwrite,
         onnx,
+        start,
     )
     if not learn(course):
         raise typer.Exit(EXIT_INTERRUPTED)

@@ -107,6 +107,8 @@ def _origin(request: CollectRequest) -> Origin:
         protocol=PROTOCOL,
         agent=EXPERT,
         agent_checksum=agent_checksum(EXPERT),
+        driver=request.driver,
+        driver_checksum=agent_checksum(request.driver) if request.driver else "",
         rules=rules_checksum(),
         versions=installed_versions(),
     )

@@ -28,10 +28,12 @@ class PlannedEpisode:
     Attributes:
         job: What to drive.
         perturbed: Whether with disturbances.
+        driver: Who drives while the job's agent answers; empty if it drives itself.
     """
 
     job: Job
     perturbed: bool
+    driver: str = ""
 
     @property
     def name(self) -> str:
@@ -72,7 +74,7 @@ def _planned(
         seed=seed,
         density=request.density,
     )
-    return PlannedEpisode(job, _share_of(seed) < request.perturb)
+    return PlannedEpisode(job, _share_of(seed) < request.perturb, request.driver)
 
 
 def training_seed(seed: int, route: str, repetition: int) -> int:

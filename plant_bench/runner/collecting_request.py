@@ -17,12 +17,14 @@ class CollectRequest:
         seed: The base seed: of routes, traffic and disturbances.
         density: Of the traffic.
         perturb: Share of episodes with disturbances, 0 to 1.
+        driver: Who drives while the expert answers; empty if the expert drives.
     """
 
     frames: int
     seed: int = 0
     density: str = "dense"
     perturb: float = 0.0
+    driver: str = ""
 
     def check(self) -> None:
         """Check the numbers.
@@ -32,6 +34,9 @@ class CollectRequest:
         """
         if self.frames < 1:
             message = f"{self.frames} frames are asked for: 1 at least is wanted."
+            raise InputError(message)
+        if self.driver and self.perturb:
+            message = "--driver and --perturb both change what is driven: give one of them."
             raise InputError(message)
         if not 0.0 <= self.perturb <= 1.0:
             message = f"--perturb {self.perturb:g} found: a share of episodes, 0 to 1, is wanted."

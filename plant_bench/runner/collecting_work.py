@@ -6,7 +6,8 @@ from plant_bench.runner.collecting_plan import VISITS, PlannedEpisode
 from plant_bench.runner.collecting_request import FRAME_TICKS
 from plant_bench.runner.data_folder import DataFolder, EpisodeNote
 from plant_bench.runner.disturbance import Disturbance
-from plant_bench.runner.episode import run_episode
+from plant_bench.runner.episode import Override, run_episode
+from plant_bench.runner.takeover import Takeover
 from plant_bench.runner.timing import Timing
 from plant_bench.runner.worker import Report
 from plant_bench.scoring.beyond import COLLISIONS
@@ -51,9 +52,9 @@ def drive_one(task: DriveTask, report: Report) -> tuple[EpisodeNote, Timing]:
         recording=recording,
         progress=report,
         thinning=FRAME_TICKS,
-        disturbance=Disturbance(episode.job.seed) if episode.perturbed else None,
+        override=_override(episode),
     )
-    note = _note(done.result, done.timing.ticks)
+    note = _note(done.result, done.timing.ticks, answered=bool(episode.driver))
     if note.left_out:
         recording.unlink()
     else:
@@ -61,12 +62,18 @@ def drive_one(task: DriveTask, report: Report) -> tuple[EpisodeNote, Timing]:
     return note, done.timing
 
 
-def _note(result: EpisodeResult, ticks: int) -> EpisodeNote:
+def _override(episode: PlannedEpisode) -> Override | None:
+    if episode.driver:
+        return Takeover(episode.driver, episode.job.route)
+    return Disturbance(episode.job.seed) if episode.perturbed else None
+
+
+def _note(result: EpisodeResult, ticks: int, *, answered: bool) -> EpisodeNote:
     collisions = [item for item in result.infractions if item.kind in COLLISIONS]
     return EpisodeNote(
         route=result.route,
         status=result.status.value,
-        left_out=why_left_out(result),
+        left_out="" if answered else why_left_out(result),
         frames=ticks // FRAME_TICKS + 1,
         metres=result.distance,
         seconds=result.duration,
@@ -75,7 +82,7 @@ def _note(result: EpisodeResult, ticks: int) -> EpisodeNote:
 
 
 def why_left_out(result: EpisodeResult) -> str:
-    """Return why an episode must not be learned from; empty if it may be."""
+    """Return why an episode that the expert drove must not be learned from; empty if it may be."""
     if result.status is not Status.COMPLETED:
         return result.status.value.removeprefix("Failed - ")
     if any(item.kind in COLLISIONS and item.cause == "ego" for item in result.infractions):

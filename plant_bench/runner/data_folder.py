@@ -31,8 +31,10 @@ class Origin(BaseModel):
         density: Of the traffic.
         perturb: Share of episodes with disturbances.
         protocol: The rules.
-        agent: Who drove.
+        agent: Who answered, and drove unless there is a driver.
         agent_checksum: Content hash of the agent's code.
+        driver: Who drove while the agent answered; empty if it was the agent.
+        driver_checksum: Content hash of the driver's code and weights.
         rules: Content hash of the code that moves and judges the world.
         versions: Of everything that could change a number.
     """
@@ -45,6 +47,8 @@ class Origin(BaseModel):
     protocol: str
     agent: str
     agent_checksum: str
+    driver: str = ""
+    driver_checksum: str = ""
     rules: str
     versions: dict[str, str]
 

@@ -48,14 +48,8 @@ class Disturbance:
         self._wait = self._draw.uniform(*FIRST)
         self._push: Push | None = None
 
-    def disturb(self, scene: Scene, offset: float, control: Control) -> Control:
-        """Return what is executed in place of a control; the control itself most of the time.
-
-        Args:
-            scene: Where the ego is.
-            offset: Its lateral distance from the route, metres, positive to the left.
-            control: What the driver asks for.
-        """
+    def executed(self, scene: Scene, _progress: float, offset: float, control: Control) -> Control:
+        """Return what is executed: the driver's own control most of the time."""
         push = self._push
         if push is not None and (scene.tick >= push.end or self._is_far(push, offset)):
             push = self._push = None

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Protocol
 
 from plant_bench.agent import (
     Agent,
@@ -19,7 +20,6 @@ from plant_bench.agents.control import follow_plan
 from plant_bench.agents.registry import load_agent
 from plant_bench.data.recording import Recorder
 from plant_bench.errors import AgentError
-from plant_bench.runner.disturbance import Disturbance
 from plant_bench.runner.jobs import Job
 from plant_bench.runner.observing import observe
 from plant_bench.runner.timing import Stopwatch, Timing
@@ -28,6 +28,7 @@ from plant_bench.scoring.referee import Referee, result_of
 from plant_bench.scoring.results import Crash, EpisodeResult, HazardRecord
 from plant_bench.sim.simulation import Simulation
 from plant_bench.world.route import Route
+from plant_bench.world.scene import Scene
 
 PROGRESS_INTERVAL = 100  # ticks between two calls of the progress callback
 
@@ -40,13 +41,28 @@ class Episode:
     timing: Timing
 
 
+class Override(Protocol):
+    """Executes something else than the agent's control now and then, to collect data."""
+
+    def executed(self, scene: Scene, progress: float, offset: float, control: Control) -> Control:
+        """Return what is executed.
+
+        Args:
+            scene: Where the ego is.
+            progress: Metres of the route that it has driven.
+            offset: Its lateral distance from the route, metres, positive to the left.
+            control: What the agent asks for.
+        """
+        ...
+
+
 def run_episode(
     job: Job,
     *,
     recording: Path | None = None,
     progress: Callable[[float], None] | None = None,
     thinning: int = 1,
-    disturbance: Disturbance | None = None,
+    override: Override | None = None,
 ) -> Episode:
     """Drive one episode to its end.
 
@@ -55,7 +71,7 @@ def run_episode(
         recording: Where to write every tick, if anywhere.
         progress: Told the share of the route driven, now and then.
         thinning: Record the actors at every so many ticks alone.
-        disturbance: Changes what is executed now and then; for collecting data, never for scores.
+        override: Changes what is executed; for collecting data, never for scores.
 
     Raises:
         InputError: The agent, the town or the density does not exist.
@@ -71,7 +87,7 @@ def run_episode(
     with Simulation(job.scenario, self_driving=self_driving) as simulation:
         referee = Referee(simulation.town, job.route)
         try:
-            _drive(agent, simulation, referee, job.route, recorder, watch, progress, disturbance)
+            _drive(agent, simulation, referee, job.route, recorder, watch, progress, override)
         except AgentError as error:
             crash = Crash(Status.AGENT_CRASHED, str(error))
         scene = simulation.scene
@@ -95,7 +111,7 @@ def _drive(
     recorder: Recorder | None,
     watch: Stopwatch,
     progress: Callable[[float], None] | None,
-    disturbance: Disturbance | None,
+    override: Override | None,
 ) -> None:
     """Drive until the referee ends the episode, or the agent fails."""
     inputs = agent.inputs
@@ -118,8 +134,8 @@ def _drive(
             watch.lap("agent")
             control = action if isinstance(action, Control) else follow_plan(action, scene.ego)
         executed = control
-        if disturbance is not None:
-            executed = disturbance.disturb(scene, referee.offset, control)
+        if override is not None:
+            executed = override.executed(scene, referee.progress, referee.offset, control)
         if recorder is not None:
             recorder.add(scene, action, reason, disturbed=executed != control)
         scene = simulation.step(executed)

@@ -14,7 +14,7 @@ import torch
 from lightning_fabric import Fabric
 
 from plant_bench.agents.plant.config import GRAPH_FILE, PlanTConfig
-from plant_bench.agents.plant.weights import load_network, save_network
+from plant_bench.agents.plant.weights import load_network, save_network, weights_hash
 from plant_bench.errors import InputError
 from plant_bench.training.batches import Split
 from plant_bench.training.card import model_card
@@ -44,6 +44,7 @@ class TrainingRequest:
         closed_loop: What to drive for validation; None where `validate_every` is 0.
         overwrite: Start anew even if there is a checkpoint.
         graph: Whether to write the network as an ONNX graph, too.
+        start: Folder of the weights to start from, if not from chance.
     """
 
     config: PlanTConfig
@@ -53,6 +54,7 @@ class TrainingRequest:
     closed_loop: ClosedLoop | None = None
     overwrite: bool = False
     graph: bool = False
+    start: Path | None = None
 
 
 def make_fabric(*, accelerator: str, devices: int) -> Fabric:
@@ -89,6 +91,8 @@ def train(request: TrainingRequest, split: Split, fabric: Fabric, listen: Listen
         KeyboardInterrupt: The user wished to stop; the checkpoint is written.
     """
     trainer = Trainer(fabric, request.config, request.settings, split)
+    if request.start is not None:
+        trainer.start_from(load_network(request.start))
     keeper = _Keeper(request, split, trainer, fabric)
     keeper.take_up()
     with stop_wish() as wish:
@@ -209,6 +213,7 @@ class _Keeper:
             "data": self._split.fingerprint,
             "processes": self._fabric.world_size,
             "torch": str(torch.__version__),
+            "start": "" if self._request.start is None else weights_hash(self._request.start),
             **asdict(self._request.config),
             **settings,
         }

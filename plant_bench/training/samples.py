@@ -8,8 +8,13 @@ from dataclasses import dataclass, fields
 import numpy as np
 from jaxtyping import Float, Int, UInt8
 
-from plant_bench.agent import PLAN_INTERVAL, PLAN_STEPS, Input
-from plant_bench.data.recording import Recording
+from typing import Literal
+
+from plant_bench.agent import PLAN_INTERVAL, PLAN_STEPS, Control, Input, Observation
+from plant_bench.agents.careful_driver import RESTING_INTERVAL, allowed_speed
+from plant_bench.agents.forecast import STEP
+from plant_bench.agents.rollouts import ego_poses, rollout
+from plant_bench.data.recording import Action, Recording
 from plant_bench.errors import InputError
 from plant_bench.features.inputs import SceneInput, scene_input
 from plant_bench.features.tokens import ATTRIBUTES, NOWHERE, Tokens, TokenSpec, actor_attributes
@@ -24,6 +29,13 @@ HORIZON = PLAN_STEPS * SAMPLE_TICKS  # ticks
 SKIPPED_FIRST = 5  # samples of each episode (PlanT, dataset.py)
 SKIPPED_LAST = 2  # as above; the last four have no whole future anyway
 INPUTS = frozenset({Input.OBJECTS, Input.ROUTE, Input.LIGHT})
+ROLLED = slice(
+    round(PLAN_INTERVAL / STEP),
+    round(PLAN_STEPS * PLAN_INTERVAL / STEP) + 1,
+    round(PLAN_INTERVAL / STEP),
+)  # the instants of a rollout at which waypoints lie
+
+TargetKind = Literal["future", "answer"]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -41,7 +53,7 @@ class Samples:
         target: A route point ahead, metres.
         speed: The ego's, m/s.
         limit: m/s.
-        waypoints: Where the ego's centre was 0.5, 1.0, 1.5 and 2.0 s later, metres.
+        waypoints: Where the ego's centre should be 0.5, 1.0, 1.5 and 2.0 s later, metres.
     """
 
     starts: Int[np.ndarray, " ends"]
@@ -76,14 +88,24 @@ class Samples:
         return Samples(starts=_ends(self.counts[part]), **columns)
 
 
-def samples_of(recording: Recording, route: Route, spec: TokenSpec) -> Samples:
+def samples_of(
+    recording: Recording, route: Route, spec: TokenSpec, targets: TargetKind = "future"
+) -> Samples:
     """Return the samples of an episode.
 
-    Ego poses are wanted at every tick, actors at every tenth only. Where something disturbed the
-    driver within a sample's future, that future is not the driver's own: the sample is left out.
+    Ego poses are wanted at every tick, actors at every tenth only.
+
+    Args:
+        recording: Of the episode.
+        route: That it was driven on.
+        spec: What becomes a token.
+        targets: What the waypoints are. "future": where the ego went, as PlanT; where something
+            disturbed the driver within that future it is not the driver's own, and the sample is
+            left out. "answer": where the acceleration that the driver answered with leads if it is
+            held, along the route; the driver need not have been the one who drove.
 
     Raises:
-        InputError: The recording is of another route or protocol, or a tick is missing.
+        InputError: The recording is of another route or protocol, or a tick or answer is missing.
     """
     known = recording.metadata.get("route_checksum")
     if known != route.checksum:
@@ -102,12 +124,13 @@ def samples_of(recording: Recording, route: Route, spec: TokenSpec) -> Samples:
     places = recording.egos[:, :2]
     place = RouteProgress(route)
     rows: list[_Row] = []
+    actions = recording.actions if targets == "answer" else []
     followed = 0
     for chosen in _kept_rows(len(recording)):
         for x, y in places[followed : chosen + 1].tolist():
             place.follow(x, y)
         followed = chosen + 1
-        if recording.disturbed[chosen : chosen + HORIZON].any():
+        if targets == "future" and recording.disturbed[chosen : chosen + HORIZON].any():
             continue
         scene = recording[chosen]
         if scene.tick != chosen:
@@ -116,7 +139,11 @@ def samples_of(recording: Recording, route: Route, spec: TokenSpec) -> Samples:
         observation = observe(scene, route, place.progress, place.offset, INPUTS, None)
         given = scene_input(observation, spec)
         later = recording[chosen + SAMPLE_TICKS].actors
-        waypoints = to_frame(places[_future_rows(chosen)], *scene.ego.pose)
+        if targets == "answer":
+            future = _answered(actions, chosen, observation)
+        else:
+            future = places[_future_rows(chosen)]
+        waypoints = to_frame(future, *scene.ego.pose)
         rows.append(_Row(given, _futures(scene, given.tokens, later), waypoints))
     return _stacked(rows)
 
@@ -149,6 +176,20 @@ def _kept_rows(length: int) -> range:
 
 def _future_rows(row: int) -> slice:
     return slice(row + SAMPLE_TICKS, row + HORIZON + 1, SAMPLE_TICKS)
+
+
+def _answered(
+    actions: list[Action], row: int, observation: Observation
+) -> Float[np.ndarray, "waypoints 2"]:
+    """Return where the last answer leads if its acceleration is held, in the world frame."""
+    answers = (actions[at] for at in range(row, max(row - RESTING_INTERVAL, -1), -1))
+    answer = next((action for action in answers if action is not None), None)
+    if not isinstance(answer, Control) or observation.route is None:
+        message = f"Row {row} of a recording holds no acceleration: an expert's answers are wanted."
+        raise InputError(message)
+    top = allowed_speed(observation.route)
+    travel = rollout(observation.ego.speed, np.array([answer.acceleration]), top)
+    return ego_poses(observation.route, travel)[0, ROLLED, :2]
 
 
 def _futures(scene: Scene, tokens: Tokens, later: Actors) -> Float[np.ndarray, "tokens 6"]:

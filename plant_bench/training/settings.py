@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from typing import Literal
 
+from plant_bench.training.samples import TargetKind
+
 Precision = Literal["bf16-mixed", "32-true"]
 
 
@@ -27,6 +29,8 @@ class TrainingSettings:
         seed: Of weights, order, dropout and the choice of routes held out.
         held_out: Share of the routes held out for validation.
         precision: Of the encoder's arithmetic.
+        targets: What the waypoints are: where the ego went, as PlanT, or where the expert's answer
+            leads, see `samples_of`.
         validate_every: Epochs between two closed-loop validations; 0 for none.
     """
 
@@ -41,6 +45,7 @@ class TrainingSettings:
     seed: int = 0
     held_out: float = 0.1
     precision: Precision = "bf16-mixed"
+    targets: TargetKind = "future"
     validate_every: int = 0
 
     def rate_of(self, epoch: int) -> float:

@@ -24,7 +24,7 @@ from plant_bench.errors import InputError
 from plant_bench.features.tokens import TokenSpec
 from plant_bench.runner.executors import Event, Finished, Lost, run_tasks
 from plant_bench.runner.worker import Report
-from plant_bench.training.samples import Samples, samples_of
+from plant_bench.training.samples import Samples, TargetKind, samples_of
 from plant_bench.world.route import PROTOCOL, Route, load_suite
 
 SHARD_FORMAT = 1
@@ -33,6 +33,8 @@ _PACKAGE = Path(__file__).parents[1]
 _CODE = (  # what decides the numbers of a sample
     *sorted((_PACKAGE / "features").glob("*.py")),
     _PACKAGE / "training" / "samples.py",
+    _PACKAGE / "agents" / "careful_driver.py",
+    _PACKAGE / "agents" / "rollouts.py",
     _PACKAGE / "runner" / "observing.py",
     _PACKAGE / "scoring" / "progress.py",
     _PACKAGE / "geometry" / "polyline.py",
@@ -59,13 +61,13 @@ class _Task:
     shard: Path
     routes: Path
     spec: TokenSpec
+    targets: TargetKind
 
 
-def shards_key(spec: TokenSpec) -> str:
-    """Return what names the folder of samples: a hash of the format, the code and the spec."""
-    digest = hashlib.sha256(
-        f"{SHARD_FORMAT}|{PROTOCOL}|{json.dumps(asdict(spec), sort_keys=True)}".encode()
-    )
+def shards_key(spec: TokenSpec, targets: TargetKind = "future") -> str:
+    """Return what names the folder of samples: a hash of format, code, spec and targets."""
+    about = f"{SHARD_FORMAT}|{PROTOCOL}|{targets}|{json.dumps(asdict(spec), sort_keys=True)}"
+    digest = hashlib.sha256(about.encode())
     for path in _CODE:
         digest.update(path.name.encode())
         digest.update(path.read_bytes())
@@ -76,6 +78,7 @@ def load_shards(
     data: Path,
     spec: TokenSpec,
     *,
+    targets: TargetKind = "future",
     share: float = 1.0,
     workers: int = 1,
     on_progress: Callable[[int, int], None] | None = None,
@@ -85,6 +88,7 @@ def load_shards(
     Args:
         data: The data folder, see above.
         spec: What becomes a token.
+        targets: What the waypoints are, see `samples_of`.
         share: Of the recordings, see `recordings_in`.
         workers: Processes that make what is missing.
         on_progress: Told how many of how many episodes are ready.
@@ -97,11 +101,13 @@ def load_shards(
     if not any(routes.glob("*.json")):
         message = f"No routes (*.json) found in {routes}: the routes driven are wanted there."
         raise InputError(message)
-    folder = data / "samples" / shards_key(spec)
+    folder = data / "samples" / shards_key(spec, targets)
     folder.mkdir(parents=True, exist_ok=True)
     names = {path: folder / f"{path.stem}-{_content(path)}.npz" for path in recordings}
     missing = [path for path, shard in names.items() if not shard.is_file()]
-    _make([_Task(path, names[path], routes, spec) for path in missing], workers, on_progress)
+    _make(
+        [_Task(path, names[path], routes, spec, targets) for path in missing], workers, on_progress
+    )
     return [_read(shard) for shard in names.values()]
 
 
@@ -160,7 +166,7 @@ def _make_shard(task: _Task, _report: Report) -> None:
     if route is None:
         message = f"{task.recording} is of route '{name}', which is not in {task.routes}."
         raise InputError(message)
-    samples = samples_of(recording, route, task.spec)
+    samples = samples_of(recording, route, task.spec, task.targets)
     columns: dict[str, Any] = {item.name: getattr(samples, item.name) for item in fields(Samples)}
     unfinished = task.shard.with_suffix(".part")
     with unfinished.open("wb") as file:

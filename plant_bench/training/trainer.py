@@ -10,6 +10,7 @@ from torch import Tensor, nn
 
 from plant_bench.agents.plant.config import PlanTConfig
 from plant_bench.agents.plant.network import Batch, PlanTNetwork
+from plant_bench.errors import InputError
 from plant_bench.training.batches import Split, Targets, collate, epoch_batches
 from plant_bench.training.checkpoint import Progress
 from plant_bench.training.events import Listener, StepEnded
@@ -46,6 +47,20 @@ class Trainer:
         self._model, self._stepper = fabric.setup(self.network, self.optimizer)
         self._bins = config.bins
         self._withheld = config.speed_dropout if config.speed_input else 0.0
+
+    def start_from(self, network: PlanTNetwork) -> None:
+        """Take the weights of a network of the same config.
+
+        Raises:
+            InputError: It is of another config.
+        """
+        if network.config != self.network.config:
+            message = (
+                f"The weights to start from are of another network ({network.config}); this one "
+                f"is {self.network.config}. Give the same options."
+            )
+            raise InputError(message)
+        self.network.load_state_dict(network.state_dict())
 
     def steps(self, listen: Listener) -> Iterator[None]:
         """Do the rest of the current epoch; after each step the caller may stop."""

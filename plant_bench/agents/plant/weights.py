@@ -1,5 +1,6 @@
 """A trained network on disk: a folder with `weights.safetensors` (half precision) and a config."""
 
+import hashlib
 import json
 import math
 from dataclasses import asdict
@@ -36,6 +37,19 @@ def save_network(network: PlanTNetwork, folder: Path) -> None:
     weights_part.chmod(0o644)  # safetensors makes it private
     config_part.replace(folder / CONFIG_FILE)
     weights_part.replace(folder / WEIGHTS_FILE)
+
+
+def weights_hash(folder: Path) -> str:
+    """Return a hash of a folder's weights.
+
+    Raises:
+        InputError: There are none.
+    """
+    try:
+        return hashlib.sha256((folder / WEIGHTS_FILE).read_bytes()).hexdigest()[:16]
+    except OSError as error:
+        message = f"There are no weights in {folder}: a model's folder is wanted."
+        raise InputError(message) from error
 
 
 def load_network(folder: Path) -> PlanTNetwork:

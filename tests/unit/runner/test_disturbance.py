@@ -18,7 +18,7 @@ def drive(seed, *, speed=10.0, seconds=60.0):
     for tick in range(int(seconds / TICK)):
         back = math.atan2(-ego.y, 5.0 + 0.5 * ego.speed) - ego.yaw
         answer = Control(min(max(speed - ego.speed, -3.0), 2.0), 0.8 * back)
-        done = disturbance.disturb(Scene(tick, ego, Actors.none(), LIGHTS), ego.y, answer)
+        done = disturbance.executed(Scene(tick, ego, Actors.none(), LIGHTS), 0.0, ego.y, answer)
         states.append(ego)
         answers.append(answer)
         executed.append(done)

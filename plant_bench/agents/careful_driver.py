@@ -24,8 +24,9 @@ from plant_bench.agents.control import follow_route, idm, stop_within
 from plant_bench.agents.corridor import Corridor, corridor
 from plant_bench.agents.forecast import STEP, Forecast
 from plant_bench.agents.neighbours import brake_for_ego, left_behind, may_conflict
-from plant_bench.agents.rollouts import CURVE_BRAKING, at_slower_pace, ego_poses, rollout
+from plant_bench.agents.rollouts import at_slower_pace, ego_poses, rollout
 from plant_bench.errors import AgentError
+from plant_bench.features.inputs import allowed_speed
 from plant_bench.world.route import Passage, Route
 from plant_bench.world.scene import (
     EGO_LENGTH,
@@ -227,12 +228,6 @@ def _first_met(poses: np.ndarray, forecast: Forecast, boldness: float) -> int:
     """Return whose forecast box the ego meets first, at any pace: a row, `NOBODY` for none."""
     met = first_conflicts(poses, forecast, boldness)
     return int(met.actors[np.argmin(met.times)])
-
-
-def allowed_speed(route: RouteAhead) -> float:
-    """Return the speed from which all limits ahead are met with comfortable braking."""
-    distance = np.maximum(np.arange(len(route.speed_limits)) - 1.0, 0.0)
-    return float(np.sqrt(np.min(route.speed_limits**2 + 2.0 * CURVE_BRAKING * distance)))
 
 
 def light_limit(speed: float, light: NextLight | None) -> float:

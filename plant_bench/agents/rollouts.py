@@ -8,8 +8,8 @@ from jaxtyping import Float
 from plant_bench.agent import RouteAhead
 from plant_bench.agents.control import IDM_ACCELERATION
 from plant_bench.agents.forecast import STEP, STEPS, TIMES
+from plant_bench.features.inputs import CURVE_BRAKING
 
-CURVE_BRAKING = 1.8  # m/s2 towards a lower speed limit ahead
 SLOWER = 0.85  # share of its pace that the ego surely reaches
 LEAST_PACE = 0.1  # m/s
 

@@ -35,11 +35,17 @@ def train_plant(
     auxiliary: Annotated[
         float, typer.Option(help="Weight of predicting the others' future.", min=0.0)
     ] = 0.2,
+    caution: Annotated[
+        float, typer.Option(help="Weight of waypoints too far ahead; 1 as the paper.", min=0.1)
+    ] = 1.0,
     seed: Annotated[int, typer.Option(help="Of weights, order and held-out routes.", min=0)] = 0,
     held_out: Annotated[
         float, typer.Option(help="Share of the routes kept for validation.", min=0.0, max=0.9)
     ] = 0.1,
     reach: Annotated[float, typer.Option(help="Metres within which others are seen.")] = 30.0,
+    foresight: Annotated[
+        float, typer.Option(help="Seconds in which who comes within reach is seen.", min=0.0)
+    ] = 0.0,
     segments: Annotated[int, typer.Option(help="Route segments told.", min=1)] = 2,
     vulnerable: Annotated[
         bool, typer.Option(help="See walkers, and riders as a type of their own.")
@@ -113,6 +119,7 @@ def train_plant(
 
     spec = TokenSpec(
         reach=reach,
+        foresight=foresight,
         segments=segments,
         view=view,
         speed=speeds,
@@ -133,6 +140,7 @@ def train_plant(
         batch=batch,
         rate=rate,
         auxiliary=auxiliary,
+        caution=caution,
         seed=seed,
         held_out=held_out,
         precision="32-true" if full_precision else "bf16-mixed",

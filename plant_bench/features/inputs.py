@@ -3,11 +3,14 @@
 import math
 from dataclasses import dataclass
 
+import numpy as np
+
 from plant_bench.agent import Observation, RouteAhead
 from plant_bench.errors import AgentError
 from plant_bench.features.tokens import STOPS, Tokens, TokenSpec, tokens_of
 from plant_bench.world.scene import EgoState
 
+CURVE_BRAKING = 1.8  # m/s2 towards a lower speed limit ahead
 TARGET_AHEAD = 20  # m along the route to the decoder's target point
 
 
@@ -21,7 +24,7 @@ class SceneInput:
         target: The route's point `TARGET_AHEAD` metres on, in the ego frame, metres; the route's
             last point near its end.
         speed: The ego's, m/s. PlanT is not told it.
-        limit: The speed limit here, m/s. PlanT is not told it.
+        limit: `allowed_speed`, m/s. PlanT is not told it.
     """
 
     tokens: Tokens
@@ -51,8 +54,14 @@ def scene_input(observation: Observation, spec: TokenSpec) -> SceneInput:
         float(light is not None and light.state in STOPS),
         _target(ego, route),
         float(ego.speed),
-        float(observation.speed_limit),
+        allowed_speed(route),
     )
+
+
+def allowed_speed(route: RouteAhead) -> float:
+    """Return the speed from which all limits ahead are met with comfortable braking, m/s."""
+    distance = np.maximum(np.arange(len(route.speed_limits)) - 1.0, 0.0)
+    return float(np.sqrt(np.min(route.speed_limits**2 + 2.0 * CURVE_BRAKING * distance)))
 
 
 def _target(ego: EgoState, route: RouteAhead) -> tuple[float, float]:

@@ -22,6 +22,7 @@ NOWHERE = -1  # the place among the actors of what is none
 STOPS = (Light.RED, Light.YELLOW)
 CROSSED = 1.0  # m beyond a stop line from which on it is left behind
 LINE_LENGTH = 0.5  # m along the route
+LEAST_SQUARE = 1e-6  # m2/s2, of a relative speed
 
 _IS_VULNERABLE = np.array([kind in (ActorKind.PEDESTRIAN, ActorKind.BICYCLE) for kind in ActorKind])
 
@@ -43,6 +44,8 @@ class TokenSpec:
     Attributes:
         reach: Metres from the ego's centre within which actors count, and within which a route
             segment must start (D_max = 30; PlanT, "Implementation").
+        foresight: Seconds; farther actors count, too, that come within the reach in this time if
+            they and the ego go on as now. PlanT has none; 30 m are two seconds at 50 km/h.
         segments: Number of route segments (N_s = 2; PlanT, "Implementation").
         longest: Metres at which a segment is split (L_max = 10; PlanT, "Implementation").
         tolerance: Metres of the Ramer-Douglas-Peucker subsampling (0.5; PlanT, dataset.py).
@@ -56,6 +59,7 @@ class TokenSpec:
     """
 
     reach: float = 30.0
+    foresight: float = 0.0
     segments: int = 2
     longest: float = 10.0
     tolerance: float = 0.5
@@ -172,6 +176,12 @@ def _nearest_first(ego: EgoState, actors: Actors, spec: TokenSpec) -> Int[np.nda
     dx, dy = poses[:, 0] - ego.x, poses[:, 1] - ego.y
     squares = dx * dx + dy * dy
     counts = squares < spec.reach * spec.reach
+    if spec.foresight:
+        u = actors.speeds * np.cos(poses[:, 2]) - ego.speed * math.cos(ego.yaw)
+        v = actors.speeds * np.sin(poses[:, 2]) - ego.speed * math.sin(ego.yaw)
+        nearing = np.maximum(u * u + v * v, LEAST_SQUARE)
+        time = np.clip(-(dx * u + dy * v) / nearing, 0.0, spec.foresight)
+        counts |= (dx + u * time) ** 2 + (dy + v * time) ** 2 < spec.reach * spec.reach
     if not spec.vulnerable:
         counts &= actors.kinds != ActorKind.PEDESTRIAN
     if not spec.rear:

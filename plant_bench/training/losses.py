@@ -32,9 +32,22 @@ class Losses:
         return self.waypoints + weight * self.vehicles
 
 
-def losses_of(output: Output, targets: Targets, bins: Sequence[Bins]) -> Losses:
-    """Return how far an output is from its targets."""
-    waypoints = (output.waypoints - targets.waypoints).abs().sum(dim=2).mean()
+def losses_of(
+    output: Output, targets: Targets, bins: Sequence[Bins], caution: float = 1.0
+) -> Losses:
+    """Return how far an output is from its targets.
+
+    Args:
+        output: Of the network.
+        targets: What was wanted.
+        bins: Of the six attributes.
+        caution: Weight of metres too far ahead against metres short of it: in doubt the network
+            answers with less than the median of what was driven; 1 for equation 3.
+    """
+    errors = output.waypoints - targets.waypoints
+    ahead, aside = errors.unbind(dim=2)
+    along = torch.where(ahead > 0.0, caution * ahead, -ahead)
+    waypoints = (along + aside.abs()).mean()
     known = ~targets.futures[:, :, 0].isnan()
     each = torch.zeros_like(known, dtype=waypoints.dtype)
     for attribute, (logits, kind) in enumerate(zip(output.futures, bins, strict=True)):

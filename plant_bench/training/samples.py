@@ -4,19 +4,18 @@ Scenes become inputs by the very functions that a planner uses while it drives.
 """
 
 from dataclasses import dataclass, fields
+from typing import Literal
 
 import numpy as np
 from jaxtyping import Float, Int, UInt8
 
-from typing import Literal
-
 from plant_bench.agent import PLAN_INTERVAL, PLAN_STEPS, Control, Input, Observation
-from plant_bench.agents.careful_driver import RESTING_INTERVAL, allowed_speed
+from plant_bench.agents.careful_driver import RESTING_INTERVAL
 from plant_bench.agents.forecast import STEP
 from plant_bench.agents.rollouts import ego_poses, rollout
 from plant_bench.data.recording import Action, Recording
 from plant_bench.errors import InputError
-from plant_bench.features.inputs import SceneInput, scene_input
+from plant_bench.features.inputs import SceneInput, allowed_speed, scene_input
 from plant_bench.features.tokens import ATTRIBUTES, NOWHERE, Tokens, TokenSpec, actor_attributes
 from plant_bench.geometry.pose import to_frame
 from plant_bench.runner.observing import observe

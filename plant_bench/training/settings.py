@@ -26,6 +26,7 @@ class TrainingSettings:
         weight_decay: Of the weights of linear layers: 0.1 (PlanT, "Implementation").
         clip: Largest norm of the gradient: 1.0 (as above).
         auxiliary: Lambda, weight of the others' future: 0.2 (as above).
+        caution: Weight of waypoints too far ahead, see `losses_of`: 1 (equation 3).
         seed: Of weights, order, dropout and the choice of routes held out.
         held_out: Share of the routes held out for validation.
         precision: Of the encoder's arithmetic.
@@ -42,6 +43,7 @@ class TrainingSettings:
     weight_decay: float = 0.1
     clip: float = 1.0
     auxiliary: float = 0.2
+    caution: float = 1.0
     seed: int = 0
     held_out: float = 0.1
     precision: Precision = "bf16-mixed"

@@ -123,7 +123,7 @@ class Trainer:
         low = self._settings.precision == "bf16-mixed"
         with torch.autocast(self._fabric.device.type, torch.bfloat16, enabled=low):
             output = self._model(batch)
-        return losses_of(output, targets, self._bins)
+        return losses_of(output, targets, self._bins, self._settings.caution)
 
     def _validate(self) -> list[float]:
         """Return sums over this process's share of the routes held out."""

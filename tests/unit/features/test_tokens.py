@@ -43,6 +43,29 @@ def test_actors_come_nearest_first_in_the_ego_frame() -> None:
     assert tokens.attributes[1] == pytest.approx([1.0, 20.0, 0.0, 0.0, 1.8, 4.5], abs=1e-5)
 
 
+def test_foresight_shows_who_will_be_near_and_nobody_else() -> None:
+    ego = EgoState(0.0, 0.0, 0.5 * math.pi, 10.0)  # northwards
+    actors = replace(
+        actors_at((0.0, 90.0), (0.0, 95.0), (90.0, 0.0), (-90.0, 50.0)),
+        poses=np.array(
+            [
+                [0.0, 90.0, -0.5 * math.pi],  # meets the ego in 4.5 s
+                [0.0, 95.0, 0.5 * math.pi],  # drives on before it
+                [90.0, 0.0, 0.0],  # goes away
+                [-90.0, 50.0, 0.0],  # crosses before it
+            ],
+            np.float32,
+        ),
+        speeds=np.array([10.0, 10.0, 15.0, 15.0], np.float32),
+    )
+
+    seen = tokens_of(ego, actors, straight_north(), TokenSpec(foresight=5.0)).places.tolist()
+
+    assert [place for place in seen if place != NOWHERE] == [0, 3]
+    nearby = tokens_of(ego, actors, straight_north(), TokenSpec())
+    assert (nearby.places == NOWHERE).all()
+
+
 def test_a_straight_route_is_cut_into_pieces() -> None:
     tokens = tokens_of(NORTH, Actors.none(), straight_north(), TokenSpec(segments=3))
     expected = [[place, 5.0 + 10.0 * place, 0.0, 0.0, EGO_WIDTH, 10.0] for place in range(3)]

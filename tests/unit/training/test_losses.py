@@ -33,6 +33,14 @@ def test_waypoints_count_x_and_y() -> None:
     assert float(losses.total(0.2)) == pytest.approx(2.0)
 
 
+@pytest.mark.parametrize(("ahead", "loss"), [(1.0, 4.0), (-1.0, 1.0)])
+def test_caution_makes_metres_too_far_ahead_dear(ahead: float, loss: float) -> None:
+    output = Output(torch.zeros(1, 4, 2), tuple(torch.zeros(1, 1, b.count) for b in BINS))
+    targets = Targets(torch.tensor([[[-ahead, 0.0]] * 4]), torch.full((1, 1, 6), math.nan))
+
+    assert float(losses_of(output, targets, BINS, 4.0).waypoints) == pytest.approx(loss)
+
+
 def test_vehicles_are_averaged_scene_by_scene() -> None:
     futures = torch.full((2, 3, 6), math.nan)
     futures[0, :2] = 0.0

@@ -123,7 +123,8 @@ def _split(course: Course) -> Split:
                 on_progress=SamplesProgress(shown),
             )
         ]
-    return split_by_route(shards, recipe.settings.held_out, recipe.settings.seed)
+    settings = recipe.settings
+    return split_by_route(shards, settings.held_out, settings.seed, settings.resting)
 
 
 def _closed_loop(course: Course, split: Split) -> ClosedLoop | None:

@@ -39,6 +39,10 @@ def train_plant(
         float, typer.Option(help="Weight of waypoints too far ahead; 1 as the paper.", min=0.1)
     ] = 1.0,
     seed: Annotated[int, typer.Option(help="Of weights, order and held-out routes.", min=0)] = 0,
+    resting: Annotated[
+        float,
+        typer.Option(help="Share kept of samples in which one stands and stays.", min=0.0, max=1.0),
+    ] = 1.0,
     held_out: Annotated[
         float, typer.Option(help="Share of the routes kept for validation.", min=0.0, max=0.9)
     ] = 0.1,
@@ -142,6 +146,7 @@ def train_plant(
         auxiliary=auxiliary,
         caution=caution,
         seed=seed,
+        resting=resting,
         held_out=held_out,
         precision="32-true" if full_precision else "bf16-mixed",
         targets=targets,

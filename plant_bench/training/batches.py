@@ -50,8 +50,14 @@ class Split:
     fingerprint: str
 
 
-def split_by_route(shards: Sequence[Shard], share: float, seed: int) -> Split:
+def split_by_route(shards: Sequence[Shard], share: float, seed: int, resting: float = 1.0) -> Split:
     """Hold a share of the routes out, chosen by a hash of their ids and the seed.
+
+    Args:
+        shards: The samples.
+        share: Of the routes to be held out.
+        seed: Of the choice.
+        resting: Share that is learnt from of the samples in which the ego stands and stays.
 
     Raises:
         InputError: There are no samples, or too few routes to hold one out.
@@ -70,12 +76,20 @@ def split_by_route(shards: Sequence[Shard], share: float, seed: int) -> Split:
         raise InputError(message)
     nothing = learnt[0].only(slice(0, 0))
     return Split(
-        joined(learnt),
+        _without_rest(joined(learnt), resting, seed),
         joined(checked) if checked else nothing,
         tuple(sorted(held_out)),
         len(shards),
         _fingerprint(shards),
     )
+
+
+def _without_rest(samples: Samples, share: float, seed: int) -> Samples:
+    """Leave some of the samples out in which the ego rests: they are many, and all alike."""
+    if share == 1.0:
+        return samples
+    lucky = np.random.default_rng((seed, len(samples))).random(len(samples)) < share
+    return samples.picked(np.flatnonzero(lucky | ~samples.resting))
 
 
 def epoch_batches(

@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields
 from typing import Literal
 
 import numpy as np
-from jaxtyping import Float, Int, UInt8
+from jaxtyping import Bool, Float, Int, UInt8
 
 from plant_bench.agent import PLAN_INTERVAL, PLAN_STEPS, Control, Input, Observation
 from plant_bench.agents.careful_driver import RESTING_INTERVAL
@@ -33,6 +33,9 @@ ROLLED = slice(
     round(PLAN_STEPS * PLAN_INTERVAL / STEP) + 1,
     round(PLAN_INTERVAL / STEP),
 )  # the instants of a rollout at which waypoints lie
+
+STANDING, STAYING = 0.1, 0.2  # m/s, and metres in two seconds
+_OF_TOKENS = frozenset({"attributes", "kinds", "futures"})
 
 TargetKind = Literal["future", "answer"]
 
@@ -73,13 +76,30 @@ class Samples:
         """Number of tokens of each sample."""
         return np.diff(self.starts)
 
+    @property
+    def resting(self) -> Bool[np.ndarray, " batch"]:
+        """Where the ego stands and should go on standing."""
+        return (self.speed < STANDING) & (np.abs(self.waypoints[:, -1, 0]) < STAYING)
+
+    def picked(self, chosen: Int[np.ndarray, " chosen"]) -> "Samples":
+        """Return some samples, in the given order."""
+        counts = self.counts[chosen]
+        ends = _ends(counts)
+        within = np.arange(ends[-1]) - np.repeat(ends[:-1], counts)
+        tokens = np.repeat(self.starts[:-1][chosen], counts) + within
+        columns = {
+            item.name: getattr(self, item.name)[tokens if item.name in _OF_TOKENS else chosen]
+            for item in fields(self)
+            if item.name != "starts"
+        }
+        return Samples(starts=ends, **columns)
+
     def only(self, part: slice) -> "Samples":
         """Return the samples of a slice, which must have a start, a stop and no step."""
         first, last = (int(self.starts[at]) for at in (part.start, part.stop))
-        of_tokens = {"attributes", "kinds", "futures"}
         columns = {
             item.name: getattr(self, item.name)[
-                slice(first, last) if item.name in of_tokens else part
+                slice(first, last) if item.name in _OF_TOKENS else part
             ]
             for item in fields(self)
             if item.name != "starts"

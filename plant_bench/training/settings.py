@@ -28,6 +28,7 @@ class TrainingSettings:
         auxiliary: Lambda, weight of the others' future: 0.2 (as above).
         caution: Weight of waypoints too far ahead, see `losses_of`: 1 (equation 3).
         seed: Of weights, order, dropout and the choice of routes held out.
+        resting: Share that is learnt from of the samples in which the ego stands and stays.
         held_out: Share of the routes held out for validation.
         precision: Of the encoder's arithmetic.
         targets: What the waypoints are: where the ego went, as PlanT, or where the expert's answer
@@ -45,6 +46,7 @@ class TrainingSettings:
     auxiliary: float = 0.2
     caution: float = 1.0
     seed: int = 0
+    resting: float = 1.0
     held_out: float = 0.1
     precision: Precision = "bf16-mixed"
     targets: TargetKind = "future"

@@ -40,11 +40,16 @@ class Layer(nn.Module):
         bias: Float[Tensor, "batch 1 1 tokens"] | None,
         *,
         explain: bool,
-    ) -> tuple[Float[Tensor, "batch tokens width"], Float[Tensor, "batch tokens"] | None]:
-        """Return the new hidden states and, if wanted, the first token's attention over heads."""
+        first_only: bool = False,
+    ) -> tuple[Float[Tensor, "batch some width"], Float[Tensor, "batch tokens"] | None]:
+        """Return the new hidden states and, if wanted, the first token's attention over heads.
+
+        With `first_only` the hidden state of the first token alone, which needs no queries and no
+        feed-forward of the others.
+        """
+        query, key, value = self._asked_of_all(hidden, first_only=first_only)
+        hidden = hidden[:, :1] if first_only else hidden
         batch, tokens, width = hidden.shape
-        parts = self.query_key_value(hidden).view(batch, tokens, 3, self.heads, -1)
-        query, key, value = parts.permute(2, 0, 3, 1, 4)
         seen = _attention_of_first(query, key, bias) if explain else None
         mixed = functional.scaled_dot_product_attention(
             query, key, value, attn_mask=bias, dropout_p=DROPOUT if self.training else 0.0
@@ -53,6 +58,19 @@ class Layer(nn.Module):
         hidden = self.attention_norm(hidden + self.dropout(self.mix(mixed)))
         widened = functional.gelu(self.widen(hidden))
         return self.norm(hidden + self.dropout(self.narrow(widened))), seen
+
+    def _asked_of_all(self, hidden: Tensor, *, first_only: bool) -> tuple[Tensor, Tensor, Tensor]:
+        """Return queries, keys and values, each (batch, heads, tokens, depth)."""
+        batch, tokens, width = hidden.shape
+        if not first_only:
+            parts = self.query_key_value(hidden).view(batch, tokens, 3, self.heads, -1)
+            query, key, value = parts.permute(2, 0, 3, 1, 4)
+            return query, key, value
+        weight, bias = self.query_key_value.weight, self.query_key_value.bias
+        first = functional.linear(hidden[:, :1], weight[:width], bias[:width])
+        others = functional.linear(hidden, weight[width:], bias[width:])
+        key, value = others.view(batch, tokens, 2, self.heads, -1).permute(2, 0, 3, 1, 4)
+        return first.view(batch, 1, self.heads, -1).transpose(1, 2), key, value
 
 
 class Encoder(nn.Module):
@@ -74,13 +92,15 @@ class Encoder(nn.Module):
         absent: Bool[Tensor, "batch tokens"] | None = None,
         *,
         explain: bool = False,
-    ) -> tuple[Float[Tensor, "batch tokens width"], Float[Tensor, "batch tokens"] | None]:
+        first_only: bool = False,
+    ) -> tuple[Float[Tensor, "batch some width"], Float[Tensor, "batch tokens"] | None]:
         """Encode.
 
         Args:
             embedded: Embeddings.
             absent: Where there is padding, which nobody attends to; None for no padding.
             explain: Whether the first token's attention, summed over layers and heads, is wanted.
+            first_only: Whether the last layer's hidden state of the first token alone is wanted.
         """
         hidden = self.dropout(self.norm(embedded))
         bias = None
@@ -88,8 +108,10 @@ class Encoder(nn.Module):
             bias = torch.zeros_like(absent, dtype=hidden.dtype).masked_fill(absent, -math.inf)
             bias = bias[:, None, None, :]
         total = None
-        for layer in self.layers:
-            hidden, seen = layer(hidden, bias, explain=explain)
+        last = len(self.layers) - 1
+        for place, layer in enumerate(self.layers):
+            first = first_only and place == last
+            hidden, seen = layer(hidden, bias, explain=explain, first_only=first)
             if seen is not None:
                 total = seen if total is None else total + seen
         return hidden, total

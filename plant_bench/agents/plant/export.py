@@ -1,32 +1,28 @@
-"""Writes the graph that `plant_bench.agents.plant.graph` drives with."""
+"""Writes the graph that `plant_bench.agents.plant.graph` drives with.
 
-import warnings
+It is written node by node from the weights: a graph traced by torch has three times the nodes, most
+of them about shapes that are known here, and needs a fifth more time.
+"""
+
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-import torch
-from torch import Tensor, nn
 
-from plant_bench.agents.plant.config import GRAPH_FILE
-from plant_bench.agents.plant.graph import ATTENTION, WAYPOINTS
-from plant_bench.agents.plant.network import Batch, PlanTNetwork
+from plant_bench.agent import PLAN_STEPS
+from plant_bench.agents.plant.config import GRAPH_FILE, PlanTConfig
+from plant_bench.agents.plant.encoder import NORM_EPSILON
+from plant_bench.agents.plant.graph import ATTENTION, EXPLAIN, WAYPOINTS
+from plant_bench.agents.plant.network import DECODER_WIDTH, METRES, SCALES, SPEED
 from plant_bench.agents.plant.weights import load_network
 from plant_bench.errors import InputError
+from plant_bench.features.tokens import ATTRIBUTES
 
-OPSET = 17
-LEAST_HALVED = 256  # values of a tensor from which on it is stored in half precision
-_TRACED_TOKENS = 5  # any number: the graph takes all
+if TYPE_CHECKING:
+    from plant_bench.agents.plant.graph_writer import GraphWriter
 
-
-class _Plan(nn.Module):
-    """`PlanTNetwork.plan` with plain arguments and all answers."""
-
-    def __init__(self, network: PlanTNetwork) -> None:
-        super().__init__()
-        self.network = network
-
-    def forward(self, *scene: Tensor) -> tuple[Tensor, Tensor | None]:
-        return self.network.plan(Batch(*scene), explain=True)
+_STATE = DECODER_WIDTH + 1  # of the GRU
+_END = np.iinfo(np.int64).max
 
 
 def export_graph(folder: Path) -> None:
@@ -36,55 +32,162 @@ def export_graph(folder: Path) -> None:
         InputError: There are no weights, or the package onnx is missing.
     """
     network = load_network(folder)
-    some = torch.zeros(1)
-    scene = Batch(
-        torch.randn(1, _TRACED_TOKENS, 6),
-        torch.ones(1, _TRACED_TOKENS, dtype=torch.uint8),
-        some,
-        torch.zeros(1, 2),
-        some + 1.0,
-        some + 2.0,
-    )
-    part = folder / f"{GRAPH_FILE}.part"
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # the exporter warns of its own age
-            torch.onnx.export(
-                _Plan(network).eval(),
-                tuple(scene),
-                str(part),
-                input_names=list(Batch._fields),
-                output_names=[WAYPOINTS, ATTENTION],
-                dynamic_axes={name: {1: "tokens"} for name in ("attributes", "kinds", ATTENTION)},
-                opset_version=OPSET,
-                dynamo=False,
-            )
-    except (ImportError, torch.onnx.errors.OnnxExporterError) as error:
+        from plant_bench.agents.plant.graph_writer import GraphWriter
+    except ImportError as error:
         message = f"A graph cannot be written ({error}): pip install 'plant-bench[onnx]'."
         raise InputError(message) from error
-    halve_weights(part)
+    weights = {name: values.numpy() for name, values in network.state_dict().items()}
+    writer = GraphWriter()
+    _Export(writer, network.config, weights).add_plan()
+    part = folder / f"{GRAPH_FILE}.part"
+    writer.write(part)
     part.replace(folder / GRAPH_FILE)
 
 
-def halve_weights(path: Path) -> None:
-    """Store a graph's weights in half precision, cast when it is loaded: half the file.
+class _Export:
+    """Adds `PlanTNetwork.plan` of one scene; hidden states are (tokens, width), [CLS] first."""
 
-    Nothing is lost where they came from `weights.safetensors`, which holds no more.
-    """
-    import onnx
-    from onnx import TensorProto, helper, numpy_helper
+    def __init__(
+        self, writer: "GraphWriter", config: PlanTConfig, weights: dict[str, np.ndarray]
+    ) -> None:
+        self._writer = writer
+        self._config = config
+        self._weights = weights
+        self._size = config.encoder
 
-    model = onnx.load(path)
-    graph = model.graph
-    casts = []
-    for weights in graph.initializer:
-        values = numpy_helper.to_array(weights)
-        if values.dtype != np.float32 or values.size < LEAST_HALVED:
-            continue
-        name, short = weights.name, f"{weights.name}/half"
-        weights.CopyFrom(numpy_helper.from_array(values.astype(np.float16), short))
-        casts.append(helper.make_node("Cast", [short], [name], to=TensorProto.FLOAT))
-    nodes = [*casts, *graph.node]
-    del graph.node[:]
-    graph.node.extend(nodes)
-    onnx.save(model, path)
+    def add_plan(self) -> None:
+        """Add everything from the inputs to waypoints and attention."""
+        writer, hidden = self._writer, self._embedded()
+        asked: list[tuple[str, str]] = []
+        for place in range(self._size.layers):
+            last = place == self._size.layers - 1  # only its [CLS] is decoded
+            name = f"encoder.layers.{place}"
+            hidden, query, key = self._layer(name, hidden, first_only=last)
+            asked.append((query, key))
+        self._decode(hidden)
+        explain = writer.takes(EXPLAIN, np.bool_, 1)
+        writer.add_choice(explain, self._explanation(asked), self._no_explanation(), ATTENTION)
+        writer.gives(WAYPOINTS, 1, PLAN_STEPS, 2)
+        writer.gives(ATTENTION, 1, "seen")
+
+    def _embedded(self) -> str:
+        writer = self._writer
+        attributes = writer.takes("attributes", np.float32, 1, "tokens", ATTRIBUTES)
+        kinds = writer.takes("kinds", np.uint8, 1, "tokens")
+        rows = writer.reshape(attributes, -1, ATTRIBUTES)
+        projected = self._linear("project", self._divided(rows, SCALES))
+        table = writer.constant(self._weights["kinds.weight"])
+        types = writer.add("Gather", table, writer.cast(writer.reshape(kinds, -1), np.int64))
+        tokens = writer.add("Add", projected, types)
+        whole = writer.add("Concat", self._cls(), tokens, axis=0)
+        norm = self._constants("encoder.norm.weight", "encoder.norm.bias")
+        return writer.add("LayerNormalization", whole, *norm, axis=-1, epsilon=NORM_EPSILON)
+
+    def _cls(self) -> str:
+        writer, facts = self._writer, []
+        cls = writer.constant(self._weights["cls"][None])
+        if self._config.speed_input:
+            speed = writer.takes("speed", np.float32, 1)
+            withheld, zero = writer.add("IsNaN", speed), writer.constant(np.zeros(1))
+            facts.append(self._divided(writer.add("Where", withheld, zero, speed), (SPEED,)))
+            facts.append(writer.cast(writer.add("Not", withheld), np.float32))
+        if self._config.limit_input:
+            limit = writer.takes("limit", np.float32, 1)
+            facts.append(self._divided(limit, (SPEED,)))
+        if not facts:
+            return cls
+        row = writer.reshape(writer.add("Concat", *facts, axis=0), 1, -1)
+        return writer.add("Add", cls, self._linear("facts", row))
+
+    def _layer(self, name: str, hidden: str, *, first_only: bool) -> tuple[str, str, str]:
+        """Return the new hidden states, of [CLS] only if wanted, and the queries and keys."""
+        writer, width = self._writer, self._size.width
+        asking = writer.rows(hidden, 0, 1) if first_only else hidden
+        query, key, value = (
+            self._linear(f"{name}.query_key_value", some, slice(part * width, (part + 1) * width))
+            for part, some in enumerate((asking, hidden, hidden))
+        )
+        batches = (writer.reshape(some, 1, -1, width) for some in (query, key, value))
+        mixed = writer.add("MultiHeadAttention", *batches, num_heads=self._size.heads)
+        mixed = self._linear(f"{name}.mix", writer.reshape(mixed, -1, width))
+        middle = self._added(f"{name}.attention_norm", mixed, asking)
+        widened = writer.add("Gelu", self._linear(f"{name}.widen", middle))
+        out = self._added(f"{name}.norm", self._linear(f"{name}.narrow", widened), middle)
+        return out, query, key
+
+    def _explanation(self, asked: list[tuple[str, str]]) -> "GraphWriter":
+        """Return the branch with the attention of [CLS] to all others over layers and heads."""
+        branch = type(self._writer)("explained/")
+        heads, depth = self._size.heads, self._size.width // self._size.heads
+        root, axes = branch.constant(np.array([depth**0.5])), branch.constant(np.array([0, 1]))
+        seen: list[str] = []
+        for query, key in asked:
+            first = branch.reshape(branch.rows(query, 0, 1), heads, 1, depth)
+            keys = branch.add("Transpose", branch.reshape(key, -1, heads, depth), perm=[1, 2, 0])
+            scores = branch.add("Div", branch.add("MatMul", first, keys), root)
+            weights = branch.add("Softmax", scores, axis=-1)
+            seen.append(branch.add("ReduceSum", weights, axes, keepdims=0))
+        others = branch.rows(branch.add("Sum", *seen), 1, _END)
+        branch.gives(branch.reshape(others, 1, -1), 1, "seen")
+        return branch
+
+    def _no_explanation(self) -> "GraphWriter":
+        branch = type(self._writer)("unexplained/")
+        nothing = branch.add("Identity", branch.constant(np.zeros((1, 0))))
+        branch.gives(nothing, 1, "seen")
+        return branch
+
+    def _decode(self, cls: str) -> None:
+        """Add the waypoints, each from the last."""
+        writer = self._writer
+        red = writer.reshape(writer.takes("red", np.float32, 1), 1, 1)
+        state = writer.add("Concat", self._linear("narrow", cls), red, axis=1)
+        state = writer.reshape(state, 1, 1, _STATE)
+        goal = self._divided(writer.takes("target", np.float32, 1, 2), (METRES,))
+        point, points = writer.constant(np.zeros((1, 2))), []
+        gates = self._gates()
+        for _ in range(PLAN_STEPS):
+            told = writer.reshape(writer.add("Concat", point, goal, axis=1), 1, 1, 4)
+            state = writer.add_last(
+                "GRU", told, *gates, "", state, hidden_size=_STATE, linear_before_reset=1
+            )
+            step = self._linear("step", writer.reshape(state, 1, _STATE))
+            point = writer.add("Add", point, step)
+            points.append(point)
+        metres = writer.constant(np.array([METRES]))
+        plan = writer.add("Mul", writer.add("Concat", *points, axis=0), metres)
+        writer.reshape(plan, 1, PLAN_STEPS, 2, name=WAYPOINTS)
+
+    def _gates(self) -> list[str]:
+        """Return the GRU's weights for inputs and state, and its biases."""
+        ours = [self._weights[f"decoder.{name}"] for name in _GRU_WEIGHTS]
+        inputs, state, *biases = (_update_first(some) for some in ours)
+        found = inputs[None], state[None], np.concatenate(biases)[None]
+        return [self._writer.constant(some) for some in found]
+
+    def _added(self, name: str, change: str, hidden: str) -> str:
+        norm = self._constants(f"{name}.weight", f"{name}.bias")
+        return self._writer.add(
+            "SkipLayerNormalization", change, hidden, *norm, epsilon=NORM_EPSILON
+        )
+
+    def _linear(self, name: str, rows: str, part: slice = slice(None)) -> str:
+        weight, bias = self._weights[f"{name}.weight"][part], self._weights[f"{name}.bias"][part]
+        constants = self._writer.constant(weight.T), self._writer.constant(bias)
+        return self._writer.add("Gemm", rows, *constants)
+
+    def _divided(self, values: str, by: tuple[float, ...]) -> str:
+        return self._writer.add("Div", values, self._writer.constant(np.array(by)))
+
+    def _constants(self, *names: str) -> list[str]:
+        return [self._writer.constant(self._weights[name]) for name in names]
+
+
+_GRU_WEIGHTS = ("weight_ih", "weight_hh", "bias_ih", "bias_hh")
+
+
+def _update_first(gates: np.ndarray) -> np.ndarray:
+    """Return torch's gates (reset, update, new) in the order of ONNX (update, reset, new)."""
+    reset, update, new = np.split(gates, 3)
+    return np.concatenate((update, reset, new))

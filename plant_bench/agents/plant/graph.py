@@ -15,6 +15,7 @@ from plant_bench.features.inputs import SceneInput
 from plant_bench.inference import forward_pass
 
 WAYPOINTS, ATTENTION = "waypoints", "attention"
+EXPLAIN = "explain"  # the input that tells whether attention is computed
 _HOW = "pip install onnxruntime"
 
 
@@ -43,19 +44,19 @@ class GraphPredictor:
         except Exception as error:  # its errors share no base but Exception
             message = f"Broken graph {path}: {str(error).splitlines()[0]}"
             raise InputError(message) from error
-        self._wanted = {item.name for item in self._session.get_inputs()}
+        self._wanted = [item.name for item in self._session.get_inputs()]
 
     def waypoints(self, given: SceneInput) -> Float[np.ndarray, "waypoints 2"]:
         """Return the plan in the ego frame, metres."""
-        feed = self._feed(given)
+        feed = self._feed(given, _PLAN_ONLY)
         with forward_pass(len(given.tokens)):
-            return self._run(WAYPOINTS, feed)
+            return self._run(_WAYPOINTS, feed)
 
     def attention(self, given: SceneInput) -> Float[np.ndarray, " tokens"]:
         """Return how much [CLS] attends to each token, summed over layers and heads."""
-        return self._run(ATTENTION, self._feed(given))
+        return self._run(_ATTENTION, self._feed(given, _PLAN_AND_EXPLAIN))
 
-    def _feed(self, given: SceneInput) -> dict[str, np.ndarray]:
+    def _feed(self, given: SceneInput, explain: np.ndarray) -> dict[str, np.ndarray]:
         scene = {
             "attributes": given.tokens.attributes[None],
             "kinds": given.tokens.kinds[None],
@@ -63,8 +64,13 @@ class GraphPredictor:
             "target": np.array([given.target], np.float32),
             "speed": np.array([given.speed], np.float32),
             "limit": np.array([given.limit], np.float32),
+            EXPLAIN: explain,
         }
-        return {key: values for key, values in scene.items() if key in self._wanted}
+        return {name: scene[name] for name in self._wanted}
 
-    def _run(self, name: str, feed: dict[str, np.ndarray]) -> np.ndarray:
-        return np.asarray(self._session.run([name], feed)[0][0], dtype=float)
+    def _run(self, names: list[str], feed: dict[str, np.ndarray]) -> np.ndarray:
+        return self._session.run(names, feed)[0][0].astype(float)
+
+
+_WAYPOINTS, _ATTENTION = [WAYPOINTS], [ATTENTION]
+_PLAN_ONLY, _PLAN_AND_EXPLAIN = np.array([False]), np.array([True])

@@ -92,20 +92,25 @@ class PlanTNetwork(nn.Module):
 
         That is the attention of [CLS] to each token, summed over layers and heads (PlanT, 4.3).
         """
-        hidden, attention = self.encode(batch, padded=False, explain=explain)
+        hidden, attention = self.encode(batch, padded=False, explain=explain, first_only=True)
         return self.decode(hidden[:, 0], batch.red, batch.target), attention
 
     def encode(
-        self, batch: Batch, *, padded: bool, explain: bool
+        self, batch: Batch, *, padded: bool, explain: bool, first_only: bool = False
     ) -> tuple[Float[Tensor, "batch hidden width"], Float[Tensor, "batch tokens"] | None]:
-        """Return the encoder's output, [CLS] first, and the attention of [CLS] to the tokens."""
+        """Return the encoder's output, [CLS] first, and the attention of [CLS] to the tokens.
+
+        With `first_only` the output for [CLS] alone.
+        """
         kinds = batch.kinds.long()
         tokens = self.project(batch.attributes / self.scales) + self.kinds(kinds)
         cls = self.cls.expand(len(kinds), 1, -1)
         if self.facts is not None:
             cls = cls + self.facts(self._facts(batch))[:, None]
         absent = functional.pad(kinds == TokenKind.PADDING, (1, 0)) if padded else None
-        hidden, attention = self.encoder(torch.cat((cls, tokens), 1), absent, explain=explain)
+        hidden, attention = self.encoder(
+            torch.cat((cls, tokens), 1), absent, explain=explain, first_only=first_only
+        )
         return hidden, None if attention is None else attention[:, 1:]
 
     def decode(

@@ -56,6 +56,17 @@ def test_padding_changes_nothing() -> None:
 
 
 @torch.no_grad()
+def test_the_first_token_alone_is_as_among_all() -> None:
+    encoder = Encoder(Size(2, 32, 4)).eval()
+    embedded = torch.randn(3, TOKENS, 32)
+    hidden, attention = encoder(embedded, explain=True)
+    first, also = encoder(embedded, explain=True, first_only=True)
+    assert first.shape == (3, 1, 32)
+    torch.testing.assert_close(first, hidden[:, :1], atol=1e-6, rtol=0)
+    torch.testing.assert_close(also, attention, atol=1e-6, rtol=0)
+
+
+@torch.no_grad()
 def test_no_tokens_at_all() -> None:
     waypoints, attention = network().plan(batch_of(tokens=0), explain=True)
     assert waypoints.isfinite().all()

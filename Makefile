@@ -31,6 +31,7 @@ reproduce:  ## the table in the README
 docs:  ## pictures of all towns and routes, into docs/pictures
 	$(BIN)/plant-bench towns list --pictures docs/pictures/towns
 	$(BIN)/plant-bench routes list --pictures docs/pictures/routes
+	$(BIN)/plant-bench routes list --suite unseen --pictures docs/pictures/routes
 
 clean:  ## what can be made again; reports stay
 	rm -rf dist .pytest_cache .ruff_cache .import_linter_cache .hypothesis

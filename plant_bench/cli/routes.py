@@ -14,7 +14,10 @@ Suite = Annotated[str, typer.Option(help="A suite's name, or a folder or file of
 
 @routes_app.command("build")
 def build(
-    suite: Annotated[str, typer.Option(help="Name of the suite.")] = "longest6",
+    suite: Annotated[
+        str | None,
+        typer.Option(help="Name of the suite; without it longest6, and with --check all."),
+    ] = None,
     town: Annotated[
         list[str] | None, typer.Option(help="Only this town; may be given more than once.")
     ] = None,
@@ -34,14 +37,18 @@ def build(
 
         plant-bench routes build --seed 7 --out my_routes
     """
-    from plant_bench.towns.routes import build_suite, check_suite
+    from plant_bench.towns.routes import SUITES, build_suite, check_suite
 
     refuse_overwriting(seed, out, check=check)
     if not check:
-        typer.echo(f"{suite}: {build_suite(suite, towns=town, seed=seed, out=out)}")
+        name = suite or "longest6"
+        typer.echo(f"{name}: {build_suite(name, towns=town, seed=seed, out=out)}")
         return
-    faults = check_suite(suite)
-    typer.echo(f"{suite}: {'sound' if not faults else f'{len(faults)} faults'}")
+    faults: list[str] = []
+    for name in [suite] if suite is not None else SUITES:
+        found = check_suite(name)
+        faults.extend(found)
+        typer.echo(f"{name}: {'sound' if not found else f'{len(found)} faults'}")
     for fault in faults:
         typer.echo(fault, err=True)
     if faults:

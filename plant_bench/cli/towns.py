@@ -30,11 +30,12 @@ def build(
 
         plant-bench towns build --town town03 --seed 7 --out my_towns
     """
-    from plant_bench.towns.generate import build_town, check_town, town_names
+    from plant_bench.towns.generate import build_town, check_town, stored_towns, town_names
 
     refuse_overwriting(seed, out, check=check)
     faults: list[str] = []
-    for name in [town] if town is not None else town_names():
+    every = stored_towns() if seed is None else town_names()  # a character each is enough
+    for name in [town] if town is not None else every:
         if check:
             found = check_town(name)
             faults.extend(f"{name}: {fault}" for fault in found)
@@ -56,13 +57,16 @@ def list_towns(
 ) -> None:
     """List the towns and what each contains."""
     from plant_bench.reports.tables import print_rows
-    from plant_bench.towns.generate import describe_town, town_names
+    from plant_bench.towns.generate import describe_town, stored_towns
     from plant_bench.towns.picture import save_town_picture
+    from plant_bench.towns.unseen import UNSEEN
 
-    towns = [asdict(describe_town(name)) for name in town_names()]
-    heads = ["", *(str(town["name"]) for town in towns)]
-    kinds = [kind for kind in towns[0] if kind != "name"] if towns else []
-    print_rows("Towns", heads, [[_words(k), *(town[k] for town in towns)] for k in kinds])
+    towns = [asdict(describe_town(name)) for name in stored_towns()]
+    for title, further in (("Towns", False), ("Unseen towns", True)):
+        shown = [town for town in towns if (town["name"] in UNSEEN) == further]
+        heads = ["", *(str(town["name"]) for town in shown)]
+        kinds = [kind for kind in shown[0] if kind != "name"]
+        print_rows(title, heads, [[_words(k), *(town[k] for town in shown)] for k in kinds])
     if pictures is not None:
         pictures.mkdir(parents=True, exist_ok=True)
         for town in towns:

@@ -15,6 +15,7 @@ from plant_bench.towns.picture import save_picture
 from plant_bench.towns.soundness import find_faults
 from plant_bench.towns.spec import TownSpec, read_spec
 from plant_bench.towns.summary import TownSummary, summarise
+from plant_bench.towns.unseen import UNSEEN
 from plant_bench.world.town import Life, Town, load_town
 
 SPEC_FILE, NET_FILE, TOWN_FILE, PICTURE_FILE = (
@@ -27,15 +28,27 @@ ATTEMPTS = 12
 
 
 def town_names() -> list[str]:
-    """The towns that have a spec, in order."""
+    """The benchmark's towns, those that have a spec, in order."""
     return sorted(path.parent.name for path in networks_dir().glob(f"*/{SPEC_FILE}"))
 
 
+def stored_towns() -> list[str]:
+    """The towns in `networks/`: the benchmark's, then the unseen ones."""
+    return [*town_names(), *UNSEEN]
+
+
 def town_spec(name: str) -> TownSpec:
-    """The spec of a town."""
-    if name not in town_names():
-        raise InputError(f"Found no town {name!r}; there are {', '.join(town_names())}.")
-    return read_spec(networks_dir() / name / SPEC_FILE)
+    """The spec of a stored town.
+
+    Raises:
+        InputError: There is no such town.
+    """
+    if name not in stored_towns():
+        raise InputError(f"Found no town {name!r}; there are {', '.join(stored_towns())}.")
+    if name not in UNSEEN:
+        return read_spec(networks_dir() / name / SPEC_FILE)
+    unseen = UNSEEN[name]
+    return town_spec(unseen.base).model_copy(update={"name": name, "seed": unseen.seed})
 
 
 def make_town(spec: TownSpec, seed: int) -> tuple[str, Town]:
@@ -72,7 +85,7 @@ def build_town(name: str, *, seed: int | None = None, out: Path | None = None) -
     """Build a town from its spec into a folder, with its picture, and return the folder.
 
     Args:
-        name: A town of `town_names()`.
+        name: A town of `stored_towns()`.
         seed: In place of the spec's own seed.
         out: The folder to write to; by default the town's own in `networks/`.
 

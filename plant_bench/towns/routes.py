@@ -13,6 +13,7 @@ import pandas as pd
 
 from plant_bench.data_files import routes_dir
 from plant_bench.errors import InputError
+from plant_bench.towns import unseen
 from plant_bench.towns.route_choice import choose, draft_paths, driven_on, share, shorten
 from plant_bench.towns.route_graph import StreetGraph
 from plant_bench.towns.route_hazards import place_hazards
@@ -37,18 +38,20 @@ class SuiteSpec:
 
 
 # Lengths of CARLA's routes: TransFuser, leaderboard/data/longest6/longest6.xml, sorted a town.
+_LENGTHS = {
+    "town01": (1130.0, 1015.0, 937.0, 894.0, 731.0, 686.0),
+    "town02": (1010.0, 974.0, 973.0, 872.0, 821.0, 821.0),
+    "town03": (2302.0, 1871.0, 1870.0, 1747.0, 1556.0, 1434.0),
+    "town04": (2440.0, 2320.0, 2069.0, 2059.0, 1863.0, 1862.0),
+    "town05": (2101.0, 1650.0, 1555.0, 1272.0, 1071.0, 1018.0),
+    "town06": (2842.0, 2525.0, 2271.0, 1859.0, 1760.0, 1442.0),
+}
 SUITES = {
-    "longest6": SuiteSpec(
-        seed=6,
-        lengths={
-            "town01": (1130.0, 1015.0, 937.0, 894.0, 731.0, 686.0),
-            "town02": (1010.0, 974.0, 973.0, 872.0, 821.0, 821.0),
-            "town03": (2302.0, 1871.0, 1870.0, 1747.0, 1556.0, 1434.0),
-            "town04": (2440.0, 2320.0, 2069.0, 2059.0, 1863.0, 1862.0),
-            "town05": (2101.0, 1650.0, 1555.0, 1272.0, 1071.0, 1018.0),
-            "town06": (2842.0, 2525.0, 2271.0, 1859.0, 1760.0, 1442.0),
-        },
-    )
+    "longest6": SuiteSpec(seed=6, lengths=_LENGTHS),
+    unseen.SUITE: SuiteSpec(
+        seed=unseen.SUITE_SEED,
+        lengths={name: _LENGTHS[town.base] for name, town in unseen.UNSEEN.items()},
+    ),
 }
 
 

@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
 
 ROOT = Path(__file__).parents[2]
 
@@ -101,6 +102,28 @@ def test_routes_are_listed_with_their_numbers(tmp_path):
     assert done.returncode == 0
     assert "town06-5" in done.stdout
     assert any(line.split()[:2] == ["35", "town06-5"] for line in done.stdout.splitlines())
+
+
+def test_the_unseen_suite_is_found_by_its_name(tmp_path):
+    done = plant_bench("routes", "list", "--suite", "unseen", cwd=tmp_path)
+
+    assert any(line.split()[:2] == ["35", "unseen06-5"] for line in done.stdout.splitlines())
+
+
+def test_what_is_checked_is_all_there_is_unless_one_is_named(monkeypatch):
+    from plant_bench.cli import app
+
+    monkeypatch.setattr("plant_bench.towns.routes.check_suite", lambda _: [])
+    monkeypatch.setattr("plant_bench.towns.generate.check_town", lambda _: [])
+
+    def checked(*arguments):
+        lines = CliRunner().invoke(app, [*arguments, "--check"]).output.splitlines()
+        return [line.removesuffix(": sound") for line in lines]
+
+    assert checked("routes", "build") == ["longest6", "unseen"]
+    assert checked("routes", "build", "--suite", "unseen") == ["unseen"]
+    towns = [f"{kind}0{number}" for kind in ("town", "unseen") for number in range(1, 7)]
+    assert checked("towns", "build") == towns
 
 
 def test_rescore_and_compare_load_no_simulator():

@@ -1,4 +1,4 @@
-"""The six towns: as their specs say, sound, and made again byte for byte."""
+"""The towns: as their specs say, sound, and made again byte for byte."""
 
 import json
 from itertools import pairwise
@@ -19,6 +19,7 @@ from plant_bench.towns.generate import (
 )
 from plant_bench.towns.netconvert import complaints_of_sumo
 from plant_bench.towns.soundness import find_dead_lanes, find_missing, find_unreachable
+from plant_bench.towns.unseen import UNSEEN
 from plant_bench.world.town import Town, load_town
 
 pytestmark = pytest.mark.sumo
@@ -43,6 +44,11 @@ def test_all_six_are_there():
 
 def test_spec_and_seed_give_the_same_bytes_again(name):
     assert check_town(name) == []
+
+
+@pytest.mark.parametrize("unseen", UNSEEN)
+def test_an_unseen_town_is_sound_and_made_again_byte_for_byte(unseen):
+    assert check_town(unseen) == []
 
 
 def test_sumo_has_nothing_to_say_against_the_net(name):

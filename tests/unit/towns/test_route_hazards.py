@@ -1,4 +1,4 @@
-"""What holds for the hazards of every route of the suite as it is stored."""
+"""What holds for the hazards of every route of both suites as they are stored."""
 
 from collections import Counter
 from itertools import pairwise
@@ -17,7 +17,7 @@ from plant_bench.world.route import load_suite
 from plant_bench.world.scene import EGO_WIDTH
 from plant_bench.world.town import load_town
 
-ROUTES = load_suite("longest6")
+ROUTES = [route for suite in SUITES for route in load_suite(suite)]
 TOWNS = {name: load_town(name) for name in sorted({route.town for route in ROUTES})}
 CROSSINGS = (HazardKind.CROSSING, HazardKind.CROSSING_AFTER_TURN)
 
@@ -68,13 +68,15 @@ def test_junction_kinds_are_inside_the_passages_that_suit_them(route):
             assert not unsignalled or passage.signal is None
 
 
-def test_the_suite_has_about_twelve_a_route_of_all_kinds():
-    counts = Counter(hazard.kind for route in ROUTES for hazard in route.hazards)
+@pytest.mark.parametrize("suite", SUITES)
+def test_a_suite_has_about_twelve_a_route_of_all_kinds(suite):
+    routes = load_suite(suite)
+    counts = Counter(hazard.kind for route in routes for hazard in route.hazards)
     assert set(counts) == set(HazardKind)
-    assert 11.5 <= counts.total() / len(ROUTES) <= 12.5
+    assert 11.5 <= counts.total() / len(routes) <= 12.5
     beyond = sum(counts[kind] for kind, facts in HAZARDS.items() if facts.carla is None)
     assert 0.25 < beyond / counts.total() < 0.4
-    assert len({hazard.seed for route in ROUTES for hazard in route.hazards}) == counts.total()
+    assert len({hazard.seed for route in routes for hazard in route.hazards}) == counts.total()
 
 
 def test_placing_again_gives_the_same_and_another_seed_gives_others():

@@ -1,4 +1,4 @@
-"""What holds for every route of the suite as it is stored."""
+"""What holds for every route of both suites as they are stored."""
 
 import math
 import subprocess
@@ -19,20 +19,22 @@ from plant_bench.towns.routes import SUITES, build_suite, describe_suite, sample
 from plant_bench.world.route import load_suite
 from plant_bench.world.town import load_town
 
-TARGETS = SUITES["longest6"].lengths
-ROUTES = load_suite("longest6")
+ROUTES = [route for suite in SUITES for route in load_suite(suite)]
 TOWNS = {name: load_town(name) for name in sorted({route.town for route in ROUTES})}
 
 every_route = pytest.mark.parametrize("route", ROUTES, ids=[route.id for route in ROUTES])
+every_suite = pytest.mark.parametrize("suite", SUITES)
 
 
-def test_six_routes_a_town_of_about_the_lengths_of_longest6():
-    assert [route.id for route in ROUTES] == [f"{town}-{i}" for town in TARGETS for i in range(6)]
-    for name, targets in TARGETS.items():
-        lengths = [route.length for route in ROUTES if route.town == name]
+@every_suite
+def test_six_routes_a_town_of_about_the_lengths_of_longest6(suite):
+    routes, wanted = load_suite(suite), SUITES[suite].lengths
+    assert [route.id for route in routes] == [f"{town}-{i}" for town in wanted for i in range(6)]
+    for name, targets in wanted.items():
+        lengths = [route.length for route in routes if route.town == name]
         for length, target in zip(lengths, targets, strict=True):
             assert 0.9 * target < length < 1.01 * target
-    assert 52_000 < sum(route.length for route in ROUTES) < 56_500
+    assert 52_000 < sum(route.length for route in routes) < 56_500
 
 
 def test_routes_of_a_town_share_at_most_two_thirds():
@@ -41,9 +43,10 @@ def test_routes_of_a_town_share_at_most_two_thirds():
             assert share(driven_on(one), driven_on(other)) <= 2 / 3
 
 
-def test_every_manoeuvre_occurs():
+@every_suite
+def test_every_manoeuvre_occurs(suite):
     counts = Counter[str]()
-    for route in ROUTES:
+    for route in load_suite(suite):
         counts.update(route.manoeuvres)
     assert all(counts[kind] > 0 for kind in MANOEUVRES)
 
@@ -161,22 +164,24 @@ def test_description_has_a_row_a_route():
 
 
 # Building runs in its own process, where types are not checked at every call: ten times faster.
-def test_building_a_town_again_in_another_process_gives_equal_bytes(tmp_path):
-    folder = tmp_path / "longest6"
+@pytest.mark.parametrize(("suite", "town"), [("longest6", "town02"), ("unseen", "unseen01")])
+def test_building_a_town_again_in_another_process_gives_equal_bytes(suite, town, tmp_path):
+    folder = tmp_path / suite
     code = (
         "import sys; from pathlib import Path; from plant_bench.towns.routes import build_suite; "
-        "build_suite(towns=['town02'], out=Path(sys.argv[1]))"
+        "build_suite(sys.argv[2], towns=[sys.argv[3]], out=Path(sys.argv[1]))"
     )
-    subprocess.run([sys.executable, "-c", code, str(folder)], check=True)
-    assert [path.name for path in folder.iterdir()] == ["town02.json"]
-    stored = routes_dir() / "longest6" / "town02.json"
-    assert (folder / "town02.json").read_bytes() == stored.read_bytes()
-    assert [path.name for path in tmp_path.iterdir()] == ["longest6"], "no scratch is left"
+    subprocess.run([sys.executable, "-c", code, str(folder), suite, town], check=True)
+    assert [path.name for path in folder.iterdir()] == [f"{town}.json"]
+    stored = routes_dir() / suite / f"{town}.json"
+    assert (folder / f"{town}.json").read_bytes() == stored.read_bytes()
+    assert [path.name for path in tmp_path.iterdir()] == [suite], "no scratch is left"
 
 
 @pytest.mark.slow
-def test_building_the_suite_again_gives_equal_bytes():
-    code = "from plant_bench.towns.routes import check_suite; print(check_suite('longest6'))"
+@every_suite
+def test_building_the_suite_again_gives_equal_bytes(suite):
+    code = f"from plant_bench.towns.routes import check_suite; print(check_suite('{suite}'))"
     done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
     assert done.stdout == "[]\n"
 

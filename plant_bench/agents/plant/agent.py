@@ -1,5 +1,7 @@
 """PlanT as a planner: the network plans, `follow_plan` drives, attention tells who matters."""
 
+import copy
+import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Protocol, runtime_checkable
@@ -17,6 +19,10 @@ from plant_bench.features.tokens import NOWHERE
 from plant_bench.world.route import Route
 
 DEFAULT_WEIGHTS = "plant-mini"  # in models/
+INTERVAL = 2  # ticks between two decisions: 10 Hz, as PlanT with perception
+RESTING_INTERVAL = 4  # ticks, while it stands and stays: as the expert
+STILL = 0.01  # m/s, below which the ego stands
+STAYS = 0.2  # m in two seconds
 
 
 class PlanT:
@@ -24,30 +30,35 @@ class PlanT:
 
     Attributes:
         files: What makes it drive as it does, apart from the code of planners.
+        interval: Ticks until the next decision.
 
     Args:
         weights: Folder of the trained network; `models/plant-mini` without it.
     """
 
     inputs = frozenset({Input.OBJECTS, Input.ROUTE, Input.LIGHT})
-    interval = 2  # ticks: 10 Hz, as PlanT with perception
 
     def __init__(self, weights: str | None = None) -> None:
         folder = models_dir() / DEFAULT_WEIGHTS if weights is None else Path(weights)
         self._spec = load_config(folder).tokens
         self._predictor = load_predictor(folder)
         self.files: Sequence[Path] = _files(folder)
+        self.interval = INTERVAL
 
     def reset(self, route: Route | None) -> None:
-        """Start a new episode; there is nothing to forget."""
+        """Start a new episode."""
+        self.interval = INTERVAL
 
     def act(self, observation: Observation) -> Plan:
         """Plan the next two seconds."""
-        return Plan(self._predictor.waypoints(scene_input(observation, self._spec)))
+        waypoints = self._predictor.waypoints(scene_input(observation, self._spec))
+        stays = observation.ego.speed < STILL and math.hypot(*waypoints[-1]) < STAYS
+        self.interval = RESTING_INTERVAL if stays else INTERVAL
+        return Plan(waypoints)
 
     def __deepcopy__(self, _memo: object) -> "PlanT":
-        """Return itself: it remembers nothing, and its network never changes."""
-        return self
+        """Return a copy that shares the network, which never changes."""
+        return copy.copy(self)
 
     def rank(self, observation: Observation) -> Float[np.ndarray, " actors"]:
         """Return the attention to each actor; who is no token ranks below all, the nearer higher.

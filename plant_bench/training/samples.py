@@ -4,11 +4,10 @@ Scenes become inputs by the very functions that a planner uses while it drives.
 """
 
 from dataclasses import dataclass, fields
+from typing import Literal
 
 import numpy as np
 from jaxtyping import Float, Int, UInt8
-
-from typing import Literal
 
 from plant_bench.agent import PLAN_INTERVAL, PLAN_STEPS, Control, Input, Observation
 from plant_bench.agents.careful_driver import RESTING_INTERVAL, allowed_speed

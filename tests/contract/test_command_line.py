@@ -73,6 +73,7 @@ def test_help_teaches(command, tmp_path):
         (["collect", "--out", "x", "--driver", "idm", "--perturb", "1"], "give one of them"),
         (["data", "describe", "nowhere"], "There is no data in nowhere"),
         (["train", "plant", "--data", "nowhere", "--out", "model"], "No recordings found"),
+        (["train", "plant", "--data", "x", "--out", "y", "--patience", "2"], "--validate-every"),
         (["ablate", "raer", "--data", "nowhere"], "Did you mean rear?"),
         (["ablate", "--data", "nowhere"], "No recordings found"),
     ],

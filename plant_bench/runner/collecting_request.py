@@ -30,7 +30,8 @@ class CollectRequest:
 
     def command(self, out: str) -> str:
         """Return the command that collects this into a folder; see `without_folders`."""
-        parts = ["plant-bench", "collect", "--out", out, "--frames", str(self.frames)]
+        parts = ["plant-bench", "collect", "--out", out]
+        parts += ["--frames", str(self.frames)] if self.frames else []  # where nobody knows
         parts += ["--seed", str(self.seed), "--density", self.density]
         parts += ["--perturb", f"{self.perturb:g}"] if self.perturb else []
         parts += ["--driver", self.driver] if self.driver else []

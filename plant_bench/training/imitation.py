@@ -5,11 +5,13 @@ import shutil
 import time
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
+from datetime import timedelta
 from pathlib import Path
 from typing import Any
 
 import torch
 from lightning_fabric import Fabric
+from lightning_fabric.strategies import DDPStrategy
 
 from plant_bench.agents.plant.config import GRAPH_FILE, PlanTConfig
 from plant_bench.agents.plant.weights import load_network, save_network, weights_hash
@@ -26,6 +28,7 @@ from plant_bench.training.settings import TrainingSettings
 from plant_bench.training.trainer import Trainer
 
 CHECKPOINT_EVERY = 300.0  # s, besides that at the end of each epoch
+LONGEST_WAIT = timedelta(days=2)  # of the other processes, while the first one drives validations
 CARD_FILE = "card.md"
 
 Score = Callable[[Path, Path], float]
@@ -68,7 +71,7 @@ def make_fabric(*, accelerator: str, devices: int) -> Fabric:
         fabric = Fabric(
             accelerator=accelerator,
             devices=devices,
-            strategy="auto" if devices == 1 else "ddp",
+            strategy="auto" if devices == 1 else DDPStrategy(timeout=LONGEST_WAIT),
             precision="32-true",  # "bf16-mixed" would round the inputs too: see Trainer
         )
         fabric.launch()

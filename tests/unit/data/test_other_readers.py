@@ -52,7 +52,7 @@ def check(columns: dict[str, list]) -> None:
 
 def test_pandas(file: Path) -> None:
     frame = pd.read_parquet(file)
-    check({name: list(column) for name, column in frame.items()})
+    check({str(name): list(column) for name, column in frame.items()})
     one_a_row = frame.loc[::EVERY].explode(["actor_id", "actor_x", "actor_y"])
     assert len(one_a_row) == 6
     assert np.isnan(frame["acceleration_asked"][1])

@@ -140,6 +140,7 @@ def test_a_folder_of_other_data_is_refused(tmp_path, pretend):
 def test_another_drivers_data_is_another_origin(tmp_path, pretend):
     go(tmp_path, 40, driver="idm")
     kept = DataFolder(tmp_path / "data").origin()
+    assert kept is not None
     assert (kept.agent, kept.driver) == ("expert", "idm")
     assert kept.driver_checksum not in ("", kept.agent_checksum)
     go(tmp_path, 40, driver="idm")

@@ -1,5 +1,7 @@
 """Who drives when another planner is at the wheel, with no simulator."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -18,11 +20,13 @@ class Driver:
     inputs = frozenset({Input.OBJECTS})
     interval = 1
 
-    def __init__(self, action=OWN):
-        self.action = action
+    def __init__(self, action: Any = OWN, fails_to_reset: bool = False) -> None:
+        self.action, self.fails_to_reset = action, fails_to_reset
         self.seen, self.resets = [], []
 
     def reset(self, route):
+        if self.fails_to_reset:
+            raise KeyError("weights")
         self.resets.append(route)
 
     def act(self, observation):
@@ -108,10 +112,8 @@ def test_a_driver_that_fails_is_an_agent_error(at_the_wheel, action, words):
 
 
 def test_a_driver_that_fails_to_reset_is_an_agent_error(at_the_wheel):
-    driver = Driver()
-    driver.reset = lambda _route: {}["weights"]
     with pytest.raises(AgentError, match="driver's reset raised KeyError"):
-        executed(at_the_wheel(driver), [GO])
+        executed(at_the_wheel(Driver(fails_to_reset=True)), [GO])
 
 
 @pytest.mark.parametrize(

@@ -80,8 +80,8 @@ _DRIVES = _Wording(
 def who_drove(driver: str) -> str:
     """Return what data is in which another planner drove, in one sentence."""
     return (
-        f"`{driver}` drove; what is asked for are the answers of the expert, who did not (DAgger). "
-        "These are answers, not drives: learn them with `plant-bench train plant --targets answer`."
+        f"`{driver}` drove, and the expert answered what it would have done there (DAgger). These "
+        "are answers, not drives: learn them with `plant-bench train plant --targets answer`."
     )
 
 

@@ -45,7 +45,9 @@ class Episode:
 class Override(Protocol):
     """Executes something else than the agent's control now and then, to collect data."""
 
-    def executed(self, scene: Scene, progress: float, offset: float, control: Control) -> Control:
+    def executed(
+        self, scene: Scene, progress: float, offset: float, control: Control, /
+    ) -> Control:
         """Return what is executed.
 
         Args:

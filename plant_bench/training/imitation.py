@@ -11,7 +11,7 @@ from typing import Any
 
 import torch
 from lightning_fabric import Fabric
-from lightning_fabric.strategies import DDPStrategy
+from lightning_fabric.strategies.ddp import DDPStrategy
 
 from plant_bench.agents.plant.config import GRAPH_FILE, PlanTConfig
 from plant_bench.agents.plant.weights import load_network, save_network, weights_hash

@@ -100,7 +100,7 @@ def test_the_card_of_answers_tells_who_drove(folder):
     card = data_card(data, request, notes, "own")
     assert "--density dense --driver plant@mine`" in card
     assert "`plant@mine` drove" in card
-    assert "These are answers, not drives" in card
+    assert "answers, not drives" in card
     assert "--targets answer" in card
     assert "the driver's own included, in episodes that are in the data: 3." in card
     assert "| frames driven otherwise than answered | 66.7% |" in card

@@ -61,11 +61,13 @@ def _sum_up(request: CollectRequest, folder: DataFolder) -> None:
         "data": data.model_dump(mode="json"),
         "episodes_driven": len(notes),
         "left_out": left_out,
-        "collisions_by_others": sum(note.collisions for note in notes if not note.left_out),
+        "collisions" if request.driver else "collisions_by_others": sum(
+            note.collisions for note in notes if not note.left_out
+        ),
     }
     folder.write("data.json", json.dumps(summary, indent=1) + "\n")
-    folder.write("README.md", data_card(data, request, notes))
-    print_data(data)
+    folder.write("README.md", data_card(data, request, notes, folder.path.resolve().name))
+    print_data(data, answers=bool(request.driver))
     rows = [(reason, str(number)) for reason, number in left_out.items()]
     print_rows(f"Left out of {len(notes)} episodes", ["why", "episodes"], rows)
     typer.echo(f"Data: {folder.path}")

@@ -25,11 +25,16 @@ def describe(
         plant-bench data describe data/plant-1x
     """
     from plant_bench.data.statistics import describe_data
+    from plant_bench.reports.data_card import who_drove
     from plant_bench.reports.data_plots import save_data_plots
     from plant_bench.reports.data_tables import print_data
+    from plant_bench.runner.data_folder import DataFolder
 
-    data = describe_data(folder)
-    print_data(data)
+    data, origin = describe_data(folder), DataFolder(folder).origin()
+    driver = "" if origin is None else origin.driver
+    print_data(data, answers=bool(driver))
+    if driver:
+        typer.echo(who_drove(driver))
     if plots:
         target = folder / "plots" if out is None else out
         save_data_plots(data, target)

@@ -6,13 +6,18 @@ from pathlib import Path
 import torch
 import typer
 
+from plant_bench.agents.plant.config import load_config
 from plant_bench.cli.training_progress import SamplesProgress, TrainingProgress, bars
+from plant_bench.data.statistics import data_routes
+from plant_bench.errors import InputError
 from plant_bench.training.ablations import Recipe
 from plant_bench.training.batches import Split, split_by_route
 from plant_bench.training.closed_loop import ClosedLoop
 from plant_bench.training.imitation import TrainingRequest, make_fabric, train
 from plant_bench.training.logs import NO_TENSORBOARD, has_tensorboard
-from plant_bench.training.shards import load_shards
+from plant_bench.training.shards import check_targets, load_shards, recordings_in
+from plant_bench.training.sources import source_of
+from plant_bench.training.trainer import check_start
 
 
 @dataclass(frozen=True)
@@ -83,6 +88,8 @@ def learn(course: Course) -> bool:
     settings, machine = course.recipe.settings, course.machine
     if machine.threads:
         torch.set_num_threads(machine.threads)
+    if course.start is not None:  # better now than when all samples are made
+        check_start(load_config(course.start), course.recipe.config)
     try:
         split = _split(course)
         fabric = make_fabric(accelerator=machine.accelerator, devices=machine.devices)
@@ -95,6 +102,7 @@ def learn(course: Course) -> bool:
             course.overwrite,
             course.graph,
             course.start,
+            _sources(course),
         )
         if fabric.is_global_zero:
             _introduce(split)
@@ -110,6 +118,9 @@ def learn(course: Course) -> bool:
 
 def _split(course: Course) -> Split:
     recipe = course.recipe
+    for folder in course.data:
+        recordings_in(folder)
+        check_targets(folder, recipe.settings.targets)
     with bars() as shown:
         shards = [
             shard
@@ -131,13 +142,31 @@ def _closed_loop(course: Course, split: Split) -> ClosedLoop | None:
     asked = course.validation
     if asked is None or not course.recipe.settings.validate_every:
         return None
+    first = course.data[0]
     routes = asked.routes
     if asked.suite is None and routes is None:
-        routes = ",".join(split.held_out)
-    suite = asked.suite or str(course.data[0] / "routes")
-    return ClosedLoop(
-        suite, routes, asked.hazards, course.machine.workers, towns=course.data[0] / "towns"
-    )
+        routes = ",".join(_held_out_in(first, split))
+    suite = asked.suite or str(first / "routes")
+    return ClosedLoop(suite, routes, asked.hazards, course.machine.workers, towns=first / "towns")
+
+
+def _held_out_in(data: Path, split: Split) -> list[str]:
+    """Return the routes held out that a folder has: others may lie in other folders alone."""
+    known = data_routes(data)
+    found = [name for name in split.held_out if name in known]
+    if not found:
+        message = (
+            f"None of the routes held out is in {data / 'routes'}, where those driven for "
+            "validation are taken from. Hold out more with --held-out, put the largest folder "
+            "first, or say what to drive with --validate-suite."
+        )
+        raise InputError(message)
+    return found
+
+
+def _sources(course: Course) -> tuple[str, ...]:
+    counts = [len(recordings_in(folder, course.recipe.share)) for folder in course.data]
+    return tuple(map(source_of, course.data, counts))
 
 
 def _introduce(split: Split) -> None:

@@ -23,7 +23,7 @@ def train_plant(
     ],
     out: Annotated[Path, typer.Option(help="Folder for the model, as models/mine.")],
     share: Annotated[
-        float, typer.Option(help="Of the episodes, the first ones.", min=0.001, max=1.0)
+        float, typer.Option(help="Of each folder's episodes, the first.", min=0.001, max=1.0)
     ] = 1.0,
     size: Annotated[Literal["mini", "small", "medium"], typer.Option(help="Encoder.")] = "mini",
     epochs: Annotated[int, typer.Option(help="Passes over the data.", min=1)] = 47,
@@ -78,6 +78,10 @@ def train_plant(
     validate_every: Annotated[
         int, typer.Option(help="Epochs between closed-loop validations; 0 for none.", min=0)
     ] = 0,
+    patience: Annotated[
+        int,
+        typer.Option(help="Validations without a better score that end it; 0 for none.", min=0),
+    ] = 0,
     validate_suite: Annotated[
         str | None, typer.Option(help="What to drive then; without it the routes held out.")
     ] = None,
@@ -111,9 +115,15 @@ def train_plant(
 
         plant-bench train plant --data data/expert --out models/mine --epochs 10
 
+        plant-bench train plant --data data/expert --data data/own-mistakes --targets answer
+        --start models/mine --out models/better
+
         plant-bench score --agent plant@models/mine
     """
     check_installed()
+    if patience and not validate_every:
+        message = "--patience counts closed-loop validations: give --validate-every, too."
+        raise InputError(message)
     from plant_bench.agents.plant.config import PlanTConfig
     from plant_bench.cli.learning import Course, Machine, Validation, learn
     from plant_bench.features.tokens import TokenSpec
@@ -151,6 +161,7 @@ def train_plant(
         precision="32-true" if full_precision else "bf16-mixed",
         targets=targets,
         validate_every=validate_every,
+        patience=patience,
     )
     course = Course(
         Recipe(config, settings, share),

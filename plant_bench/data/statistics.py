@@ -92,8 +92,9 @@ def episode_files(folder: Path) -> list[Path]:
     files = sorted((folder / "episodes").glob("*.parquet"))
     if not files:
         message = (
-            f"There is no data in {folder}: no episodes/*.parquet found. Give a folder that "
-            "`plant-bench collect --out` has filled."
+            f"There is no data in {folder}. No recordings found in {folder / 'episodes'}: a folder "
+            "of data, as `plant-bench collect --out` fills it, holds episodes/*.parquet and "
+            "routes/*.json, the routes they were driven on."
         )
         raise InputError(message)
     return files

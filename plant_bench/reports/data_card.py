@@ -2,19 +2,21 @@
 
 from collections import Counter
 from collections.abc import Sequence
+from typing import NamedTuple
 
 from plant_bench.data.statistics import DataStatistics
 from plant_bench.reports.data_tables import data_tables
 from plant_bench.runner.collecting_request import UNIT, CollectRequest
 from plant_bench.runner.data_folder import EpisodeNote
+from plant_bench.runner.provenance import without_folders
 from plant_bench.world.route import PROTOCOL
 
 _CARD = """# Driving data of plant-bench
 
-{frames:,} frames at 2 Hz ({units:.2f} of PlanT's 1x, {unit:,} frames): the expert, an algorithm
-that is told the simulator's facts, drives in SUMO under the protocol `{protocol}`.
-Made by `plant-bench collect --frames {asked} --seed {seed} --density {density} --perturb
-{perturb:g}`; the same command gives the same files.
+{frames:,} frames at 2 Hz ({units:.2f} of PlanT's 1x, {unit:,} frames): {who}
+in SUMO under the protocol `{protocol}`.
+Made by `{command}`;
+the same command gives the same files.
 
 ## What is in it
 
@@ -33,15 +35,15 @@ Made by `plant-bench collect --frames {asked} --seed {seed} --density {density} 
 `actor_kind` | all others within sight (80 m), as lists; null but at every 10th tick |
 | `lights` | what the route's traffic lights show, in the order of its signals (0 out of view, \
 1 green, 2 yellow, 3 red); null but at every 10th tick |
-| `acceleration_asked`, `steering_asked` | what the expert asked for, in a disturbance too |
+| `acceleration_asked`, `steering_asked` | what the expert asked for, whatever was executed |
 | `plan` | null: the expert answers with a control |
 | `reason`, `reason_actor` | why it drives no faster, and for whom it brakes |
-| `disturbed` | something else than the expert's answer was executed: not to be learned from |
+| `disturbed` | {disturbed} |
 
 World frame: x east, y north, yaw counter-clockwise from east. `actor_kind`: 0 car, 1 van, 2 truck,
 3 bus, 4 motorcycle, 5 bicycle, 6 pedestrian, 7 static. The file's metadata
-(`plant_bench.metadata`, JSON) names route, town, seed, protocol and agent, and tells what became of
-the route's hazards.
+(`plant_bench.metadata`, JSON) names route, town, seed, protocol and agent ({agent}), and
+tells what became of the route's hazards.
 
 ## What it shares with the benchmark, and what not
 
@@ -54,33 +56,71 @@ whole unit) are none that the benchmark drives in.
 
 {left_out}
 
-Collisions that others caused, in episodes that are in the data: {collisions}.
+{collided}, in episodes that are in the data: {collisions}.
 """
 
 
-def data_card(data: DataStatistics, request: CollectRequest, notes: Sequence[EpisodeNote]) -> str:
+class _Wording(NamedTuple):
+    """What differs between data of the expert's drives and data of its answers."""
+
+    who: str
+    disturbed: str
+    agent: str
+    collided: str
+
+
+_DRIVES = _Wording(
+    "the expert, an algorithm\nthat is told the simulator's facts, drives",
+    "something else than the expert's answer was executed: not to be learned from",
+    "who drove",
+    "Collisions that others caused",
+)
+
+
+def who_drove(driver: str) -> str:
+    """Return what data is in which another planner drove, in one sentence."""
+    return (
+        f"`{driver}` drove, and the expert answered what it would have done there (DAgger). These "
+        "are answers, not drives: learn them with `plant-bench train plant --targets answer`."
+    )
+
+
+def _answers(driver: str) -> _Wording:
+    return _Wording(
+        f"{who_drove(driver)}\nThe expert is an algorithm that is told the simulator's facts. "
+        "All this is",
+        "the driver's control was executed and not the expert's answer; unmarked where the two "
+        "agree or the expert relieved a driver that stood against its wish",
+        "who answered",
+        "Collisions of all kinds, the driver's own included",
+    )
+
+
+def data_card(
+    data: DataStatistics, request: CollectRequest, notes: Sequence[EpisodeNote], out: str
+) -> str:
     """Return the data card, in Markdown; equal data gives equal text.
 
     Args:
         data: What is in the folder.
         request: What was asked for.
         notes: How each episode ended.
+        out: Name of the folder.
     """
+    wording = _answers(without_folders(request.driver)) if request.driver else _DRIVES
     card = _CARD.format(
+        **wording._asdict(),
         frames=data.frames,
         units=data.frames / UNIT,
         unit=UNIT,
         protocol=PROTOCOL,
-        asked=request.frames,
-        seed=request.seed,
-        density=request.density,
-        perturb=request.perturb,
+        command=request.command(out),
         left_out=_left_out(notes),
         collisions=sum(note.collisions for note in notes if not note.left_out),
     )
     tables = [
         f"\n## {title}\n\n| {head} | |\n|---|--:|\n" + "".join(f"| {a} | {b} |\n" for a, b in rows)
-        for title, head, rows in data_tables(data)
+        for title, head, rows in data_tables(data, answers=bool(request.driver))
         if rows
     ]
     return card + "".join(tables)

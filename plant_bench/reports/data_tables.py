@@ -8,16 +8,21 @@ from plant_bench.reports.tables import print_rows
 Row = tuple[str, str]
 
 
-def print_data(data: DataStatistics) -> None:
-    """Print all tables of a folder of data."""
-    for title, head, rows in data_tables(data):
+def print_data(data: DataStatistics, *, answers: bool = False) -> None:
+    """Print all tables of a folder of data; see `data_tables`."""
+    for title, head, rows in data_tables(data, answers=answers):
         print_rows(title, [head, "value" if head == "what" else "count"], rows)
 
 
-def data_tables(data: DataStatistics) -> list[tuple[str, str, list[Row]]]:
-    """Return each table's title, head and rows."""
+def data_tables(data: DataStatistics, *, answers: bool = False) -> list[tuple[str, str, list[Row]]]:
+    """Return each table's title, head and rows.
+
+    Args:
+        data: To be shown.
+        answers: Whether another planner drove and the expert only answered.
+    """
     return [
-        ("Data", "what", data_overview(data)),
+        ("Data", "what", data_overview(data, answers=answers)),
         ("Speed (frames)", "km/h", _bins(data.speeds, SPEED_STEP)),
         ("Manoeuvres driven", "manoeuvre", _counts(data.turns)),
         ("Hazards that took their course", "hazard", _counts(data.hazards)),
@@ -26,8 +31,14 @@ def data_tables(data: DataStatistics) -> list[tuple[str, str, list[Row]]]:
     ]
 
 
-def data_overview(data: DataStatistics) -> list[Row]:
+def data_overview(data: DataStatistics, *, answers: bool = False) -> list[Row]:
     """Return the numbers that tell most."""
+    otherwise = [
+        ("episodes with disturbances", f"{data.disturbed_episodes:,}"),
+        ("frames during a disturbance", f"{data.disturbed_share:.1%}"),
+    ]
+    if answers:
+        otherwise = [("frames driven otherwise than answered", f"{data.disturbed_share:.1%}")]
     return [
         ("episodes", f"{data.episodes:,}"),
         ("frames at 2 Hz", f"{data.frames:,}"),
@@ -35,8 +46,7 @@ def data_overview(data: DataStatistics) -> list[Row]:
         ("km", f"{data.km:.1f}"),
         ("time standing", f"{data.standing_share:.0%}"),
         (f"actors within {NEARBY:.0f} m", f"{data.nearby_mean:.1f}"),
-        ("episodes with disturbances", f"{data.disturbed_episodes:,}"),
-        ("frames during a disturbance", f"{data.disturbed_share:.1%}"),
+        *otherwise,
         ("size of the recordings", f"{data.megabytes:.1f} MB"),
     ]
 

@@ -20,6 +20,7 @@ from plant_bench.runner.data_folder import DataFolder, EpisodeNote, Origin
 from plant_bench.runner.executors import Event, Finished, Lost, Progressed, Started, run_tasks
 from plant_bench.runner.jobs import rules_checksum
 from plant_bench.runner.provenance import installed_versions
+from plant_bench.runner.takeover import check_driver
 from plant_bench.runner.timing import Timing
 from plant_bench.sim.traffic import density_of
 from plant_bench.towns.training_towns import TrainingTown, training_towns
@@ -93,6 +94,8 @@ def collect(
     """
     request.check()
     density_of(request.density)
+    if request.driver:
+        check_driver(request.driver)
     folder = DataFolder(out)
     folder.create(_origin(request))
     with towns_also_from(folder.towns):
@@ -145,8 +148,9 @@ class _Collection:
 
     def _check_hope(self) -> None:
         if len(self._notes) >= HOPELESS and not self._frames():
+            driver = f"'{self._request.driver}'" if self._request.driver else "The expert"
             message = (
-                f"The expert finished none of {len(self._notes)} episodes; the first: "
+                f"{driver} finished none of {len(self._notes)} episodes; the first: "
                 f"{self._notes[0].route}: {self._notes[0].left_out}. Nothing can be collected."
             )
             raise SimulationError(message)

@@ -1,8 +1,10 @@
 """What data is asked for, and the unit it is counted in."""
 
+import shlex
 from dataclasses import dataclass
 
 from plant_bench.errors import InputError
+from plant_bench.runner.provenance import without_folders
 
 UNIT = 228_000  # frames at 2 Hz: 1x of PlanT (section 4)
 FRAME_TICKS = 10  # 2 Hz
@@ -25,6 +27,15 @@ class CollectRequest:
     density: str = "dense"
     perturb: float = 0.0
     driver: str = ""
+
+    def command(self, out: str) -> str:
+        """Return the command that collects this into a folder; see `without_folders`."""
+        parts = ["plant-bench", "collect", "--out", out]
+        parts += ["--frames", str(self.frames)] if self.frames else []  # where nobody knows
+        parts += ["--seed", str(self.seed), "--density", self.density]
+        parts += ["--perturb", f"{self.perturb:g}"] if self.perturb else []
+        parts += ["--driver", self.driver] if self.driver else []
+        return shlex.join(map(without_folders, parts))
 
     def check(self) -> None:
         """Check the numbers.

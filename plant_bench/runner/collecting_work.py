@@ -70,14 +70,15 @@ def _override(episode: PlannedEpisode) -> Override | None:
 
 def _note(result: EpisodeResult, ticks: int, *, answered: bool) -> EpisodeNote:
     collisions = [item for item in result.infractions if item.kind in COLLISIONS]
+    counted = [item for item in collisions if answered or item.cause != "ego"]
     return EpisodeNote(
         route=result.route,
         status=result.status.value,
-        left_out="" if answered else why_left_out(result),
+        left_out=why_not_answered(result) if answered else why_left_out(result),
         frames=ticks // FRAME_TICKS + 1,
         metres=result.distance,
         seconds=result.duration,
-        collisions=sum(item.cause != "ego" for item in collisions),
+        collisions=len(counted),
     )
 
 
@@ -89,6 +90,16 @@ def why_left_out(result: EpisodeResult) -> str:
         return "collision that the expert caused"
     if any(item.kind is InfractionKind.RED_LIGHT for item in result.infractions):
         return "red light run by the expert"
+    return ""
+
+
+def why_not_answered(result: EpisodeResult) -> str:
+    """Return why an episode that another planner drove is of no use; empty if it is of use.
+
+    How it drove is no reason: its mistakes are what the expert's answers are wanted for.
+    """
+    if result.status is Status.AGENT_CRASHED:
+        return f"Agent crashed: {result.reason}"
     return ""
 
 

@@ -70,7 +70,8 @@ class EpisodeNote(BaseModel):
         frames: Samples at 2 Hz, counted whether it is in the data or not.
         metres: Driven.
         seconds: Simulated.
-        collisions: That others caused; those the driver caused leave the episode out.
+        collisions: Those that others caused; an expert's own leave the episode out. All of them
+            where another planner drove.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -105,7 +106,7 @@ class DataFolder:
             writer.make(name)
         for leftover in (*self.path.glob("**/*.part"), *(self.path / "unfinished").iterdir()):
             leftover.unlink()
-        earlier = self._origin()
+        earlier = self.origin()
         if earlier is not None and (other := earlier.differences(origin)):
             message = (
                 f"{self.path} holds data of another origin ({', '.join(other)}). Choose another "
@@ -114,14 +115,19 @@ class DataFolder:
             raise InputError(message)
         self.write("collect.json", origin.model_dump_json(indent=1) + "\n")
 
-    def _origin(self) -> Origin | None:
+    def origin(self) -> Origin | None:
+        """Return what all episodes have in common; None where nobody has written it down.
+
+        Raises:
+            InputError: It is broken.
+        """
         path = self.path / "collect.json"
         if not path.is_file():
             return None
         try:
             return Origin.model_validate_json(path.read_text(encoding="utf-8"))
         except (ValidationError, ValueError) as error:
-            message = f"{path} is broken. Remove {self.path}, or choose another with --out."
+            message = f"{path} is broken. Choose another folder, or remove it and collect again."
             raise InputError(message) from error
 
     @property

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from plant_bench.agent import (
     Agent,
@@ -41,6 +41,7 @@ class Episode:
     timing: Timing
 
 
+@runtime_checkable
 class Override(Protocol):
     """Executes something else than the agent's control now and then, to collect data."""
 

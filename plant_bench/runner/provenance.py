@@ -1,6 +1,7 @@
 """What a run was made with: everything needed to make it again, or to tell why it differs."""
 
 import platform
+import re
 import shlex
 import sys
 from importlib.metadata import PackageNotFoundError, version
@@ -101,6 +102,20 @@ def provenance(
         versions=installed_versions(),
         processor=processor_name(),
     )
+
+
+def command_line() -> str:
+    """Return the command that runs now, to be shown to others; see `without_folders`."""
+    return shlex.join(map(without_folders, [Path(sys.argv[0]).name, *sys.argv[1:]]))
+
+
+def without_folders(argument: str) -> str:
+    """Return an argument with the names alone of what it tells absolute paths of.
+
+    >>> without_folders("plant@/home/me/models/mine"), without_folders("models/mine")
+    ('plant@mine', 'models/mine')
+    """
+    return re.sub(r"(^|[@=:])~?/(?:[^/@=:]+/)*(?=[^/@=:])", r"\1", argument)
 
 
 def installed_versions() -> dict[str, str]:

@@ -5,9 +5,10 @@ learner sees answers to its own mistakes. Nobody learns from standing at one pla
 stands while the expert would go is relieved by the expert for a few seconds.
 """
 
-from plant_bench.agent import Control, decision_interval
+from plant_bench.agent import Control, Input, Observation, Plan, check_action, decision_interval
 from plant_bench.agents.control import follow_plan
 from plant_bench.agents.registry import load_agent
+from plant_bench.errors import AgentError, InputError
 from plant_bench.runner.observing import observe
 from plant_bench.world.route import Route
 from plant_bench.world.scene import TICK, Scene
@@ -17,12 +18,30 @@ WANTED = 0.2  # m/s2 asked for by the expert that count as a wish to go
 PATIENCE = 6.0  # s that the other planner may stand against the expert's wish
 RELIEF = 5.0  # s that the expert drives then
 
+_PATIENCE_TICKS, _RELIEF_TICKS = round(PATIENCE / TICK), round(RELIEF / TICK)
+
+
+def check_driver(driver: str) -> None:
+    """Check that a planner can drive in the expert's place.
+
+    Raises:
+        InputError: There is no such planner, or it wants what it cannot be given.
+    """
+    inputs = load_agent(driver).inputs
+    if refused := inputs & {Input.PRIVILEGED, Input.SIMULATOR}:
+        message = (
+            f"'{driver}' cannot drive while the expert answers: it asks for "
+            f"{' and '.join(sorted(refused))}. A planner that drives by what it sees is wanted, "
+            "as plant@models/mine."
+        )
+        raise InputError(message)
+
 
 class Takeover:
     """Drives one episode in the expert's place; mutable.
 
     Args:
-        driver: The planner that drives, as `--agent` takes it; privileged inputs are not given.
+        driver: The planner that drives, as `--agent` takes it; see `check_driver`.
         route: The route being driven.
 
     Raises:
@@ -31,26 +50,51 @@ class Takeover:
 
     def __init__(self, driver: str, route: Route) -> None:
         self._agent = load_agent(driver)
-        self._agent.reset(route.plan)
         self._route = route
         self._due = 0
-        self._control = Control(0.0, 0.0)
-        self._stood = 0.0
-        self._relief = 0.0
+        self._control: Control | None = None  # None until it was asked
+        self._stood = 0  # ticks
+        self._relieved_until = 0  # tick
 
     def executed(self, scene: Scene, progress: float, offset: float, control: Control) -> Control:
-        """Return what is executed: the other planner's control most of the time."""
-        if scene.tick >= self._due:
-            inputs = self._agent.inputs
-            seen = observe(scene, self._route, progress, offset, inputs, None)
-            action = self._agent.act(seen)
-            self._due = scene.tick + decision_interval(self._agent)
-            self._control = action if isinstance(action, Control) else follow_plan(action, seen.ego)
-        if self._relief > 0.0:
-            self._relief -= TICK
+        """Return what is executed: the other planner's control most of the time.
+
+        Raises:
+            AgentError: The other planner fails.
+        """
+        answer = self._answer(scene, progress, offset)
+        if scene.tick < self._relieved_until:
             return control
         waits = scene.ego.speed < STANDING and control.acceleration > WANTED
-        self._stood = self._stood + TICK if waits else 0.0
-        if self._stood > PATIENCE:
-            self._stood, self._relief = 0.0, RELIEF
+        self._stood = self._stood + 1 if waits else 0
+        if self._stood > _PATIENCE_TICKS:
+            self._stood, self._relieved_until = 0, scene.tick + _RELIEF_TICKS
+            return control
+        return answer
+
+    def _answer(self, scene: Scene, progress: float, offset: float) -> Control:
+        """Return the other planner's control, which it holds between its decisions."""
+        agent = self._agent
+        if self._control is None:
+            self._reset()
+        if self._control is None or scene.tick >= self._due:
+            seen = observe(scene, self._route, progress, offset, agent.inputs, None)
+            action = self._act(seen)
+            self._due = scene.tick + decision_interval(agent)
+            self._control = action if isinstance(action, Control) else follow_plan(action, seen.ego)
         return self._control
+
+    def _reset(self) -> None:
+        try:
+            self._agent.reset(self._route.plan if Input.ROUTE in self._agent.inputs else None)
+        except (Exception, SystemExit) as error:
+            message = f"the driver's reset raised {type(error).__name__}: {error}"
+            raise AgentError(message) from error
+
+    def _act(self, seen: Observation) -> Plan | Control:
+        try:
+            action = self._agent.act(seen)
+        except (Exception, SystemExit) as error:
+            message = f"the driver's act raised {type(error).__name__}: {error}"
+            raise AgentError(message) from error
+        return check_action(action)

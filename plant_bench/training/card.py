@@ -1,6 +1,7 @@
 """The model card: what a reader needs to judge the weights, and to make them again."""
 
 import platform
+from collections.abc import Sequence
 from dataclasses import asdict
 from importlib.metadata import version
 
@@ -8,6 +9,7 @@ from plant_bench import __version__
 from plant_bench.agents.plant.config import PlanTConfig
 from plant_bench.agents.plant.encoder import bert_parameters
 from plant_bench.agents.plant.network import PlanTNetwork
+from plant_bench.runner.provenance import processor_name
 from plant_bench.training.batches import Split
 from plant_bench.training.logs import COLUMNS
 from plant_bench.training.settings import TrainingSettings
@@ -26,6 +28,8 @@ def model_card(
     *,
     chosen: str,
     command: str,
+    sources: Sequence[str] = (),
+    start: str = "",
 ) -> str:
     """Return the card as Markdown.
 
@@ -37,6 +41,8 @@ def model_card(
         history: A row an epoch.
         chosen: Which epoch's weights these are, and why.
         command: What made it.
+        sources: Where the data comes from, a text a folder.
+        start: Hash of the weights it started from; empty where those were drawn.
     """
     config: PlanTConfig = network.config
     learnt, checked = len(split.training), len(split.validation)
@@ -57,12 +63,15 @@ def model_card(
             f"| parameters | {used:,}; {bert_parameters(config.encoder):,} as the paper counts |",
             f"| data | {data}, hash {split.fingerprint} |",
             f"| held out | {checked:,} samples of the routes {', '.join(split.held_out) or '-'} |",
+            *(f"| data made by | {source} |" for source in sources),
             f"| command | `{command}` |",
+            *([f"| started from | weights of hash {start} |"] if start else []),
+            f"| processor | {processor_name()} |",
             f"| versions | plant-bench {__version__}, {versions} |",
             "",
             "## To make it again",
             "",
-            "The same data folder (see the hash above), the same command and the same versions.",
+            "The same data (see its hash above), the same command and the same versions.",
             "On one process of one machine the numbers are then the same; on another machine, or",
             "another number of threads, sums are rounded differently.",
             "",

@@ -31,6 +31,12 @@ class Progress:
     history: list[dict[str, float]] = field(default_factory=list)
     best: tuple[float, int] | None = None
 
+    @property
+    def validations_since_best(self) -> int:
+        """Closed-loop validations since the first of the highest score; 0 where there was none."""
+        scores = [row["driving_score"] for row in self.history if "driving_score" in row]
+        return len(scores) - 1 - scores.index(max(scores)) if scores else 0
+
 
 def save_checkpoint(
     folder: Path,

@@ -1,21 +1,22 @@
 """Learning by imitation: from samples to a folder of weights that an agent drives with."""
 
 import json
-import shlex
 import shutil
-import sys
 import time
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
+from datetime import timedelta
 from pathlib import Path
 from typing import Any
 
 import torch
 from lightning_fabric import Fabric
+from lightning_fabric.strategies.ddp import DDPStrategy
 
 from plant_bench.agents.plant.config import GRAPH_FILE, PlanTConfig
 from plant_bench.agents.plant.weights import load_network, save_network, weights_hash
 from plant_bench.errors import InputError
+from plant_bench.runner.provenance import command_line
 from plant_bench.training.batches import Split
 from plant_bench.training.card import model_card
 from plant_bench.training.checkpoint import load_checkpoint, save_checkpoint
@@ -27,6 +28,7 @@ from plant_bench.training.settings import TrainingSettings
 from plant_bench.training.trainer import Trainer
 
 CHECKPOINT_EVERY = 300.0  # s, besides that at the end of each epoch
+LONGEST_WAIT = timedelta(days=2)  # of the other processes, while the first one drives validations
 CARD_FILE = "card.md"
 
 Score = Callable[[Path, Path], float]
@@ -45,6 +47,7 @@ class TrainingRequest:
         overwrite: Start anew even if there is a checkpoint.
         graph: Whether to write the network as an ONNX graph, too.
         start: Folder of the weights to start from, if not from chance.
+        sources: Where the data comes from, a text a folder, for the card.
     """
 
     config: PlanTConfig
@@ -55,6 +58,7 @@ class TrainingRequest:
     overwrite: bool = False
     graph: bool = False
     start: Path | None = None
+    sources: tuple[str, ...] = ()
 
 
 def make_fabric(*, accelerator: str, devices: int) -> Fabric:
@@ -67,7 +71,7 @@ def make_fabric(*, accelerator: str, devices: int) -> Fabric:
         fabric = Fabric(
             accelerator=accelerator,
             devices=devices,
-            strategy="auto" if devices == 1 else "ddp",
+            strategy="auto" if devices == 1 else DDPStrategy(timeout=LONGEST_WAIT),
             precision="32-true",  # "bf16-mixed" would round the inputs too: see Trainer
         )
         fabric.launch()
@@ -79,6 +83,8 @@ def make_fabric(*, accelerator: str, devices: int) -> Fabric:
 
 def train(request: TrainingRequest, split: Split, fabric: Fabric, listen: Listener) -> None:
     """Train to the end, or until Ctrl-C; the same request goes on where it was stopped.
+
+    The end is the last epoch, or, where the settings know patience, when it is at an end.
 
     Args:
         request: What to train.
@@ -96,7 +102,8 @@ def train(request: TrainingRequest, split: Split, fabric: Fabric, listen: Listen
     keeper = _Keeper(request, split, trainer, fabric)
     keeper.take_up()
     with stop_wish() as wish:
-        while trainer.progress.epoch < request.settings.epochs:
+        over = trainer.any_wants(keeper.is_over)
+        while not over:
             for _ in trainer.steps(listen if fabric.is_global_zero else _silent):
                 if trainer.any_wants(wish.wanted):
                     keeper.save()
@@ -107,7 +114,8 @@ def train(request: TrainingRequest, split: Split, fabric: Fabric, listen: Listen
                 keeper.end_epoch(row, listen)
             fabric.barrier()
             keeper.save()
-            if trainer.any_wants(wish.wanted) and trainer.progress.epoch < request.settings.epochs:
+            over = trainer.any_wants(keeper.is_over)
+            if trainer.any_wants(wish.wanted) and not over:
                 raise KeyboardInterrupt
     if fabric.is_global_zero:
         keeper.finish()
@@ -124,6 +132,17 @@ class _Keeper:
         self._saved_at = time.monotonic()
         self._history: History | None = None
         self._best = request.work / "best"
+
+    @property
+    def is_over(self) -> bool:
+        """Whether there is nothing left to train; the first process alone knows all scores."""
+        settings, progress = self._request.settings, self._trainer.progress
+        return progress.epoch >= settings.epochs or self._is_out_of_patience
+
+    @property
+    def _is_out_of_patience(self) -> bool:
+        patience = self._request.settings.patience
+        return 0 < patience <= self._trainer.progress.validations_since_best
 
     def take_up(self) -> None:
         """Go on from the checkpoint if there is one; otherwise start anew."""
@@ -186,6 +205,8 @@ class _Keeper:
                 f"These are the weights of epoch {epoch}, the best of those that were driven: "
                 f"DS {score:.1f} on the validation routes."
             )
+            if self._is_out_of_patience:
+                chosen += f" The training ended after epoch {progress.epoch}: no better came."
             save_network(load_network(self._best), request.out)
         (request.out / GRAPH_FILE).unlink(missing_ok=True)  # of earlier weights
         if request.graph:
@@ -199,7 +220,9 @@ class _Keeper:
             self._split,
             progress.history,
             chosen=chosen,
-            command=shlex.join([Path(sys.argv[0]).name, *sys.argv[1:]]),
+            sources=request.sources,
+            start=self._start(),
+            command=command_line(),
         )
         (request.out / CARD_FILE).write_text(card, encoding="utf-8")
         if self._history is not None:
@@ -208,16 +231,20 @@ class _Keeper:
     def _identity(self) -> dict[str, Any]:
         """Return what makes two trainings the same, as plain values."""
         settings = asdict(self._request.settings)
-        del settings["epochs"]  # a longer training goes on from a shorter one
+        del settings["epochs"], settings["patience"]  # a longer training goes on from a shorter one
         parts = {
             "data": self._split.fingerprint,
             "processes": self._fabric.world_size,
             "torch": str(torch.__version__),
-            "start": "" if self._request.start is None else weights_hash(self._request.start),
+            "start": self._start(),
             **asdict(self._request.config),
             **settings,
         }
         return json.loads(json.dumps(parts))
+
+    def _start(self) -> str:
+        start = self._request.start
+        return "" if start is None else weights_hash(start)
 
 
 def _silent(_event: object) -> None:

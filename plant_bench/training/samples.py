@@ -204,7 +204,10 @@ def _answered(
     answers = (actions[at] for at in range(row, max(row - RESTING_INTERVAL, -1), -1))
     answer = next((action for action in answers if action is not None), None)
     if not isinstance(answer, Control) or observation.route is None:
-        message = f"Row {row} of a recording holds no acceleration: an expert's answers are wanted."
+        message = (
+            f"Row {row} of a recording holds no acceleration: only where an expert answered can "
+            "its answers be learned. --targets future learns where the ego went."
+        )
         raise InputError(message)
     top = allowed_speed(observation.route)
     travel = rollout(observation.ego.speed, np.array([answer.acceleration]), top)

@@ -34,6 +34,7 @@ class TrainingSettings:
         targets: What the waypoints are: where the ego went, as PlanT, or where the expert's answer
             leads, see `samples_of`.
         validate_every: Epochs between two closed-loop validations; 0 for none.
+        patience: Validations without a better score after which the training ends; 0 for never.
     """
 
     epochs: int = 47
@@ -51,6 +52,7 @@ class TrainingSettings:
     precision: Precision = "bf16-mixed"
     targets: TargetKind = "future"
     validate_every: int = 0
+    patience: int = 0
 
     def rate_of(self, epoch: int) -> float:
         """Return an epoch's learning rate; epochs count from 0."""

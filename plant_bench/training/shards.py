@@ -20,8 +20,10 @@ from typing import Any
 import numpy as np
 
 from plant_bench.data.recording import Recording
+from plant_bench.data.statistics import episode_files
 from plant_bench.errors import InputError
 from plant_bench.features.tokens import TokenSpec
+from plant_bench.runner.data_folder import DataFolder
 from plant_bench.runner.executors import Event, Finished, Lost, run_tasks
 from plant_bench.runner.worker import Report
 from plant_bench.training.samples import Samples, TargetKind, samples_of
@@ -97,6 +99,7 @@ def load_shards(
         InputError: The folder, a recording or its route cannot be used.
     """
     recordings = recordings_in(data, share)
+    check_targets(data, targets)
     routes = data / "routes"
     if not any(routes.glob("*.json")):
         message = f"No routes (*.json) found in {routes}: the routes driven are wanted there."
@@ -111,6 +114,21 @@ def load_shards(
     return [_read(shard) for shard in names.values()]
 
 
+def check_targets(data: Path, targets: TargetKind) -> None:
+    """Check that what is to be learned is in a data folder.
+
+    Raises:
+        InputError: Another planner drove, and where it went is no example.
+    """
+    origin = DataFolder(data).origin()
+    if origin is not None and origin.driver and targets == "future":
+        message = (
+            f"{data} holds the expert's answers while '{origin.driver}' drove: where that went is "
+            "no example. Learn the answers: --targets answer."
+        )
+        raise InputError(message)
+
+
 def recordings_in(data: Path, share: float = 1.0) -> list[Path]:
     """Return the recordings of a data folder, or the first share of them; by name.
 
@@ -121,13 +139,7 @@ def recordings_in(data: Path, share: float = 1.0) -> list[Path]:
     Raises:
         InputError: There are none.
     """
-    found = sorted((data / "episodes").glob("*.parquet"))
-    if not found:
-        message = (
-            f"No recordings found in {data / 'episodes'}: a data folder holds episodes/*.parquet "
-            "and routes/*.json, the routes they were driven on."
-        )
-        raise InputError(message)
+    found = episode_files(data)
     count = max(round(share * len(found)), 1)
     return sorted(sorted(found, key=_turn)[:count])
 
@@ -166,7 +178,11 @@ def _make_shard(task: _Task, _report: Report) -> None:
     if route is None:
         message = f"{task.recording} is of route '{name}', which is not in {task.routes}."
         raise InputError(message)
-    samples = samples_of(recording, route, task.spec, task.targets)
+    try:
+        samples = samples_of(recording, route, task.spec, task.targets)
+    except InputError as error:
+        message = f"{task.recording}: {error}"
+        raise InputError(message) from error
     columns: dict[str, Any] = {item.name: getattr(samples, item.name) for item in fields(Samples)}
     unfinished = task.shard.with_suffix(".part")
     with unfinished.open("wb") as file:

@@ -1,6 +1,7 @@
 """One training: steps, epochs, validation; over as many processes as Fabric was given."""
 
 from collections.abc import Iterator
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -49,17 +50,12 @@ class Trainer:
         self._withheld = config.speed_dropout if config.speed_input else 0.0
 
     def start_from(self, network: PlanTNetwork) -> None:
-        """Take the weights of a network of the same config.
+        """Take the weights of a network, see `check_start`.
 
         Raises:
             InputError: It is of another config.
         """
-        if network.config != self.network.config:
-            message = (
-                f"The weights to start from are of another network ({network.config}); this one "
-                f"is {self.network.config}. Give the same options."
-            )
-            raise InputError(message)
+        check_start(network.config, self.network.config)
         self.network.load_state_dict(network.state_dict())
 
     def steps(self, listen: Listener) -> Iterator[None]:
@@ -155,6 +151,32 @@ class Trainer:
         values = torch.tensor(sums, device=self._fabric.device)
         total = self._fabric.all_reduce(values, reduce_op="sum")
         return total.tolist() if isinstance(total, Tensor) else sums
+
+
+def check_start(earlier: PlanTConfig, wanted: PlanTConfig) -> None:
+    """Check that a training may start from an earlier network's weights.
+
+    How often the speed is withheld in training is no part of the network, and may differ.
+
+    Raises:
+        InputError: The networks differ in size or in what they are told.
+    """
+    before, now = _options(earlier), _options(wanted)
+    other = [
+        f"{name} {before[name]} (now {now[name]})" for name in now if before[name] != now[name]
+    ]
+    if other:
+        message = (
+            f"The weights to start from are of another network: {', '.join(other)}. Give the "
+            "options that it was trained with, or leave out --start."
+        )
+        raise InputError(message)
+
+
+def _options(config: PlanTConfig) -> dict[str, object]:
+    values = asdict(config)
+    del values["speed_dropout"]
+    return values | values.pop("tokens")
 
 
 def optimizer_of(network: nn.Module, settings: TrainingSettings) -> torch.optim.AdamW:

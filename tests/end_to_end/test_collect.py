@@ -93,11 +93,28 @@ def test_it_is_described_and_a_broken_file_is_told(place):
     assert path.read_bytes() == whole
 
 
+def test_another_planner_drives_and_the_data_says_so(tmp_path):
+    asked = ["--out", "own", "--frames", "30", "--density", "light", "--driver", "idm"]
+    plant_bench("collect", *asked, "--workers", "1", cwd=tmp_path)
+    recordings = [Recording.load(path) for path in sorted((tmp_path / "own/episodes").iterdir())]
+    assert all(recording.metadata["agent"] == "expert" for recording in recordings)
+    assert sum(recording.disturbed.sum() for recording in recordings) > 0
+    card = (tmp_path / "own" / "README.md").read_text()
+    assert "`idm` drove" in card
+    assert "--driver idm`" in card
+    said = plant_bench("data", "describe", "own", "--no-plots", cwd=tmp_path)
+    assert "`idm` drove" in said
+    assert "answers, not drives" in said
+    said = plant_bench("collect", *asked[:-2], cwd=tmp_path, code=2)
+    assert "another origin (driver idm" in said
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
         (["collect", "--out", "x", "--units", "1", "--frames", "5"], "give one of them"),
         (["collect", "--out", "x", "--frames", "5", "--density", "thick"], "no density 'thick'"),
+        (["collect", "--out", "x", "--driver", "sumo"], "it asks for simulator"),
         (["data", "describe", "nowhere"], "There is no data in nowhere"),
         (["data", "check", "nowhere"], "There is no data in nowhere"),
     ],

@@ -8,7 +8,10 @@ import pytest
 from plant_bench.data.recording import Recorder
 from plant_bench.data.statistics import describe_data, find_data_faults
 from plant_bench.errors import InputError
+from plant_bench.reports.data_card import data_card
 from plant_bench.reports.data_plots import save_data_plots
+from plant_bench.runner.collecting_request import CollectRequest
+from plant_bench.runner.data_folder import EpisodeNote
 from plant_bench.world.route import ROUTE_FORMAT, LaneSpan, Route
 from plant_bench.world.scene import Actors, EgoState, Scene
 from plant_bench.world.town import load_town
@@ -78,6 +81,31 @@ def test_it_counts_what_is_there(folder):
     assert data.routes == {"left": 3, "long": 3}
     assert data.disturbed_episodes == 2
     assert data.disturbed_share == pytest.approx(4 / 6, abs=1e-4)
+
+
+def test_the_card_tells_whose_drives_they_are(folder):
+    data, notes = describe_data(folder), [EpisodeNote(route="a", status="Completed", collisions=3)]
+    card = data_card(data, CollectRequest(6, seed=2, perturb=0.3), notes, "mine")
+    command = "`plant-bench collect --out mine --frames 6 --seed 2 --density dense --perturb 0.3`"
+    assert command in card
+    assert "the expert, an algorithm" in card
+    assert "not to be learned from" in card
+    assert "Collisions that others caused, in episodes that are in the data: 3." in card
+    assert "frames during a disturbance" in card
+
+
+def test_the_card_of_answers_tells_who_drove(folder):
+    data, notes = describe_data(folder), [EpisodeNote(route="a", status="Completed", collisions=3)]
+    request = CollectRequest(6, driver="plant@/home/me/models/mine")
+    card = data_card(data, request, notes, "own")
+    assert "--density dense --driver plant@mine`" in card
+    assert "`plant@mine` drove" in card
+    assert "answers, not drives" in card
+    assert "--targets answer" in card
+    assert "the driver's own included, in episodes that are in the data: 3." in card
+    assert "| frames driven otherwise than answered | 66.7% |" in card
+    for word in ("disturbance", "that others caused", "not to be learned from", "/home"):
+        assert word not in card
 
 
 def test_plots_are_saved(folder, tmp_path):

@@ -15,6 +15,7 @@ from plant_bench.runner.data_folder import DataFolder, EpisodeNote
 from plant_bench.runner.executors import Finished, Started
 from plant_bench.towns.training_towns import TrainingTown
 
+drivers = [""]  # of the episodes that are driven
 TOWNS = [TrainingTown("town01", "town01", 0), TrainingTown("town02", "town02", 0)]
 
 
@@ -41,6 +42,7 @@ def pretend(monkeypatch, route):
             assert isinstance(task, DriveTask)
             name = task.episode.name
             driven.append(name)
+            assert task.episode.driver == drivers[0]
             bad = "-bad-" in name
             if not bad:
                 task.folder.episode(name).write_bytes(b"recording")
@@ -60,6 +62,7 @@ def pretend(monkeypatch, route):
 def go(tmp_path, frames, *, out="data", workers=1, **request):
     events = []
     asked = CollectRequest(frames, **request)
+    drivers[:] = [asked.driver]
     notes = collect(asked, tmp_path / out, workers=workers, on_event=events.append)
     return notes, events
 
@@ -134,6 +137,18 @@ def test_a_folder_of_other_data_is_refused(tmp_path, pretend):
         go(tmp_path, 40, seed=1, perturb=0.5)
 
 
+def test_another_drivers_data_is_another_origin(tmp_path, pretend):
+    go(tmp_path, 40, driver="idm")
+    kept = DataFolder(tmp_path / "data").origin()
+    assert kept is not None
+    assert (kept.agent, kept.driver) == ("expert", "idm")
+    assert kept.driver_checksum not in ("", kept.agent_checksum)
+    go(tmp_path, 40, driver="idm")
+    for other in ("rule-based", ""):
+        with pytest.raises(InputError, match="another origin .driver idm, driver_checksum"):
+            go(tmp_path, 40, driver=other)
+
+
 def test_leftovers_are_cleared_away(tmp_path, pretend):
     go(tmp_path, 40)
     (tmp_path / "data" / "unfinished" / "x.parquet").write_text("half")
@@ -148,10 +163,20 @@ def test_an_expert_that_never_arrives_ends_it(tmp_path, pretend, monkeypatch):
         go(tmp_path, 400)
 
 
-@pytest.mark.parametrize("request_", [CollectRequest(0), CollectRequest(10, perturb=1.5)])
-def test_impossible_requests_are_refused(request_, tmp_path):
-    with pytest.raises(InputError):
-        collect(request_, tmp_path, workers=1, on_event=lambda _event: None)
+@pytest.mark.parametrize(
+    ("request_", "words"),
+    [
+        (CollectRequest(0), "1 at least"),
+        (CollectRequest(10, perturb=1.5), "a share of episodes"),
+        (CollectRequest(10, perturb=0.5, driver="idm"), "give one of them"),
+        (CollectRequest(10, driver="imd"), "Did you mean 'idm'"),
+        (CollectRequest(10, driver="expert-nearest"), "asks for privileged"),
+    ],
+)
+def test_impossible_requests_are_refused(request_, words, tmp_path):
+    with pytest.raises(InputError, match=words):
+        collect(request_, tmp_path / "data", workers=1, on_event=lambda _event: None)
+    assert not (tmp_path / "data").exists()
 
 
 def test_seeds_are_never_the_benchmarks(monkeypatch):

@@ -4,12 +4,13 @@ import json
 import math
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 import torch
 
-from plant_bench.data.recording import Recorder
+from plant_bench.data.recording import Action, Recorder
 from plant_bench.world.route import PROTOCOL, LaneSpan, Route
 from plant_bench.world.scene import TICK, ActorKind, Actors, EgoState, Scene
 
@@ -58,12 +59,13 @@ def write_recording(
     every: int = 1,
     disturbed: range = range(0),
     protocol: str = PROTOCOL,
+    answers: Callable[[int], Action] = lambda _tick: None,
     **facts: int,
 ) -> Path:
     about = {"route": route.id, "route_checksum": route.checksum, "protocol": protocol}
     recorder = Recorder(path, about, every=every)
     for tick in range(ticks):
-        recorder.add(scene_of(tick, **facts), disturbed=tick in disturbed)
+        recorder.add(scene_of(tick, **facts), answers(tick), disturbed=tick in disturbed)
     recorder.close()
     return path
 
@@ -91,11 +93,21 @@ def write() -> Callable[..., Path]:
 
 
 @pytest.fixture
-def data(tmp_path: Path) -> Path:
+def make_data(tmp_path: Path) -> Callable[..., Path]:
+    """Makes a folder with an episode on each of the named routes; see `write_recording`."""
+
+    def make(name: str, *driven: str, **facts: Any) -> Path:
+        folder = tmp_path / name
+        routes = {route: straight_route(route) for route in sorted(set(driven))}
+        write_routes(folder / "routes", list(routes.values()))
+        for episode, route in zip("abcdefgh", driven, strict=False):
+            write_recording(folder / "episodes" / f"{episode}.parquet", routes[route], **facts)
+        return folder
+
+    return make
+
+
+@pytest.fixture
+def data(make_data: Callable[..., Path]) -> Path:
     """Three episodes on two routes."""
-    folder = tmp_path / "data"
-    routes = [straight_route("one"), straight_route("two")]
-    write_routes(folder / "routes", routes)
-    for name, route in (("a", routes[0]), ("b", routes[1]), ("c", routes[0])):
-        write_recording(folder / "episodes" / f"{name}.parquet", route)
-    return folder
+    return make_data("data", "one", "two", "one")

@@ -104,6 +104,90 @@ def test_the_best_that_was_driven_is_kept(
     assert "50" in (request.work / "losses.csv").read_text()
 
 
+def driven_with(monkeypatch: pytest.MonkeyPatch, scores: list[float]) -> list[float]:
+    """Score what is driven for validation with these, one after another; return what is left."""
+    left = list(scores)
+    monkeypatch.setattr(imitation, "closed_loop_score", lambda *_: left.pop(0))
+    return left
+
+
+def test_it_ends_when_validations_bring_nothing_better(
+    tmp_path: Path, split: Split, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    left = driven_with(monkeypatch, [30.0, 50.0, 40.0, 50.0, 60.0])
+    settings = replace(SETTINGS, epochs=12, drop_after=12, validate_every=2, patience=2)
+    request = request_in(tmp_path, settings=settings, closed_loop=ClosedLoop("longest6", "0"))
+    run(request, split)
+    assert left == [60.0]  # after epochs 2, 4, 6 and 8; equal is no better
+    card = (request.out / "card.md").read_text()
+    assert "The training ended after epoch 8" in card
+    assert "DS 50.0" in card
+    assert run(request, split) == []  # it stays at its end
+    patient = replace(request, settings=replace(settings, patience=3, epochs=10))
+    run(patient, split)  # and goes on where more patience is asked for
+    assert left == []
+    assert "of epoch 10" in (request.out / "card.md").read_text()
+
+
+def test_patience_is_kept_when_it_is_stopped(
+    tmp_path: Path, split: Split, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    left = driven_with(monkeypatch, [50.0, 40.0, 45.0, 60.0])
+    settings = replace(SETTINGS, epochs=6, drop_after=6, validate_every=1, patience=2)
+    request = request_in(tmp_path, settings=settings, closed_loop=ClosedLoop("longest6", "0"))
+
+    def stop_in_the_third_epoch(event: TrainingEvent) -> None:
+        if isinstance(event, StepEnded) and event.epoch == 2:
+            interrupts.signal.raise_signal(interrupts.signal.SIGINT)
+
+    with pytest.raises(KeyboardInterrupt):
+        run(request, split, stop_in_the_third_epoch)
+    assert left == [45.0, 60.0]
+    run(request, split)
+    assert left == [60.0]
+
+
+def test_it_starts_from_given_weights(tmp_path: Path, split: Split) -> None:
+    first = request_in(tmp_path / "first", config=PlanTConfig(speed_input=True))
+    run(first, split)
+    told_less = PlanTConfig(speed_input=True, speed_dropout=0.9)  # no part of the network
+    still = replace(SETTINGS, epochs=1, rate=0.0)
+    second = request_in(tmp_path / "second", config=told_less, settings=still, start=first.out)
+    run(second, split)
+    assert weights_in(second.out) == weights_in(first.out)
+    assert load_network(second.out).config == told_less
+    assert "| started from | weights of hash" in (second.out / "card.md").read_text()
+    with pytest.raises(InputError, match="start"):  # another start is another training
+        run(replace(second, start=None), split)
+
+
+def test_weights_of_another_network_are_no_start(tmp_path: Path, split: Split) -> None:
+    first = request_in(tmp_path / "first")
+    run(first, split)
+    other = PlanTConfig(limit_input=True, tokens=TokenSpec(reach=45.0))
+    second = request_in(tmp_path / "second", config=other, start=first.out)
+    words = r"limit_input False \(now True\), reach 30.0 \(now 45.0\). Give the options"
+    with pytest.raises(InputError, match=words):
+        run(second, split)
+    with pytest.raises(InputError, match="There are no weights in"):
+        run(replace(second, start=tmp_path / "nowhere"), split)
+    assert not second.out.exists()
+
+
+def test_the_card_tells_where_the_data_comes_from_and_no_places(
+    tmp_path: Path, split: Split, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    arguments = ["/opt/bin/plant-bench", "train", "plant", "--data", str(tmp_path / "mine")]
+    monkeypatch.setattr("sys.argv", [*arguments, f"--start=plant@{tmp_path}/weights/"])
+    request = request_in(tmp_path, sources=("3 episodes of mine", "2 episodes of others"))
+    run(request, split)
+    card = (request.out / "card.md").read_text()
+    assert "| data made by | 3 episodes of mine |\n| data made by | 2 episodes of others |" in card
+    assert "`plant-bench train plant --data mine --start=plant@weights/`" in card
+    assert str(tmp_path) not in card
+    assert "| processor | " in card
+
+
 def test_another_training_is_not_gone_on_with(tmp_path: Path, split: Split) -> None:
     run(request_in(tmp_path), split)
     other = request_in(tmp_path, settings=replace(SETTINGS, rate=1e-3))

@@ -8,11 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from plant_bench.data.recording import Recording
+from plant_bench.agent import Control, Plan
+from plant_bench.data.recording import Action, Recording
 from plant_bench.errors import InputError
 from plant_bench.features.tokens import TokenKind, TokenSpec
 from plant_bench.training import shards
-from plant_bench.training.samples import Samples, joined, samples_of
+from plant_bench.training.samples import Samples, TargetKind, joined, samples_of
 from plant_bench.training.shards import load_shards
 from plant_bench.world.route import Route
 
@@ -23,9 +24,9 @@ Make = Callable[..., Samples]
 
 @pytest.fixture
 def made(tmp_path: Path, route: Route, write: Callable[..., Path]) -> Make:
-    def make(**facts: Any) -> Samples:
+    def make(targets: TargetKind = "future", **facts: Any) -> Samples:
         path = write(tmp_path / "episode.parquet", route, **facts)
-        return samples_of(Recording.load(path), route, TokenSpec())
+        return samples_of(Recording.load(path), route, TokenSpec(), targets)
 
     return make
 
@@ -73,6 +74,56 @@ def test_no_sample_has_a_disturbance_in_its_future(made: Make) -> None:
     assert len(left) == len(made()) - 5
 
 
+def always(acceleration: float) -> Callable[[int], Action]:
+    """Answers at every second tick, as the expert does."""
+    return lambda tick: None if tick % 2 else Control(acceleration, 0.1)
+
+
+@pytest.mark.parametrize(
+    ("acceleration", "ahead"),
+    [
+        (0.0, [4.0, 8.0, 12.0, 16.0]),
+        (1.0, [4.125, 8.5, 13.125, 18.0]),
+        (-8.0, [3.0, 4.0, 4.0, 4.0]),  # it stands after a second, and does not go back
+        (10.0, [5.25, 11.75, 18.25, 24.75]),  # 13 m/s, the speed limit, after half a second
+    ],
+)
+def test_an_answers_waypoints_lie_where_its_acceleration_leads(
+    made: Make, acceleration: float, ahead: list[float]
+) -> None:
+    samples = made("answer", answers=always(acceleration))
+    expected = np.stack((ahead, np.zeros(4)), axis=1)
+    assert len(samples) == 17
+    for waypoints in samples.waypoints:
+        assert waypoints == pytest.approx(expected, abs=3e-3)
+    assert samples.target == pytest.approx(np.array([[20.0, 0.0]] * len(samples)), abs=1.1)
+
+
+def test_the_last_answer_counts_while_the_expert_rests(made: Make) -> None:
+    told = {48: Control(1.0, 0.0), 49: None, 44: Control(-1.0, 0.0)}
+
+    def answers(tick: int) -> Action:
+        return told.get(tick, None if tick in (50, 51) else Control(0.0, 0.0))
+
+    first = made("answer", answers=answers).waypoints[0]  # of tick 50
+    assert first[:, 0] == pytest.approx([4.125, 8.5, 13.125, 18.0], abs=3e-3)
+
+
+def test_answers_are_learned_where_something_else_was_executed(made: Make) -> None:
+    facts: Any = {"every": 10, "disturbed": range(60, 200), "answers": always(1.0)}
+    assert len(made("answer", **facts)) == 17
+    assert len(made("future", **facts)) < 17
+
+
+@pytest.mark.parametrize(
+    "answer", [None, Plan(np.zeros((4, 2))), lambda tick: Control(0.0, 0.0) if tick < 46 else None]
+)
+def test_a_missing_answer_is_one_clear_error(made: Make, answer: Any) -> None:
+    answers = answer if callable(answer) else lambda _tick: answer
+    with pytest.raises(InputError, match="Row 50 of a recording holds no acceleration"):
+        made("answer", answers=answers)
+
+
 def test_parts_and_joints(made: Make) -> None:
     samples = made(leaves_at=100)
     again = joined([samples.only(slice(0, 3)), samples.only(slice(3, len(samples)))])
@@ -106,6 +157,7 @@ def test_samples_are_made_once(data: Path, monkeypatch: pytest.MonkeyPatch) -> N
     again = load_shards(data, TokenSpec())
     np.testing.assert_array_equal(again[1].samples.waypoints, first[1].samples.waypoints)
     assert shards.shards_key(TokenSpec()) != shards.shards_key(TokenSpec(reach=50.0))
+    assert shards.shards_key(TokenSpec()) != shards.shards_key(TokenSpec(), "answer")
 
 
 def test_bad_folders_are_input_errors(data: Path, tmp_path: Path) -> None:

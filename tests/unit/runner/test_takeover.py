@@ -1,0 +1,130 @@
+"""Who drives when another planner is at the wheel, with no simulator."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from plant_bench.agent import Control, Input, Plan
+from plant_bench.agents.control import follow_plan
+from plant_bench.errors import AgentError, InputError
+from plant_bench.runner import takeover
+from plant_bench.runner.takeover import PATIENCE, RELIEF, Takeover, check_driver
+from plant_bench.world.scene import TICK, Actors, EgoState, Scene
+
+OWN = Control(-1.0, 0.25)  # what the other planner answers
+GO, STAY = Control(1.0, 0.0), Control(-0.5, 0.0)  # what the expert answers
+
+
+class Driver:
+    inputs = frozenset({Input.OBJECTS})
+    interval = 1
+
+    def __init__(self, action: Any = OWN, fails_to_reset: bool = False) -> None:
+        self.action, self.fails_to_reset = action, fails_to_reset
+        self.seen, self.resets = [], []
+
+    def reset(self, route):
+        if self.fails_to_reset:
+            raise KeyError("weights")
+        self.resets.append(route)
+
+    def act(self, observation):
+        self.seen.append(observation)
+        return self.action() if callable(self.action) else self.action
+
+
+@pytest.fixture
+def at_the_wheel(monkeypatch, route):
+    def make(driver):
+        monkeypatch.setattr(takeover, "load_agent", lambda _spec: driver)
+        return Takeover("other", route("town01-long-0"))
+
+    return make
+
+
+def scene(tick, speed=0.0):
+    ego = EgoState(5.0, 0.0, 0.0, speed)
+    return Scene(tick, ego, Actors.none(), np.zeros(0, np.uint8))
+
+
+def executed(wheel, answers, speed=0.0, first=0):
+    told = enumerate(answers, first)
+    return [wheel.executed(scene(tick, speed), 5.0, 0.0, answer) for tick, answer in told]
+
+
+def test_the_other_planner_drives(at_the_wheel):
+    driver = Driver()
+    wheel = at_the_wheel(driver)
+    assert driver.resets == []  # a reset that fails is to end the episode, not the command
+    assert executed(wheel, [GO] * 200, speed=8.0) == [OWN] * 200
+    assert driver.resets == [None]  # it did not ask for the route
+    assert driver.seen[0].actors is not None
+    assert driver.seen[0].route is None
+
+
+def test_it_decides_when_it_wants_to_and_its_plans_are_followed(at_the_wheel):
+    plan = Plan(np.array([[2.0, 0.0], [4.0, 0.5], [6.0, 1.5], [8.0, 3.0]]))
+    driver = Driver(plan)
+    driver.interval, driver.inputs = 2, frozenset({Input.ROUTE})
+    done = executed(at_the_wheel(driver), [GO] * 10, speed=4.0)
+    assert [round(seen.time / TICK) for seen in driver.seen] == [0, 2, 4, 6, 8]
+    assert done == [follow_plan(plan, scene(0, 4.0).ego)] * 10
+    assert driver.resets[0] is not None
+    assert driver.seen[0].route.progress == 5.0
+
+
+def test_who_stands_against_the_experts_wish_is_relieved_for_a_while(at_the_wheel):
+    patience, relief = round(PATIENCE / TICK), round(RELIEF / TICK)
+    wheel = at_the_wheel(Driver())
+    done = executed(wheel, [GO] * (2 * (patience + relief)))
+    once = [OWN] * patience + [GO] * relief
+    assert done == once + once
+
+
+def test_who_stands_as_the_expert_would_is_left_alone(at_the_wheel):
+    patience = round(PATIENCE / TICK)
+    wheel = at_the_wheel(Driver())
+    assert executed(wheel, [STAY] * 3 * patience) == [OWN] * 3 * patience
+    mostly = ([GO] * (patience - 1) + [STAY]) * 3  # the wish ends in time, again and again
+    assert executed(wheel, mostly, first=3 * patience) == [OWN] * len(mostly)
+
+
+def raising(error):
+    def act():
+        raise error
+
+    return act
+
+
+@pytest.mark.parametrize(
+    ("action", "words"),
+    [
+        (raising(ZeroDivisionError("by nought")), "driver's act raised ZeroDivisionError: by nou"),
+        (raising(SystemExit(3)), "driver's act raised SystemExit"),
+        ("left", "act returned a str"),
+        (Control(float("nan"), 0.0), "finite numbers are wanted"),
+    ],
+)
+def test_a_driver_that_fails_is_an_agent_error(at_the_wheel, action, words):
+    with pytest.raises(AgentError, match=words):
+        executed(at_the_wheel(Driver(action)), [GO])
+
+
+def test_a_driver_that_fails_to_reset_is_an_agent_error(at_the_wheel):
+    with pytest.raises(AgentError, match="driver's reset raised KeyError"):
+        executed(at_the_wheel(Driver(fails_to_reset=True)), [GO])
+
+
+@pytest.mark.parametrize(
+    ("driver", "words"),
+    [
+        ("expert", "'expert' cannot drive while the expert answers: it asks for privileged"),
+        ("sumo", "it asks for simulator"),
+        ("plnt", "Did you mean 'plant'"),
+    ],
+)
+def test_who_cannot_drive_is_refused(driver, words):
+    with pytest.raises(InputError, match=words):
+        check_driver(driver)
+    check_driver("idm")

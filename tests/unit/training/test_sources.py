@@ -1,0 +1,138 @@
+"""Folders of data: what is said of them, whose drives they are, and several of them together."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from plant_bench.agent import Control
+from plant_bench.agents.plant.config import SIZES, PlanTConfig, Size
+from plant_bench.agents.plant.network import PlanTNetwork
+from plant_bench.agents.plant.weights import save_network
+from plant_bench.cli import learning
+from plant_bench.cli.learning import Course, Machine, Validation, learn
+from plant_bench.errors import InputError
+from plant_bench.runner.data_folder import Origin
+from plant_bench.training.ablations import Recipe
+from plant_bench.training.batches import Split
+from plant_bench.training.imitation import TrainingRequest
+from plant_bench.training.settings import TrainingSettings
+from plant_bench.training.sources import source_of
+
+
+def say_origin(folder: Path, *, driver: str = "", frames: int | None = None) -> Path:
+    origin = Origin(
+        seed=3,
+        density="dense",
+        perturb=0.0 if driver else 0.3,
+        protocol="p",
+        agent="expert",
+        agent_checksum="e" * 64,
+        driver=driver,
+        driver_checksum="d" * 64 if driver else "",
+        rules="r" * 64,
+        versions={},
+    )
+    (folder / "collect.json").write_text(origin.model_dump_json())
+    if frames is not None:
+        (folder / "data.json").write_text(json.dumps({"request": {"frames": frames}}))
+    return folder
+
+
+def test_a_folder_says_which_command_made_it(data: Path) -> None:
+    assert source_of(data, 3) == "3 episodes of data, whose origin is not known (no collect.json)"
+    say_origin(data, frames=500)
+    assert source_of(data, 3) == (
+        "3 episodes of data: `plant-bench collect --out data --frames 500 --seed 3 --density dense "
+        f"--perturb 0.3` (expert {'e' * 16}, rules {'r' * 16})"
+    )
+    said = source_of(say_origin(data, driver="plant@/home/me/models/mine", frames=500), 2)
+    assert "--density dense --driver plant@mine` (expert" in said
+    assert f"driver {'d' * 16})" in said
+    assert "/" not in said
+
+
+def test_a_broken_origin_is_an_input_error(data: Path) -> None:
+    (data / "collect.json").write_text("{")
+    with pytest.raises(InputError, match=r"collect\.json is broken"):
+        source_of(data, 1)
+
+
+@pytest.fixture
+def asked(monkeypatch: pytest.MonkeyPatch) -> list[tuple[TrainingRequest, Split]]:
+    """What is to be trained; nothing is."""
+    monkeypatch.setitem(SIZES, "mini", Size(1, 16, 2))
+    requests: list[tuple[TrainingRequest, Split]] = []
+    monkeypatch.setattr(learning, "train", lambda *some: requests.append((some[0], some[1])))
+    return requests
+
+
+def course(tmp_path: Path, *data: Path, held_out: float = 0.1, **changes: Any) -> Course:
+    settings = TrainingSettings(
+        held_out=held_out,
+        targets=changes.pop("targets", "future"),
+        validate_every=int("validation" in changes),
+    )
+    recipe = Recipe(PlanTConfig(), settings, changes.pop("share", 1.0))
+    places = (tmp_path / "model", tmp_path / "work")
+    return Course(recipe, data, *places, Machine("cpu", 1, 1, 1), **changes)
+
+
+def test_several_folders_are_learned_together(
+    tmp_path: Path, data: Path, make_data: Callable[..., Path], asked: list
+) -> None:
+    more = make_data("more", "one", "three")
+    assert learn(course(tmp_path, data, more))
+    (request, split), *_ = asked
+    assert split.episodes == 5
+    assert len(split.training) + len(split.validation) == 5 * 17
+    assert [text.split(",")[0] for text in request.sources] == [
+        "3 episodes of data",
+        "2 episodes of more",
+    ]
+    learn(course(tmp_path, data))
+    assert asked[1][1].fingerprint != split.fingerprint
+    learn(course(tmp_path, data, more, share=0.5))
+    assert [text.split()[0] for text in asked[2][0].sources] == ["2", "1"]
+
+
+def test_validation_drives_routes_of_the_first_folder(
+    tmp_path: Path, data: Path, make_data: Callable[..., Path], asked: list
+) -> None:
+    more = make_data("more", "three", "four", "five", "six")
+    drives = {"validation": Validation(None, None, True), "held_out": 0.7}
+    learn(course(tmp_path, data, more, **drives))
+    (request, split), *_ = asked
+    own = sorted({"one", "two"} & set(split.held_out))
+    assert 0 < len(own) < len(split.held_out)
+    assert request.closed_loop.routes == ",".join(own)
+    assert request.closed_loop.suite == str(data / "routes")
+    only = make_data("only", *sorted({"three", "four", "five", "six"} - set(split.held_out)))
+    with pytest.raises(InputError, match="None of the routes held out is in"):
+        learn(course(tmp_path, only, data, more, **drives))
+
+
+def test_where_another_planner_went_is_no_example(
+    tmp_path: Path, data: Path, make_data: Callable[..., Path], asked: list
+) -> None:
+    facts: dict[str, Any] = {"answers": lambda _tick: Control(0.5, 0.0), "disturbed": range(260)}
+    own = say_origin(make_data("own", "one", "two", every=10, **facts), driver="plant@models/mine")
+    with pytest.raises(InputError, match=r"own holds the expert's answers .*--targets answer"):
+        learn(course(tmp_path, data, own))
+    assert not (data / "samples").exists()  # said before any samples are made
+    assert learn(course(tmp_path, own, targets="answer"))
+    with pytest.raises(InputError, match=r"a\.parquet: Row 50 .* holds no acceleration"):
+        learn(course(tmp_path, own, data, targets="answer"))
+
+
+def test_an_unfit_start_is_said_before_samples_are_made(
+    tmp_path: Path, data: Path, asked: list
+) -> None:
+    save_network(PlanTNetwork(PlanTConfig(limit_input=True)), tmp_path / "other")
+    with pytest.raises(InputError, match="limit_input True .now False."):
+        learn(course(tmp_path, data, start=tmp_path / "other"))
+    with pytest.raises(InputError, match="There are no weights in"):
+        learn(course(tmp_path, data, start=tmp_path / "nowhere"))
+    assert not (data / "samples").exists()

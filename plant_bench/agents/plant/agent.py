@@ -46,7 +46,8 @@ class PlanT:
         self.interval = INTERVAL
 
     def reset(self, route: Route | None) -> None:
-        """Start a new episode."""
+        """Start a new episode; the route is told with each observation."""
+        del route
         self.interval = INTERVAL
 
     def act(self, observation: Observation) -> Plan:

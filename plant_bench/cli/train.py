@@ -57,6 +57,9 @@ def train_plant(
     stop_line: Annotated[
         bool, typer.Option(help="See where a red light's line is, not only that there is one.")
     ] = False,
+    meetings: Annotated[
+        bool, typer.Option(help="Tell where and when others get into the way, going straight on.")
+    ] = False,
     view: Annotated[int, typer.Option(help="Metres of route looked at.", min=10, max=100)] = 50,
     rear: Annotated[bool, typer.Option(help="See who is behind.")] = True,
     speeds: Annotated[bool, typer.Option(help="See the speeds of others.")] = True,
@@ -140,6 +143,7 @@ def train_plant(
         rear=rear,
         vulnerable=vulnerable,
         stop_line=stop_line,
+        meetings=meetings,
     )
     config = PlanTConfig(
         size,

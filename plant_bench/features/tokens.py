@@ -14,6 +14,7 @@ import shapely
 from jaxtyping import Float, Int, UInt8
 
 from plant_bench.agent import NextLight, RouteAhead
+from plant_bench.features.meetings import MEETING_ATTRIBUTES, meetings
 from plant_bench.geometry.pose import wrap_angle, wrap_angles
 from plant_bench.world.scene import EGO_LENGTH, EGO_WIDTH, ActorKind, Actors, EgoState, Light
 
@@ -56,6 +57,8 @@ class TokenSpec:
             walkers out, and riders are vehicles to it.
         stop_line: Whether the line of a red or yellow light is told as a box across the route.
             PlanT is told by its flag that there is one, not where.
+        meetings: Whether actors have four more attributes: where and when they get into the ego's
+            way (`plant_bench.features.meetings`). PlanT has none.
     """
 
     reach: float = 30.0
@@ -68,6 +71,12 @@ class TokenSpec:
     rear: bool = True
     vulnerable: bool = False
     stop_line: bool = False
+    meetings: bool = False
+
+    @property
+    def attributes(self) -> int:
+        """The number of a token's attributes."""
+        return ATTRIBUTES + MEETING_ATTRIBUTES * self.meetings
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -75,12 +84,12 @@ class Tokens:
     """The objects of one scene: actors, the nearest first; the route's segments; the stop line.
 
     Attributes:
-        attributes: z, x, y, yaw, width, length.
+        attributes: z, x, y, yaw, width, length; and those of `meetings`, 0 for what is no actor.
         kinds: `TokenKind` values.
         places: Place in the observation's actors; `NOWHERE` for what is none.
     """
 
-    attributes: Float[np.ndarray, "tokens 6"]
+    attributes: Float[np.ndarray, "tokens attributes"]
     kinds: UInt8[np.ndarray, " tokens"]
     places: Int[np.ndarray, " tokens"]
 
@@ -101,10 +110,12 @@ def tokens_of(
     lines = stop_line_attributes(ego, route, light if spec.stop_line else None)
     near, rows = len(places), len(places) + len(segments)
     count = rows + len(lines)
-    attributes = np.empty((count, ATTRIBUTES), np.float32)
-    attributes[:near] = actor_attributes(ego, actors, places)
-    attributes[near:rows] = segments
-    attributes[rows:] = lines
+    attributes = np.zeros((count, spec.attributes), np.float32)
+    attributes[:near, :ATTRIBUTES] = actor_attributes(ego, actors, places)
+    attributes[near:rows, :ATTRIBUTES] = segments
+    attributes[rows:, :ATTRIBUTES] = lines
+    if spec.meetings:
+        attributes[:near, ATTRIBUTES:] = meetings(ego, actors, places, route)
     if not spec.speed:
         attributes[:near, 0] = 0.0
     kinds = np.full(count, TokenKind.ROUTE, np.uint8)

@@ -59,7 +59,7 @@ class Samples:
     """
 
     starts: Int[np.ndarray, " ends"]
-    attributes: Float[np.ndarray, "tokens 6"]
+    attributes: Float[np.ndarray, "tokens attributes"]
     kinds: UInt8[np.ndarray, " tokens"]
     futures: Float[np.ndarray, "tokens 6"]
     red: Float[np.ndarray, " batch"]
@@ -164,7 +164,7 @@ def samples_of(
             future = places[_future_rows(chosen)]
         waypoints = to_frame(future, *scene.ego.pose)
         rows.append(_Row(given, _futures(scene, given.tokens, later), waypoints))
-    return _stacked(rows)
+    return _stacked(rows, spec)
 
 
 def joined(parts: list[Samples]) -> Samples:
@@ -232,14 +232,15 @@ def _ends(counts: np.ndarray) -> Int[np.ndarray, " ends"]:
     return np.concatenate(([0], np.cumsum(counts, dtype=np.int64)))
 
 
-def _stacked(rows: list[_Row]) -> Samples:
+def _stacked(rows: list[_Row], spec: TokenSpec) -> Samples:
     count = len(rows)
     tokens = [row.given.tokens for row in rows]
     none = np.empty((0, ATTRIBUTES), np.float32)
+    nothing = np.empty((0, spec.attributes), np.float32)
     given = [row.given for row in rows]
     return Samples(
         starts=_ends(np.array([len(item) for item in tokens], np.int64)),
-        attributes=np.concatenate([none, *(item.attributes for item in tokens)]),
+        attributes=np.concatenate([nothing, *(item.attributes for item in tokens)]),
         kinds=np.concatenate([np.empty(0, np.uint8), *(item.kinds for item in tokens)]),
         futures=np.concatenate([none, *(row.futures for row in rows)]).astype(np.float32),
         red=np.array([item.red for item in given], np.float32),

@@ -8,6 +8,7 @@ import numpy as np
 import torch
 from lightning_fabric import Fabric
 from torch import Tensor, nn
+from torch.nn import functional
 
 from plant_bench.agents.plant.config import PlanTConfig
 from plant_bench.agents.plant.network import Batch, PlanTNetwork
@@ -50,13 +51,17 @@ class Trainer:
         self._withheld = config.speed_dropout if config.speed_input else 0.0
 
     def start_from(self, network: PlanTNetwork) -> None:
-        """Take the weights of a network, see `check_start`.
+        """Take the weights of a network, see `check_start`; what is told anew counts nothing yet.
 
         Raises:
             InputError: It is of another config.
         """
         check_start(network.config, self.network.config)
-        self.network.load_state_dict(network.state_dict())
+        state = network.state_dict()
+        told = self.network.project.weight.shape[1]
+        weight = state["project.weight"]
+        state["project.weight"] = functional.pad(weight, (0, told - weight.shape[1]))
+        self.network.load_state_dict(state)
 
     def steps(self, listen: Listener) -> Iterator[None]:
         """Do the rest of the current epoch; after each step the caller may stop."""
@@ -156,12 +161,14 @@ class Trainer:
 def check_start(earlier: PlanTConfig, wanted: PlanTConfig) -> None:
     """Check that a training may start from an earlier network's weights.
 
-    How often the speed is withheld in training is no part of the network, and may differ.
+    How often the speed is withheld in training is no part of the network, and may differ; and
+    attributes of meetings may be told that were not told before.
 
     Raises:
         InputError: The networks differ in size or in what they are told.
     """
     before, now = _options(earlier), _options(wanted)
+    before["meetings"] = before["meetings"] or now["meetings"]
     other = [
         f"{name} {before[name]} (now {now[name]})" for name in now if before[name] != now[name]
     ]

@@ -16,7 +16,6 @@ from plant_bench.agents.plant.graph import ATTENTION, EXPLAIN, WAYPOINTS
 from plant_bench.agents.plant.network import DECODER_WIDTH, METRES, SCALES, SPEED
 from plant_bench.agents.plant.weights import load_network
 from plant_bench.errors import InputError
-from plant_bench.features.tokens import ATTRIBUTES
 
 if TYPE_CHECKING:
     from plant_bench.agents.plant.graph_writer import GraphWriter
@@ -73,10 +72,11 @@ class _Export:
 
     def _embedded(self) -> str:
         writer = self._writer
-        attributes = writer.takes("attributes", np.float32, 1, "tokens", ATTRIBUTES)
+        count = self._config.tokens.attributes
+        attributes = writer.takes("attributes", np.float32, 1, "tokens", count)
         kinds = writer.takes("kinds", np.uint8, 1, "tokens")
-        rows = writer.reshape(attributes, -1, ATTRIBUTES)
-        projected = self._linear("project", self._divided(rows, SCALES))
+        rows = writer.reshape(attributes, -1, count)
+        projected = self._linear("project", self._divided(rows, SCALES[:count]))
         table = writer.constant(self._weights["kinds.weight"])
         types = writer.add("Gather", table, writer.cast(writer.reshape(kinds, -1), np.int64))
         tokens = writer.add("Add", projected, types)

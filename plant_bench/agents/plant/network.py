@@ -15,10 +15,10 @@ from torch.nn import functional
 from plant_bench.agent import PLAN_STEPS
 from plant_bench.agents.plant.config import PlanTConfig
 from plant_bench.agents.plant.encoder import DEVIATION, Encoder, initialise
-from plant_bench.features.tokens import ATTRIBUTES, TokenKind
+from plant_bench.features.tokens import TokenKind
 
 DECODER_WIDTH = 64  # of the GRU, the light's flag apart (PlanT, model.py)
-SCALES = (10.0, 15.0, 15.0, math.pi, 2.0, 5.0)  # attributes are divided by these
+SCALES = (10.0, 15.0, 15.0, math.pi, 2.0, 5.0, 20.0, 3.0, 3.0, 3.0)  # of attributes
 METRES, SPEED = 10.0, 10.0  # the same for points and for the ego's speed and limit
 
 
@@ -34,7 +34,7 @@ class Batch(NamedTuple):
         limit: m/s; used if the config says so.
     """
 
-    attributes: Float[Tensor, "batch tokens 6"]
+    attributes: Float[Tensor, "batch tokens attributes"]
     kinds: UInt8[Tensor, "batch tokens"]
     red: Float[Tensor, " batch"]
     target: Float[Tensor, "batch 2"]
@@ -65,8 +65,8 @@ class PlanTNetwork(nn.Module):
         super().__init__()
         width = config.encoder.width
         self.config = config
-        self.scales = nn.Buffer(torch.tensor(SCALES), persistent=False)
-        self.project = nn.Linear(ATTRIBUTES, width)
+        self.scales = nn.Buffer(torch.tensor(SCALES[: config.tokens.attributes]), persistent=False)
+        self.project = nn.Linear(config.tokens.attributes, width)
         self.kinds = nn.Embedding(len(TokenKind), width)
         self.cls = nn.Parameter(torch.zeros(width))
         extras = 2 * config.speed_input + config.limit_input

@@ -1,0 +1,80 @@
+"""Where and when others get into the way, by hand: the ego drives east along the x axis."""
+
+import math
+
+import numpy as np
+import pytest
+
+from plant_bench.agent import RouteAhead
+from plant_bench.features.meetings import LATEST, NEVER, VIEW, meetings
+from plant_bench.features.tokens import NOWHERE, TokenSpec, tokens_of
+from plant_bench.world.scene import ActorKind, Actors, EgoState
+
+EGO = EgoState(0.5, 0.0, 0.0, 8.0)
+NORTH, SOUTH = 0.5 * math.pi, -0.5 * math.pi
+
+
+def route(metres: int = 100) -> RouteAhead:
+    """Return a straight route; the ego is half a metre beyond its first point."""
+    ahead = np.arange(metres + 1.0)
+    points = np.stack((ahead, np.zeros_like(ahead)), axis=1)
+    return RouteAhead(0.5, 0.5, 0.0, points, np.zeros(metres + 1), np.full(metres + 1, 10.0))
+
+
+def met(x: float, y: float, yaw: float, speed: float) -> list[float]:
+    """Return the meeting with one car of 4.5 m by 1.8 m."""
+    actors = Actors(
+        np.array([7], np.int64),
+        np.array([[x, y, yaw]], np.float32),
+        np.array([speed], np.float32),
+        np.array([[4.5, 1.8]], np.float32),
+        np.array([ActorKind.CAR], np.uint8),
+    )
+    return meetings(EGO, actors, np.array([0]), route())[0].tolist()
+
+
+def test_who_crosses_is_met_where_and_while_it_crosses() -> None:
+    along, first, last, ego = met(40.5, -30.0, NORTH, 10.0)
+
+    assert along == pytest.approx(40.0, abs=3.0)
+    # Its front is 2.7 m from the axis after (30 - 2.25 - 2.7) / 10 = 2.5 s, its rear after 3.5 s.
+    assert first == pytest.approx(2.5, abs=0.5)
+    assert last == pytest.approx(3.75, abs=0.5)
+    assert ego == pytest.approx(along / 8.0)
+
+
+def test_who_stands_on_the_route_is_met_at_once_and_for_good() -> None:
+    along, first, last, _ = met(20.5, 0.5, 0.0, 0.0)
+
+    assert along == pytest.approx(20.0 - 2.25 - 2.7, abs=2.0)
+    assert (first, last) == (0.0, NEVER)
+
+
+@pytest.mark.parametrize(
+    "car",
+    [
+        (40.0, -30.0, SOUTH, 10.0),  # drives away
+        (40.0, -30.0, NORTH, 2.0),  # comes too late
+        (40.0, 4.0, 0.0, 10.0),  # in the next lane
+        (-20.0, 0.0, 0.0, 0.0),  # behind
+    ],
+)
+def test_who_never_gets_in_the_way_has_the_greatest_values(car) -> None:
+    assert met(*car) == [VIEW, NEVER, NEVER, LATEST]
+
+
+def test_only_actors_have_meetings() -> None:
+    actors = Actors(
+        np.array([7], np.int64),
+        np.array([[20.0, 0.0, 0.0]], np.float32),
+        np.array([0.0], np.float32),
+        np.array([[4.5, 1.8]], np.float32),
+        np.array([ActorKind.CAR], np.uint8),
+    )
+    spec = TokenSpec(meetings=True)
+
+    tokens = tokens_of(EGO, actors, route(), spec)
+
+    assert tokens.attributes.shape[1] == spec.attributes == 10
+    assert tokens.attributes[tokens.places != NOWHERE, 6:].any()
+    assert not tokens.attributes[tokens.places == NOWHERE, 6:].any()

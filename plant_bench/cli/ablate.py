@@ -10,13 +10,15 @@ from plant_bench.cli.train import check_installed
 
 
 def ablate_plant(
-    data: Annotated[Path, typer.Option(help="Folder with routes/ and episodes/.")],
+    data: Annotated[
+        list[Path], typer.Option(help="Folder with routes/ and episodes/; give it again for more.")
+    ],
     names: Annotated[
         list[str] | None,
         typer.Argument(
             metavar="NAME",
             help="rear, speeds, auxiliary, data, size (the paper's); stop-line, vulnerable, "
-            "limit-input, reach. All of them without a name.",
+            "limit-input, reach, foresight, meetings, speed-input. All of them without a name.",
         ),
     ] = None,
     out: Annotated[Path, typer.Option(help="Folder of all that is made.")] = Path(
@@ -32,6 +34,12 @@ def ablate_plant(
     epochs: Annotated[int, typer.Option(help="Passes over the data.", min=1)] = 47,
     batch: Annotated[int, typer.Option(help="Samples a step.", min=1)] = 128,
     rate: Annotated[float, typer.Option(help="Learning rate.")] = 1e-4,
+    targets: Annotated[
+        Literal["future", "answer"], typer.Option(help="As `train plant --targets`.")
+    ] = "future",
+    resting: Annotated[
+        float, typer.Option(help="As `train plant --resting`.", min=0.0, max=1.0)
+    ] = 1.0,
     share: Annotated[
         float, typer.Option(help="Of the episodes, for all variants.", min=0.001, max=1.0)
     ] = 1.0,
@@ -78,12 +86,17 @@ def ablate_plant(
     if size is not None:
         config = replace(config, size=size)
     settings = TrainingSettings(
-        epochs=epochs, drop_after=drop_after(epochs), batch=batch, rate=rate
+        epochs=epochs,
+        drop_after=drop_after(epochs),
+        batch=batch,
+        rate=rate,
+        targets=targets,
+        resting=resting,
     )
     request = AblationRequest(
         names or (),
         Recipe(config, settings, share),
-        data,
+        tuple(data),
         out,
         ScoreRequest("plant", suite, routes, repetitions, density=density, hazards=hazards),
         seeds,

@@ -48,7 +48,7 @@ class AblationRequest:
     Attributes:
         names: Of the ablations; empty for all.
         base: What they start from.
-        data: Folder of the recordings.
+        data: Folders of the recordings.
         out: Folder of all that is made.
         drives: What is driven; its agent does not count.
         seeds: Trainings of each variant.
@@ -59,7 +59,7 @@ class AblationRequest:
 
     names: Sequence[str]
     base: Recipe
-    data: Path
+    data: tuple[Path, ...]
     out: Path
     drives: ScoreRequest
     seeds: int
@@ -78,7 +78,7 @@ def ablate(request: AblationRequest) -> int:
         PlantBenchError: A training or a run cannot be started or cannot go on.
     """
     variants = variants_of(request.names, request.base)
-    recordings_in(request.data)
+    _recordings(request.data)
     select_routes(load_suite(request.drives.suite), request.drives.routes)  # better now than later
     density_of(request.drives.density)
     folder = RunFolder(request.out)
@@ -140,7 +140,7 @@ def _train(request: AblationRequest, recipe: Recipe, place: Path) -> bool:
     finished = learn(
         Course(
             recipe,
-            (request.data,),
+            request.data,
             place / "model",
             place / "training",
             request.machine,
@@ -153,9 +153,13 @@ def _train(request: AblationRequest, recipe: Recipe, place: Path) -> bool:
     return finished
 
 
-def _training_text(data: Path, recipe: Recipe) -> str:
+def _recordings(data: tuple[Path, ...], share: float = 1.0) -> list[Path]:
+    return [path for folder in data for path in recordings_in(folder, share)]
+
+
+def _training_text(data: tuple[Path, ...], recipe: Recipe) -> str:
     """Return what a training depends on as text: equal where it need not be made again."""
-    names = [f"{path.name} {path.stat().st_size}" for path in recordings_in(data, recipe.share)]
+    names = [f"{path.name} {path.stat().st_size}" for path in _recordings(data, recipe.share)]
     digest = hashlib.sha256("\n".join(names).encode()).hexdigest()
     about = {"recipe": asdict(recipe), "recordings": len(names), "hash": digest}
     return json.dumps(about, indent=1) + "\n"
@@ -196,7 +200,7 @@ def _facts(request: AblationRequest, runs: dict[str, list[Run]]) -> dict[str, st
     routes = len({job.route.id for job in all_runs[0].jobs})
     return {
         "base": f"PlanT {base.config.size}, {base.settings.epochs} epochs",
-        "data": f"{len(recordings_in(request.data, base.share))} episodes",
+        "data": f"{len(_recordings(request.data, base.share))} episodes",
         "driven": f"{routes} routes of {drives.suite}, {drives.repetitions} repetitions, "
         f"{drives.density} traffic",
         "seeds of training": str(request.seeds),

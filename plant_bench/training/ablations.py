@@ -142,5 +142,11 @@ ABLATIONS: dict[str, tuple[Choice, ...]] = {
     "stop-line": _told("stop-line", lambda told: _tokens(stop_line=told)),
     "vulnerable": _told("vulnerable", lambda told: _tokens(vulnerable=told)),
     "limit-input": _told("limit-input", lambda told: _network(limit_input=told)),
+    "speed-input": _told("speed-input", lambda told: _network(speed_input=told)),
+    "meetings": _told("meetings", lambda told: _tokens(meetings=told)),
+    "foresight": (
+        Choice("no-foresight", _tokens(foresight=0.0)),
+        Choice("foresight-5s", _tokens(foresight=5.0)),
+    ),
     "reach": (Choice("reach-30", _tokens(reach=30.0)), Choice("reach-50", _tokens(reach=50.0))),
 }

@@ -42,7 +42,8 @@ def test_choices_that_are_the_base_share_its_training() -> None:
     variants = variants_of((), BASE)
     shared = {variant.name for variant in variants if variant.training == "base"}
     kept = {"rear", "speeds", "auxiliary", "data-3of3", "mini", "reach-30"}
-    assert shared == kept | {"base", "no-stop-line", "no-vulnerable", "no-limit-input"}
+    ours = {"stop-line", "vulnerable", "limit-input", "speed-input", "meetings", "foresight"}
+    assert shared == kept | {"base"} | {f"no-{name}" for name in ours}
     trainings = trainings_of(variants)
     assert len(trainings) == len(set(map(str, trainings.values())))
     told = replace(BASE, config=PlanTConfig(tokens=TokenSpec(stop_line=True)))
@@ -126,7 +127,7 @@ def done(monkeypatch: pytest.MonkeyPatch) -> list[str]:
 
 def request_of(tmp_path: Path, data: Path, **changes: object) -> AblationRequest:
     drives = ScoreRequest("plant", routes="0", repetitions=2)
-    request = AblationRequest(["rear"], BASE, data, tmp_path / "out", drives, 2, Machine())
+    request = AblationRequest(["rear"], BASE, (data,), tmp_path / "out", drives, 2, Machine())
     return replace(request, **changes)
 
 

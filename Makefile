@@ -26,6 +26,7 @@ format:
 
 reproduce:  ## the table in the README
 	$(BIN)/plant-bench score --agent expert --repetitions 5
+	$(BIN)/plant-bench score --agent plant --repetitions 3
 	for agent in rule-based sumo idm expert-nearest cruise; do $(BIN)/plant-bench score --agent $$agent --repetitions 2 || exit; done
 
 docs:  ## pictures of all towns and routes, into docs/pictures

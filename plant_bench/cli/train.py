@@ -60,6 +60,9 @@ def train_plant(
     meetings: Annotated[
         bool, typer.Option(help="Tell where and when others get into the way, going straight on.")
     ] = False,
+    tracks: Annotated[
+        bool, typer.Option(help="Tell how the speed and heading of others have just changed.")
+    ] = False,
     view: Annotated[int, typer.Option(help="Metres of route looked at.", min=10, max=100)] = 50,
     rear: Annotated[bool, typer.Option(help="See who is behind.")] = True,
     speeds: Annotated[bool, typer.Option(help="See the speeds of others.")] = True,
@@ -144,6 +147,7 @@ def train_plant(
         vulnerable=vulnerable,
         stop_line=stop_line,
         meetings=meetings,
+        tracks=tracks,
     )
     config = PlanTConfig(
         size,

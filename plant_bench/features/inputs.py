@@ -8,6 +8,7 @@ import numpy as np
 from plant_bench.agent import Observation, RouteAhead
 from plant_bench.errors import AgentError
 from plant_bench.features.tokens import STOPS, Tokens, TokenSpec, tokens_of
+from plant_bench.features.tracks import Rates
 from plant_bench.world.scene import EgoState
 
 CURVE_BRAKING = 1.8  # m/s2 towards a lower speed limit ahead
@@ -34,8 +35,15 @@ class SceneInput:
     limit: float
 
 
-def scene_input(observation: Observation, spec: TokenSpec) -> SceneInput:
+def scene_input(
+    observation: Observation, spec: TokenSpec, rates: Rates | None = None
+) -> SceneInput:
     """Return what a planner is told.
+
+    Args:
+        observation: What is seen.
+        spec: What becomes a token.
+        rates: How the observation's actors change, if tracks are told.
 
     Raises:
         AgentError: The observation lacks objects or route.
@@ -50,7 +58,7 @@ def scene_input(observation: Observation, spec: TokenSpec) -> SceneInput:
         message = "A learned planner needs the inputs 'objects' and 'route'."
         raise AgentError(message)
     return SceneInput(
-        tokens_of(ego, actors, route, spec, light),
+        tokens_of(ego, actors, route, spec, light, rates),
         float(light is not None and light.state in STOPS),
         _target(ego, route),
         float(ego.speed),

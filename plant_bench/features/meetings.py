@@ -1,4 +1,4 @@
-"""Where and when others, going straight on, get into the ego's way: four more attributes.
+"""Where and when others, going on as they do, get into the ego's way: four more attributes.
 
 A network has to find out by itself which of the boxes around it will be on its route, which takes
 more data and training than a small machine has. Nothing here is privileged: place, heading and
@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from plant_bench.agent import RouteAhead
+from plant_bench.features.tracks import Rates
 from plant_bench.world.scene import EGO_WIDTH, Actors, EgoState
 
 MEETING_ATTRIBUTES = 4
@@ -18,21 +19,29 @@ MARGIN = 0.8  # m between the boxes at which somebody is in the way
 NEVER = STEP * INSTANTS  # s
 SLOWEST = 1.0  # m/s, of the ego on its way there
 LATEST = 10.0  # s
+HARDEST, FIRMEST = -6.0, 3.0  # m/s2 that others are believed to go on with
+FASTEST = 15.0  # m/s up to which they are believed to speed up
+WIDEST = 0.5 * np.pi  # rad that they are believed to turn
 
 _TIMES = np.arange(INSTANTS, dtype=np.float32) * STEP
 _PARTS = np.array([-0.5, 0.0, 0.5], np.float32)  # rear, centre and front, in lengths
 
 
 def meetings(
-    ego: EgoState, actors: Actors, places: Int[np.ndarray, " tokens"], route: RouteAhead
+    ego: EgoState,
+    actors: Actors,
+    places: Int[np.ndarray, " tokens"],
+    route: RouteAhead,
+    rates: Rates,
 ) -> Float[np.ndarray, "tokens 4"]:
-    """Return where and when some actors get into the ego's way if they go straight on.
+    """Return where and when some actors get into the ego's way if they go on as they do.
 
     Args:
         ego: The ego.
         actors: All actors.
         places: Of those wanted.
         route: The route ahead.
+        rates: How the actors change; without any they go straight on at their speeds.
 
     Returns:
         Metres along the route to where an actor first gets in the way, at most `VIEW`; seconds
@@ -44,7 +53,7 @@ def meetings(
     points = (route.points[: VIEW + 1 : SPACING] - (ego.x, ego.y)).astype(np.float32)
     if not len(places) or not len(points):
         return found
-    near = _near(ego, actors, places, points)
+    near = _near(ego, actors, places, points, rates)
     when = near.any(axis=2)
     who = when.any(axis=1).nonzero()[0]
     first = when[who].argmax(axis=1)
@@ -58,15 +67,35 @@ def meetings(
     return found
 
 
-def _near(ego: EgoState, actors: Actors, places: np.ndarray, points: np.ndarray) -> np.ndarray:
+def _near(
+    ego: EgoState, actors: Actors, places: np.ndarray, points: np.ndarray, rates: Rates
+) -> np.ndarray:
     """Return which actors at which instants are near which route points."""
     poses = actors.poses[places]
     lengths, widths = actors.extents[places].T
-    ahead = actors.speeds[places, None] * _TIMES
-    ahead = ahead[:, :, None] + lengths[:, None, None] * _PARTS
-    x0, y0 = poses[:, 0] - np.float32(ego.x), poses[:, 1] - np.float32(ego.y)
-    x = x0[:, None, None] + ahead * np.cos(poses[:, 2])[:, None, None]
-    y = y0[:, None, None] + ahead * np.sin(poses[:, 2])[:, None, None]
-    squares = (x[..., None] - points[:, 0]) ** 2 + (y[..., None] - points[:, 1]) ** 2
+    yaws, ahead = _goings(poses[:, 2], actors.speeds[places], rates, places)
+    cos, sin = np.cos(yaws), np.sin(yaws)
+    x = np.zeros_like(yaws)
+    y = np.zeros_like(yaws)
+    np.cumsum(0.5 * (cos[:, 1:] + cos[:, :-1]) * ahead, axis=1, out=x[:, 1:])
+    np.cumsum(0.5 * (sin[:, 1:] + sin[:, :-1]) * ahead, axis=1, out=y[:, 1:])
+    x += (poses[:, 0] - np.float32(ego.x))[:, None]
+    y += (poses[:, 1] - np.float32(ego.y))[:, None]
+    parts = lengths[:, None, None] * _PARTS
+    all_x = x[..., None] + parts * cos[..., None]
+    all_y = y[..., None] + parts * sin[..., None]
+    squares = (all_x[..., None] - points[:, 0]) ** 2 + (all_y[..., None] - points[:, 1]) ** 2
     reach = 0.5 * (EGO_WIDTH + widths) + MARGIN
     return (squares < (reach * reach)[:, None, None, None]).any(axis=2)
+
+
+def _goings(
+    yaws: np.ndarray, speeds: np.ndarray, rates: Rates, places: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return each actor's yaw at the instants, and how far it gets between them."""
+    pulls = rates.accelerations[places].clip(HARDEST, FIRMEST)
+    tops = np.maximum(speeds, np.float32(FASTEST))
+    paces = (speeds[:, None] + pulls[:, None] * _TIMES).clip(0.0, tops[:, None])
+    turned = (rates.turns[places, None] * _TIMES).clip(-WIDEST, WIDEST)
+    ahead = 0.5 * STEP * (paces[:, 1:] + paces[:, :-1])
+    return (yaws[:, None] + turned).astype(np.float32), ahead.astype(np.float32)

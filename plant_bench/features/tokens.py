@@ -15,6 +15,7 @@ from jaxtyping import Float, Int, UInt8
 
 from plant_bench.agent import NextLight, RouteAhead
 from plant_bench.features.meetings import MEETING_ATTRIBUTES, meetings
+from plant_bench.features.tracks import TRACK_ATTRIBUTES, Rates, no_rates
 from plant_bench.geometry.pose import wrap_angle, wrap_angles
 from plant_bench.world.scene import EGO_LENGTH, EGO_WIDTH, ActorKind, Actors, EgoState, Light
 
@@ -59,6 +60,8 @@ class TokenSpec:
             PlanT is told by its flag that there is one, not where.
         meetings: Whether actors have four more attributes: where and when they get into the ego's
             way (`plant_bench.features.meetings`). PlanT has none.
+        tracks: Whether actors have two more attributes, acceleration and turn rate
+            (`plant_bench.features.tracks`), and are expected to go on so. PlanT has none.
     """
 
     reach: float = 30.0
@@ -72,11 +75,12 @@ class TokenSpec:
     vulnerable: bool = False
     stop_line: bool = False
     meetings: bool = False
+    tracks: bool = False
 
     @property
     def attributes(self) -> int:
         """The number of a token's attributes."""
-        return ATTRIBUTES + MEETING_ATTRIBUTES * self.meetings
+        return ATTRIBUTES + MEETING_ATTRIBUTES * self.meetings + TRACK_ATTRIBUTES * self.tracks
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -84,7 +88,8 @@ class Tokens:
     """The objects of one scene: actors, the nearest first; the route's segments; the stop line.
 
     Attributes:
-        attributes: z, x, y, yaw, width, length; and those of `meetings`, 0 for what is no actor.
+        attributes: z, x, y, yaw, width, length; those of `meetings` and `tracks`, 0 for what is no
+            actor.
         kinds: `TokenKind` values.
         places: Place in the observation's actors; `NOWHERE` for what is none.
     """
@@ -103,8 +108,11 @@ def tokens_of(
     route: RouteAhead,
     spec: TokenSpec,
     light: NextLight | None = None,
+    rates: Rates | None = None,
 ) -> Tokens:
     """Return the objects of a scene as the planner is told them."""
+    if rates is None or not spec.tracks:
+        rates = no_rates(actors)
     places = _nearest_first(ego, actors, spec)
     segments = route_attributes(ego, route, spec)
     lines = stop_line_attributes(ego, route, light if spec.stop_line else None)
@@ -115,7 +123,11 @@ def tokens_of(
     attributes[near:rows, :ATTRIBUTES] = segments
     attributes[rows:, :ATTRIBUTES] = lines
     if spec.meetings:
-        attributes[:near, ATTRIBUTES:] = meetings(ego, actors, places, route)
+        more = slice(ATTRIBUTES, ATTRIBUTES + MEETING_ATTRIBUTES)
+        attributes[:near, more] = meetings(ego, actors, places, route, rates)
+    if spec.tracks:
+        attributes[:near, -2] = rates.accelerations[places]
+        attributes[:near, -1] = rates.turns[places]
     if not spec.speed:
         attributes[:near, 0] = 0.0
     kinds = np.full(count, TokenKind.ROUTE, np.uint8)

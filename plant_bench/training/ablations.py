@@ -144,6 +144,7 @@ ABLATIONS: dict[str, tuple[Choice, ...]] = {
     "limit-input": _told("limit-input", lambda told: _network(limit_input=told)),
     "speed-input": _told("speed-input", lambda told: _network(speed_input=told)),
     "meetings": _told("meetings", lambda told: _tokens(meetings=told)),
+    "tracks": _told("tracks", lambda told: _tokens(tracks=told)),
     "foresight": (
         Choice("no-foresight", _tokens(foresight=0.0)),
         Choice("foresight-5s", _tokens(foresight=5.0)),

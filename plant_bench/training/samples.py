@@ -17,6 +17,7 @@ from plant_bench.data.recording import Action, Recording
 from plant_bench.errors import InputError
 from plant_bench.features.inputs import SceneInput, allowed_speed, scene_input
 from plant_bench.features.tokens import ATTRIBUTES, NOWHERE, Tokens, TokenSpec, actor_attributes
+from plant_bench.features.tracks import rates_between
 from plant_bench.geometry.pose import to_frame
 from plant_bench.runner.observing import observe
 from plant_bench.scoring.progress import RouteProgress
@@ -156,7 +157,9 @@ def samples_of(
             message = f"Row {chosen} of a recording holds tick {scene.tick}: all ticks are wanted."
             raise InputError(message)
         observation = observe(scene, route, place.progress, place.offset, INPUTS, None)
-        given = scene_input(observation, spec)
+        earlier = recording[chosen - SAMPLE_TICKS].actors
+        rates = rates_between(earlier, scene.actors, SAMPLE_TICKS * TICK)
+        given = scene_input(observation, spec, rates)
         later = recording[chosen + SAMPLE_TICKS].actors
         if targets == "answer":
             future = _answered(actions, chosen, observation)

@@ -8,11 +8,13 @@ import numpy as np
 import torch
 from lightning_fabric import Fabric
 from torch import Tensor, nn
-from torch.nn import functional
 
 from plant_bench.agents.plant.config import PlanTConfig
 from plant_bench.agents.plant.network import Batch, PlanTNetwork
 from plant_bench.errors import InputError
+from plant_bench.features.meetings import MEETING_ATTRIBUTES
+from plant_bench.features.tokens import ATTRIBUTES, TokenSpec
+from plant_bench.features.tracks import TRACK_ATTRIBUTES
 from plant_bench.training.batches import Split, Targets, collate, epoch_batches
 from plant_bench.training.checkpoint import Progress
 from plant_bench.training.events import Listener, StepEnded
@@ -58,9 +60,9 @@ class Trainer:
         """
         check_start(network.config, self.network.config)
         state = network.state_dict()
-        told = self.network.project.weight.shape[1]
-        weight = state["project.weight"]
-        state["project.weight"] = functional.pad(weight, (0, told - weight.shape[1]))
+        state["project.weight"] = _with_new_columns(
+            state["project.weight"], network.config.tokens, self.network.config.tokens
+        )
         self.network.load_state_dict(state)
 
     def steps(self, listen: Listener) -> Iterator[None]:
@@ -162,13 +164,14 @@ def check_start(earlier: PlanTConfig, wanted: PlanTConfig) -> None:
     """Check that a training may start from an earlier network's weights.
 
     How often the speed is withheld in training is no part of the network, and may differ; and
-    attributes of meetings may be told that were not told before.
+    attributes of meetings and tracks may be told that were not told before.
 
     Raises:
         InputError: The networks differ in size or in what they are told.
     """
     before, now = _options(earlier), _options(wanted)
-    before["meetings"] = before["meetings"] or now["meetings"]
+    for name in ("meetings", "tracks"):
+        before[name] = before[name] or now[name]
     other = [
         f"{name} {before[name]} (now {now[name]})" for name in now if before[name] != now[name]
     ]
@@ -178,6 +181,22 @@ def check_start(earlier: PlanTConfig, wanted: PlanTConfig) -> None:
             "options that it was trained with, or leave out --start."
         )
         raise InputError(message)
+
+
+def _with_new_columns(weight: Tensor, earlier: TokenSpec, now: TokenSpec) -> Tensor:
+    """Return the weights of attributes with zeros for those that are new."""
+    columns = weight[:, :ATTRIBUTES]
+    rest = weight[:, ATTRIBUTES:]
+    for had, has, count in (
+        (earlier.meetings, now.meetings, MEETING_ATTRIBUTES),
+        (earlier.tracks, now.tracks, TRACK_ATTRIBUTES),
+    ):
+        if has:
+            columns = torch.cat(
+                (columns, rest[:, :count] if had else rest.new_zeros(len(rest), count)), 1
+            )
+        rest = rest[:, count * had :]
+    return columns
 
 
 def _options(config: PlanTConfig) -> dict[str, object]:

@@ -16,6 +16,7 @@ from plant_bench.data_files import models_dir
 from plant_bench.errors import AgentError
 from plant_bench.features.inputs import SceneInput, scene_input
 from plant_bench.features.tokens import NOWHERE
+from plant_bench.features.tracks import Tracks
 from plant_bench.world.route import Route
 
 DEFAULT_WEIGHTS = "plant-mini"  # in models/
@@ -43,23 +44,27 @@ class PlanT:
         self._spec = load_config(folder).tokens
         self._predictor = load_predictor(folder)
         self.files: Sequence[Path] = _files(folder)
+        self._tracks = Tracks()
         self.interval = INTERVAL
 
     def reset(self, route: Route | None) -> None:
         """Start a new episode; the route is told with each observation."""
         del route
+        self._tracks.forget()
         self.interval = INTERVAL
 
     def act(self, observation: Observation) -> Plan:
         """Plan the next two seconds."""
-        waypoints = self._predictor.waypoints(scene_input(observation, self._spec))
+        waypoints = self._predictor.waypoints(self._given(observation))
         stays = observation.ego.speed < STILL and math.hypot(*waypoints[-1]) < STAYS
         self.interval = RESTING_INTERVAL if stays else INTERVAL
         return Plan(waypoints)
 
     def __deepcopy__(self, _memo: object) -> "PlanT":
         """Return a copy that shares the network, which never changes."""
-        return copy.copy(self)
+        other = copy.copy(self)
+        other._tracks = self._tracks.copied()
+        return other
 
     def rank(self, observation: Observation) -> Float[np.ndarray, " actors"]:
         """Return the attention to each actor; who is no token ranks below all, the nearer higher.
@@ -71,11 +76,17 @@ class PlanT:
         if actors is None:
             message = "PlanT needs the input 'objects'."
             raise AgentError(message)
-        given = scene_input(observation, self._spec)
+        given = self._given(observation)
         ranks = -np.hypot(actors.poses[:, 0] - ego.x, actors.poses[:, 1] - ego.y).astype(float)
         told = given.tokens.places != NOWHERE
         ranks[given.tokens.places[told]] = self._predictor.attention(given)[told]
         return ranks
+
+    def _given(self, observation: Observation) -> SceneInput:
+        rates = None
+        if self._spec.tracks and observation.actors is not None:
+            rates = self._tracks.rates(observation.time, observation.actors)
+        return scene_input(observation, self._spec, rates)
 
 
 @runtime_checkable

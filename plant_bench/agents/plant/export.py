@@ -13,7 +13,7 @@ from plant_bench.agent import PLAN_STEPS
 from plant_bench.agents.plant.config import GRAPH_FILE, PlanTConfig
 from plant_bench.agents.plant.encoder import NORM_EPSILON
 from plant_bench.agents.plant.graph import ATTENTION, EXPLAIN, WAYPOINTS
-from plant_bench.agents.plant.network import DECODER_WIDTH, METRES, SCALES, SPEED
+from plant_bench.agents.plant.network import DECODER_WIDTH, METRES, SPEED, scales_of
 from plant_bench.agents.plant.weights import load_network
 from plant_bench.errors import InputError
 
@@ -76,7 +76,7 @@ class _Export:
         attributes = writer.takes("attributes", np.float32, 1, "tokens", count)
         kinds = writer.takes("kinds", np.uint8, 1, "tokens")
         rows = writer.reshape(attributes, -1, count)
-        projected = self._linear("project", self._divided(rows, SCALES[:count]))
+        projected = self._linear("project", self._divided(rows, scales_of(self._config.tokens)))
         table = writer.constant(self._weights["kinds.weight"])
         types = writer.add("Gather", table, writer.cast(writer.reshape(kinds, -1), np.int64))
         tokens = writer.add("Add", projected, types)

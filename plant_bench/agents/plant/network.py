@@ -15,10 +15,11 @@ from torch.nn import functional
 from plant_bench.agent import PLAN_STEPS
 from plant_bench.agents.plant.config import PlanTConfig
 from plant_bench.agents.plant.encoder import DEVIATION, Encoder, initialise
-from plant_bench.features.tokens import TokenKind
+from plant_bench.features.tokens import TokenKind, TokenSpec
 
 DECODER_WIDTH = 64  # of the GRU, the light's flag apart (PlanT, model.py)
-SCALES = (10.0, 15.0, 15.0, math.pi, 2.0, 5.0, 20.0, 3.0, 3.0, 3.0)  # of attributes
+SCALES = (10.0, 15.0, 15.0, math.pi, 2.0, 5.0)  # attributes are divided by these
+MEETING_SCALES, TRACK_SCALES = (20.0, 3.0, 3.0, 3.0), (3.0, 0.5)
 METRES, SPEED = 10.0, 10.0  # the same for points and for the ego's speed and limit
 
 
@@ -54,6 +55,11 @@ class Output(NamedTuple):
     futures: tuple[Float[Tensor, "batch tokens bins"], ...]
 
 
+def scales_of(spec: TokenSpec) -> tuple[float, ...]:
+    """Return what a token's attributes are divided by."""
+    return SCALES + MEETING_SCALES * spec.meetings + TRACK_SCALES * spec.tracks
+
+
 class PlanTNetwork(nn.Module):
     """The whole network.
 
@@ -65,7 +71,7 @@ class PlanTNetwork(nn.Module):
         super().__init__()
         width = config.encoder.width
         self.config = config
-        self.scales = nn.Buffer(torch.tensor(SCALES[: config.tokens.attributes]), persistent=False)
+        self.scales = nn.Buffer(torch.tensor(scales_of(config.tokens)), persistent=False)
         self.project = nn.Linear(config.tokens.attributes, width)
         self.kinds = nn.Embedding(len(TokenKind), width)
         self.cls = nn.Parameter(torch.zeros(width))

@@ -8,6 +8,7 @@ import pytest
 from plant_bench.agent import RouteAhead
 from plant_bench.features.meetings import LATEST, NEVER, VIEW, meetings
 from plant_bench.features.tokens import NOWHERE, TokenSpec, tokens_of
+from plant_bench.features.tracks import Rates
 from plant_bench.world.scene import ActorKind, Actors, EgoState
 
 EGO = EgoState(0.5, 0.0, 0.0, 8.0)
@@ -21,8 +22,10 @@ def route(metres: int = 100) -> RouteAhead:
     return RouteAhead(0.5, 0.5, 0.0, points, np.zeros(metres + 1), np.full(metres + 1, 10.0))
 
 
-def met(x: float, y: float, yaw: float, speed: float) -> list[float]:
-    """Return the meeting with one car of 4.5 m by 1.8 m."""
+def met(
+    x: float, y: float, yaw: float, speed: float, pull: float = 0.0, turn: float = 0.0
+) -> list[float]:
+    """Return the meeting with one car of 4.5 m by 1.8 m that speeds up and turns so."""
     actors = Actors(
         np.array([7], np.int64),
         np.array([[x, y, yaw]], np.float32),
@@ -30,7 +33,8 @@ def met(x: float, y: float, yaw: float, speed: float) -> list[float]:
         np.array([[4.5, 1.8]], np.float32),
         np.array([ActorKind.CAR], np.uint8),
     )
-    return meetings(EGO, actors, np.array([0]), route())[0].tolist()
+    rates = Rates(np.array([pull], np.float32), np.array([turn], np.float32))
+    return meetings(EGO, actors, np.array([0]), route(), rates)[0].tolist()
 
 
 def test_who_crosses_is_met_where_and_while_it_crosses() -> None:
@@ -61,6 +65,22 @@ def test_who_stands_on_the_route_is_met_at_once_and_for_good() -> None:
 )
 def test_who_never_gets_in_the_way_has_the_greatest_values(car) -> None:
     assert met(*car) == [VIEW, NEVER, NEVER, LATEST]
+
+
+def test_who_pulls_away_comes_earlier_and_who_brakes_never() -> None:
+    steady, starting = met(40.5, -20.0, NORTH, 2.5), met(40.5, -20.0, NORTH, 2.5, pull=2.5)
+
+    assert steady == [VIEW, NEVER, NEVER, LATEST]
+    assert starting[1] == pytest.approx(2.5, abs=0.5)  # 2.5 t + 1.25 t^2 = 15 m
+    assert met(40.5, -20.0, NORTH, 8.0, pull=-3.0) == [VIEW, NEVER, NEVER, LATEST]
+
+
+def test_who_turns_is_met_where_its_curve_leads() -> None:
+    oncoming = (60.0, 4.0, math.pi, 8.0)
+
+    assert met(*oncoming) == [VIEW, NEVER, NEVER, LATEST]
+    along, *_ = met(*oncoming, turn=0.3)  # to its left, across the ego's lane
+    assert 35.0 < along < 60.0
 
 
 def test_only_actors_have_meetings() -> None:

@@ -42,7 +42,15 @@ def test_choices_that_are_the_base_share_its_training() -> None:
     variants = variants_of((), BASE)
     shared = {variant.name for variant in variants if variant.training == "base"}
     kept = {"rear", "speeds", "auxiliary", "data-3of3", "mini", "reach-30"}
-    ours = {"stop-line", "vulnerable", "limit-input", "speed-input", "meetings", "foresight"}
+    ours = {
+        "stop-line",
+        "vulnerable",
+        "limit-input",
+        "speed-input",
+        "meetings",
+        "foresight",
+        "tracks",
+    }
     assert shared == kept | {"base"} | {f"no-{name}" for name in ours}
     trainings = trainings_of(variants)
     assert len(trainings) == len(set(map(str, trainings.values())))

@@ -20,7 +20,7 @@ from plant_bench.training.events import StepEnded, TrainingEvent
 from plant_bench.training.imitation import TrainingRequest, make_fabric, train
 from plant_bench.training.settings import TrainingSettings
 from plant_bench.training.shards import load_shards
-from plant_bench.training.trainer import optimizer_of
+from plant_bench.training.trainer import Trainer, optimizer_of
 
 SETTINGS = TrainingSettings(epochs=2, drop_after=2, batch=8, rate=1e-2)
 
@@ -159,6 +159,20 @@ def test_it_starts_from_given_weights(tmp_path: Path, split: Split) -> None:
     assert "| started from | weights of hash" in (second.out / "card.md").read_text()
     with pytest.raises(InputError, match="start"):  # another start is another training
         run(replace(second, start=None), split)
+
+
+@pytest.mark.parametrize("had", [TokenSpec(), TokenSpec(meetings=True), TokenSpec(tracks=True)])
+def test_what_is_told_anew_counts_nothing_at_the_start(split: Split, had: TokenSpec) -> None:
+    earlier = PlanTNetwork(PlanTConfig(tokens=had))
+    now = TokenSpec(meetings=True, tracks=True)
+    fabric = make_fabric(accelerator="cpu", devices=1)
+    trainer = Trainer(fabric, PlanTConfig(tokens=now), SETTINGS, split)
+    trainer.start_from(earlier)
+
+    told = torch.randn(3, now.attributes)
+    known = [torch.ones(6), torch.full((4,), had.meetings), torch.full((2,), had.tracks)]
+    kept = told[:, torch.cat(known).bool()]
+    assert torch.allclose(trainer.network.project(told), earlier.project(kept), atol=1e-6)
 
 
 def test_weights_of_another_network_are_no_start(tmp_path: Path, split: Split) -> None:

@@ -1,0 +1,85 @@
+"""How the speed and heading of others have changed in the last half second: what a tracker tells.
+
+A planner that sees one instant only cannot tell who pulls away from who crawls, nor who turns from
+who goes straight on. Nothing here is privileged: it is the difference of two observations.
+"""
+
+import copy
+from collections import deque
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+
+from plant_bench.geometry.pose import wrap_angles
+from plant_bench.world.scene import Actors
+
+SPAN = 0.5  # s between the two observations, as the 2 Hz of the data
+LEAST_SPAN = 0.44  # s: decisions come every tenth or fifth of a second
+TRACK_ATTRIBUTES = 2
+
+
+class Rates(NamedTuple):
+    """How actors change; 0 for who was not in sight before.
+
+    Attributes:
+        accelerations: m/s2.
+        turns: rad/s, counter-clockwise.
+    """
+
+    accelerations: Float[np.ndarray, " actors"]
+    turns: Float[np.ndarray, " actors"]
+
+
+def no_rates(actors: Actors) -> Rates:
+    """Return rates of nothing but 0."""
+    return Rates(np.zeros(len(actors), np.float32), np.zeros(len(actors), np.float32))
+
+
+def rates_between(before: Actors, now: Actors, seconds: float) -> Rates:
+    """Return how actors have changed between two instants, in the order of the later one."""
+    rates = no_rates(now)
+    if not len(before) or not len(now):
+        return rates
+    order = before.ids.argsort()
+    place = order[np.searchsorted(before.ids, now.ids, sorter=order).clip(max=len(order) - 1)]
+    known = (before.ids[place] == now.ids).nonzero()[0]
+    then = place[known]
+    rates.accelerations[known] = (now.speeds[known] - before.speeds[then]) / seconds
+    turned = wrap_angles(now.poses[known, 2].astype(float) - before.poses[then, 2])
+    rates.turns[known] = turned / seconds
+    return rates
+
+
+class Tracks:
+    """Remembers who was where in the last half second; mutable."""
+
+    def __init__(self) -> None:
+        self._seen: deque[tuple[float, Actors]] = deque()
+
+    def forget(self) -> None:
+        """Start anew."""
+        self._seen.clear()
+
+    def copied(self) -> "Tracks":
+        """Return tracks that remember the same, and go on apart from these."""
+        other = copy.copy(self)
+        other._seen = self._seen.copy()
+        return other
+
+    def rates(self, time: float, actors: Actors) -> Rates:
+        """Return how actors seen now have changed, and remember them.
+
+        Args:
+            time: Of the observation, seconds.
+            actors: In it.
+        """
+        seen = self._seen
+        if not seen or time > seen[-1][0]:
+            seen.append((time, actors))
+        while len(seen) > 1 and time - seen[1][0] >= LEAST_SPAN:
+            seen.popleft()
+        then, before = seen[0]
+        if time - then < LEAST_SPAN:
+            return no_rates(actors)
+        return rates_between(before, actors, time - then)

@@ -10,6 +10,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+import plant_bench.features
 from plant_bench.agent import Agent, Input
 from plant_bench.errors import InputError
 
@@ -100,9 +101,9 @@ def agent_files(spec: str) -> set[Path]:
     """Return the files of what makes a planner drive as it does.
 
     For a built-in planner these are all modules of `plant_bench.agents`, whose parts it is made of,
-    and of its own package in there; for an outsider's every module it has loaded from its own
-    folder (or package). For either also the files that it, or its class, lists as `files`: its
-    weights, for instance.
+    of its own package in there, and of `plant_bench.features`; for an outsider's every module it
+    has loaded from its own folder (or package). For either also the files that it, or its class,
+    lists as `files`: its weights, for instance.
 
     Raises:
         InputError: There is no such planner.
@@ -111,7 +112,7 @@ def agent_files(spec: str) -> set[Path]:
     module_name, _ = _names(_split(spec)[0])
     file = Path(_module(module_name, spec).__file__ or "")
     if module_name.startswith("plant_bench.agents."):
-        folders = {Path(__file__).parent, file.parent}
+        folders = {Path(__file__).parent, file.parent, Path(plant_bench.features.__file__).parent}
         files = {path for folder in folders for path in folder.glob("*.py")}
     else:
         files = _loaded_beside(file)

@@ -58,7 +58,7 @@ def train_plant(
         bool, typer.Option(help="See where a red light's line is, not only that there is one.")
     ] = False,
     meetings: Annotated[
-        bool, typer.Option(help="Tell where and when others get into the way, going straight on.")
+        bool, typer.Option(help="Tell where and when others get into the way if they go on.")
     ] = False,
     tracks: Annotated[
         bool, typer.Option(help="Tell how the speed and heading of others have just changed.")
@@ -76,7 +76,7 @@ def train_plant(
         typer.Option(help="Learn where the ego went, or where the expert's acceleration leads."),
     ] = "future",
     start: Annotated[
-        Path | None, typer.Option(help="Model to start from, of the same options.")
+        Path | None, typer.Option(help="Model to start from; --meetings and --tracks may be new.")
     ] = None,
     full_precision: Annotated[
         bool, typer.Option("--full-precision", help="float32 instead of bfloat16.")

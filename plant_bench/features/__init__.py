@@ -1,1 +1,1 @@
-"""What learned planners are told: observations as numbers. No torch, no memory of the past."""
+"""What learned planners are told: observations as numbers. No torch."""

@@ -59,7 +59,7 @@ class TokenSpec:
         stop_line: Whether the line of a red or yellow light is told as a box across the route.
             PlanT is told by its flag that there is one, not where.
         meetings: Whether actors have four more attributes: where and when they get into the ego's
-            way (`plant_bench.features.meetings`). PlanT has none.
+            way if they go on as they do (`plant_bench.features.meetings`). PlanT has none.
         tracks: Whether actors have two more attributes, acceleration and turn rate
             (`plant_bench.features.tracks`), and are expected to go on so. PlanT has none.
     """

@@ -19,7 +19,7 @@ from plant_bench.runner.collecting_work import (
 from plant_bench.runner.data_folder import DataFolder, EpisodeNote, Origin
 from plant_bench.runner.executors import Event, Finished, Lost, Progressed, Started, run_tasks
 from plant_bench.runner.jobs import rules_checksum
-from plant_bench.runner.provenance import installed_versions
+from plant_bench.runner.provenance import installed_versions, without_folders
 from plant_bench.runner.takeover import check_driver
 from plant_bench.runner.timing import Timing
 from plant_bench.sim.traffic import density_of
@@ -110,7 +110,7 @@ def _origin(request: CollectRequest) -> Origin:
         protocol=PROTOCOL,
         agent=EXPERT,
         agent_checksum=agent_checksum(EXPERT),
-        driver=request.driver,
+        driver=without_folders(request.driver),
         driver_checksum=agent_checksum(request.driver) if request.driver else "",
         rules=rules_checksum(),
         versions=installed_versions(),

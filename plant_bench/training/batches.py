@@ -41,6 +41,7 @@ class Split:
         held_out: Ids of these routes.
         episodes: Number of episodes in all.
         fingerprint: A hash of all samples.
+        left_out: Number of samples of the same routes as `training` that are not learned from.
     """
 
     training: Samples
@@ -48,6 +49,7 @@ class Split:
     held_out: tuple[str, ...]
     episodes: int
     fingerprint: str
+    left_out: int = 0
 
 
 def split_by_route(shards: Sequence[Shard], share: float, seed: int, resting: float = 1.0) -> Split:
@@ -75,12 +77,15 @@ def split_by_route(shards: Sequence[Shard], share: float, seed: int, resting: fl
         )
         raise InputError(message)
     nothing = learnt[0].only(slice(0, 0))
+    known = joined(learnt)
+    training = _without_rest(known, resting, seed)
     return Split(
-        _without_rest(joined(learnt), resting, seed),
+        training,
         joined(checked) if checked else nothing,
         tuple(sorted(held_out)),
         len(shards),
         _fingerprint(shards),
+        len(known) - len(training),
     )
 
 

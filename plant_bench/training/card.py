@@ -47,8 +47,10 @@ def model_card(
     config: PlanTConfig = network.config
     learnt, checked = len(split.training), len(split.validation)
     used = sum(weights.numel() for weights in network.parameters())
-    hours = (learnt + checked) * _HOURS
-    data = f"{learnt + checked:,} samples at 2 Hz = {hours:.1f} h, {split.episodes} episodes"
+    count = learnt + checked + split.left_out
+    data = f"{count:,} samples at 2 Hz = {count * _HOURS:.1f} h, {split.episodes} episodes"
+    if split.left_out:
+        data += f"; {split.left_out:,} of them, in which the ego stands and stays, are left out"
     packages = [f"{package} {version(package)}" for package in _VERSIONS]
     versions = ", ".join([f"Python {platform.python_version()}", *packages])
     return "\n".join(

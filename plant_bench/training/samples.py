@@ -17,7 +17,7 @@ from plant_bench.data.recording import Action, Recording
 from plant_bench.errors import InputError
 from plant_bench.features.inputs import SceneInput, allowed_speed, scene_input
 from plant_bench.features.tokens import ATTRIBUTES, NOWHERE, Tokens, TokenSpec, actor_attributes
-from plant_bench.features.tracks import rates_between
+from plant_bench.features.tracks import Rates, rates_between
 from plant_bench.geometry.pose import to_frame
 from plant_bench.runner.observing import observe
 from plant_bench.scoring.progress import RouteProgress
@@ -157,8 +157,7 @@ def samples_of(
             message = f"Row {chosen} of a recording holds tick {scene.tick}: all ticks are wanted."
             raise InputError(message)
         observation = observe(scene, route, place.progress, place.offset, INPUTS, None)
-        earlier = recording[chosen - SAMPLE_TICKS].actors
-        rates = rates_between(earlier, scene.actors, SAMPLE_TICKS * TICK)
+        rates = _rates(recording, chosen) if spec.tracks else None
         given = scene_input(observation, spec, rates)
         later = recording[chosen + SAMPLE_TICKS].actors
         if targets == "answer":
@@ -215,6 +214,12 @@ def _answered(
     top = allowed_speed(observation.route)
     travel = rollout(observation.ego.speed, np.array([answer.acceleration]), top)
     return ego_poses(observation.route, travel)[0, ROLLED, :2]
+
+
+def _rates(recording: Recording, row: int) -> Rates:
+    """Return how the actors of a row have changed since the sample before."""
+    before, now = recording[row - SAMPLE_TICKS].actors, recording[row].actors
+    return rates_between(before, now, SAMPLE_TICKS * TICK)
 
 
 def _futures(scene: Scene, tokens: Tokens, later: Actors) -> Float[np.ndarray, "tokens 6"]:

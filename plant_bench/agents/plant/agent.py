@@ -9,7 +9,6 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 from jaxtyping import Float
 
-import plant_bench.features
 from plant_bench.agent import Input, Observation, Plan
 from plant_bench.agents.plant.config import CONFIG_FILE, GRAPH_FILE, WEIGHTS_FILE, load_config
 from plant_bench.data_files import models_dir
@@ -119,6 +118,5 @@ def load_predictor(folder: Path) -> Predictor:
 
 
 def _files(folder: Path) -> list[Path]:
-    features = Path(plant_bench.features.__file__).parent
     weights = [folder / name for name in (WEIGHTS_FILE, CONFIG_FILE, GRAPH_FILE)]
-    return [path for path in weights if path.is_file()] + list(features.glob("*.py"))
+    return [path for path in weights if path.is_file()]

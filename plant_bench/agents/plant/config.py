@@ -15,7 +15,7 @@ from plant_bench.world.route import PROTOCOL
 SizeName = Literal["mini", "small", "medium"]
 
 WEIGHTS_FILE, CONFIG_FILE, GRAPH_FILE = "weights.safetensors", "config.json", "network.onnx"
-WEIGHTS_FORMAT = 1
+WEIGHTS_FORMAT = 2
 
 TOP_SPEED = 60.0 / 3.6  # m/s, of the bins (PlanT, dataset.py)
 LARGEST_EXTENT = 30.0  # m, of the bins (PlanT, dataset.py)
@@ -69,7 +69,8 @@ class PlanTConfig:
         speed_input: Whether the ego's speed is told. PlanT does without: told its speed, a learner
             by imitation goes on as it goes, and what stands never starts.
         speed_dropout: Share of the training samples in which the speed is withheld.
-        limit_input: Whether the speed limit is told. PlanT does without.
+        limit_input: Whether the speed is told from which all limits ahead can be met. PlanT does
+            without.
     """
 
     size: SizeName = "mini"

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from plant_bench.agent import Agent
-from plant_bench.agents.registry import AGENTS, agent_checksum, load_agent
+from plant_bench.agents.registry import AGENTS, agent_checksum, agent_files, load_agent
 from plant_bench.data_files import models_dir
 from plant_bench.errors import InputError
 
@@ -87,3 +87,7 @@ def test_what_follows_the_at_sign_is_given_to_the_class(planner: Path) -> None:
 def test_classes_that_are_no_agents(planner: Path, name: str, message: str) -> None:
     with pytest.raises(InputError, match=message):
         load_agent(f"{planner}:{name}")
+
+
+def test_what_planners_are_told_is_part_of_them() -> None:
+    assert {"inputs.py", "tokens.py"} <= {path.name for path in agent_files("expert")}

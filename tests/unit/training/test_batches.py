@@ -35,6 +35,24 @@ def test_routes_are_not_shared(data: Path) -> None:
         split_by_route([shard for shard in shards if shard.route == "one"], 0.1, 0)
 
 
+def test_samples_of_standing_still_can_be_left_out(data: Path) -> None:
+    shards = load_shards(data, TokenSpec())
+    for shard in shards:
+        shard.samples.speed[:2] = 0.0
+        shard.samples.waypoints[:2] = 0.0
+    whole = split_by_route(shards, 0.0, 0).training
+    resting = whole.resting
+
+    split = split_by_route(shards, 0.0, 0, resting=0.0)
+
+    assert split.left_out == int(resting.sum()) >= 2 * len(shards)
+    kept = np.flatnonzero(~resting)
+    np.testing.assert_array_equal(split.training.waypoints, whole.waypoints[kept])
+    last = slice(int(whole.starts[kept[-1]]), int(whole.starts[kept[-1] + 1]))
+    own = slice(int(split.training.starts[-2]), None)
+    np.testing.assert_array_equal(split.training.attributes[own], whole.attributes[last])
+
+
 def test_padding(data: Path) -> None:
     split = split_by_route(load_shards(data, TokenSpec()), 0.0, 0)
     samples = split.training

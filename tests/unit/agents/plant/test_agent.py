@@ -1,8 +1,10 @@
 """PlanT as a planner: weights on disk, the contract, ranks, and bad folders."""
 
+import copy
 import json
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +16,7 @@ from plant_bench.agent import NextLight, Observation, RouteAhead, check_agent
 from plant_bench.agents.plant.agent import PlanT
 from plant_bench.agents.plant.config import PlanTConfig
 from plant_bench.agents.plant.network import PlanTNetwork
+from plant_bench.agents.plant.predictor import TorchPredictor
 from plant_bench.agents.plant.weights import load_network, save_network
 from plant_bench.agents.registry import agent_checksum, load_agent
 from plant_bench.errors import InputError
@@ -47,6 +50,64 @@ def observation() -> Observation:
 def test_plant_keeps_the_contract(folder: Path) -> None:
     agent = load_agent(f"plant@{folder}")
     check_agent(agent, load_suite("longest6")[0], [observation()] * 2)
+
+
+def driven(steps: int = 12) -> list[Observation]:
+    """Return a second and more at 10 Hz in which the first actor speeds up and turns."""
+    seen = []
+    for step in range(steps):
+        first = observation()
+        actors = first.actors
+        assert actors is not None
+        speeds, poses = actors.speeds.copy(), actors.poses.copy()
+        speeds[0], poses[0, 2] = 0.3 * step, 0.05 * step
+        seen.append(
+            replace(first, time=0.1 * step, actors=replace(actors, speeds=speeds, poses=poses))
+        )
+    return seen
+
+
+@pytest.fixture
+def tracking(tmp_path: Path) -> PlanT:
+    torch.manual_seed(0)
+    spec = TokenSpec(meetings=True, tracks=True)
+    save_network(PlanTNetwork(PlanTConfig(tokens=spec)), tmp_path / "tracking")
+    return PlanT(str(tmp_path / "tracking"))
+
+
+def test_what_plant_remembers_is_forgotten_at_the_start(tracking: PlanT) -> None:
+    check_agent(tracking, load_suite("longest6")[0], driven())
+
+
+def test_what_plant_remembers_counts_and_a_copy_leaves_it_alone(tracking: PlanT) -> None:
+    *before, last = driven()
+    fresh = tracking.act(last).waypoints
+    tracking.reset(None)
+    for seen in before:
+        tracking.act(seen)
+    other = copy.deepcopy(tracking)
+    other.act(replace(last, actors=observation().actors, time=last.time + 0.4))
+    known = tracking.act(last).waypoints
+
+    assert not np.allclose(known, fresh)
+    tracking.reset(None)
+    for seen in before:
+        tracking.act(seen)
+    np.testing.assert_array_equal(tracking.act(last).waypoints, known)
+
+
+@pytest.mark.parametrize(
+    ("speed", "metres", "ticks"), [(0.0, 0.0, 4), (0.0, 3.0, 2), (2.0, 0.0, 2)]
+)
+def test_it_decides_at_half_the_rate_while_it_stands_and_stays(
+    tracking: PlanT, monkeypatch: pytest.MonkeyPatch, speed: float, metres: float, ticks: int
+) -> None:
+    plan = np.linspace((0.0, 0.0), (metres, 0.0), 4)
+    monkeypatch.setattr(TorchPredictor, "waypoints", lambda *_: plan)
+    tracking.act(replace(observation(), ego=EgoState(0.0, 0.0, 0.0, speed)))
+    assert tracking.interval == ticks
+    tracking.reset(None)
+    assert tracking.interval == 2
 
 
 def test_who_is_no_token_ranks_below_all_others(folder: Path) -> None:
@@ -115,7 +176,7 @@ def spoil(folder: Path) -> None:
         (forget, "There are no weights in"),
         (resize, "as a PlanT of size 'small'"),
         (misname, "Not the config"),
-        (age, "format 1 of network 'plant' is wanted"),
+        (age, "format 2 of network 'plant' is wanted"),
         (move_to_another_world, "trained under the protocol 'other-v1'"),
         (spoil, "not finite"),
     ],

@@ -16,18 +16,18 @@ from plant_bench.agents.plant.predictor import TorchPredictor
 from plant_bench.agents.plant.weights import save_network
 from plant_bench.errors import InputError
 from plant_bench.features.inputs import SceneInput
-from plant_bench.features.tokens import Tokens
+from plant_bench.features.tokens import Tokens, TokenSpec
 from plant_bench.inference import listen_to_passes
 
 pytest.importorskip("onnx")
 onnxruntime = pytest.importorskip("onnxruntime")
 
 
-def scene_of(tokens: int, speed: float = 6.0) -> SceneInput:
+def scene_of(tokens: int, speed: float = 6.0, attributes: int = 6) -> SceneInput:
     rng = np.random.default_rng(tokens)
     return SceneInput(
         Tokens(
-            rng.normal(scale=5.0, size=(tokens, 6)).astype(np.float32),
+            rng.normal(scale=5.0, size=(tokens, attributes)).astype(np.float32),
             rng.integers(1, 4, tokens).astype(np.uint8),
             np.arange(tokens),
         ),
@@ -44,7 +44,8 @@ def test_the_graph_is_the_network(
 ) -> None:
     monkeypatch.setitem(SIZES, "mini", Size(2, 32, 2))
     torch.manual_seed(0)
-    config = PlanTConfig(speed_input=extras, limit_input=extras)
+    spec = TokenSpec(meetings=extras, tracks=extras)
+    config = PlanTConfig(tokens=spec, speed_input=extras, limit_input=extras)
     save_network(PlanTNetwork(config), tmp_path)
     eager = load_predictor(tmp_path)
     assert isinstance(eager, TorchPredictor)
@@ -53,15 +54,16 @@ def test_the_graph_is_the_network(
     sizes = [(tmp_path / name).stat().st_size for name in (GRAPH_FILE, WEIGHTS_FILE)]
     assert sizes[0] < 1.1 * sizes[1]  # both in half precision
     assert isinstance(graph, GraphPredictor)
-    scenes = [scene_of(count) for count in (0, 1, 2, 24)]
-    for scene in [*scenes, scene_of(3, speed=math.nan)]:  # without a number it is withheld
+    scenes = [scene_of(count, attributes=spec.attributes) for count in (0, 1, 2, 24)]
+    withheld = scene_of(3, math.nan, spec.attributes)
+    for scene in [*scenes, withheld]:  # without a number it is withheld
         np.testing.assert_allclose(graph.waypoints(scene), eager.waypoints(scene), atol=1e-4)
         np.testing.assert_allclose(graph.attention(scene), eager.attention(scene), atol=1e-4)
     assert tmp_path / "network.onnx" in PlanT(str(tmp_path)).files
     passes = listen_to_passes()
     for predictor in (eager, graph):
-        predictor.waypoints(scene_of(7))
-        predictor.attention(scene_of(7))  # explains, and is no plan
+        predictor.waypoints(scene_of(7, attributes=spec.attributes))
+        predictor.attention(scene_of(7, attributes=spec.attributes))  # explains, and is no plan
     assert [item.tokens for item in passes] == [7, 7]
 
 

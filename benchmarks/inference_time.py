@@ -2,12 +2,14 @@
 
     python benchmarks/inference_time.py [--passes 200] [--sizes mini small medium]
 
-The weights are untrained: the time does not depend on them. All cases of a size take turns, pass by
+The networks are told what the shipped one is; their weights are untrained: the time does not depend
+on them. All cases of a size take turns, pass by
 pass, so that what else the machine does meets all of them; medians are printed as Markdown.
 """
 
 import argparse
 import tempfile
+from dataclasses import replace
 from itertools import product
 from pathlib import Path
 from statistics import median
@@ -15,20 +17,22 @@ from statistics import median
 import numpy as np
 import torch
 
-from plant_bench.agents.plant.agent import Predictor
-from plant_bench.agents.plant.config import GRAPH_FILE, SIZES, PlanTConfig, SizeName
+from plant_bench.agents.plant.agent import DEFAULT_WEIGHTS, Predictor
+from plant_bench.agents.plant.config import GRAPH_FILE, SIZES, SizeName, load_config
 from plant_bench.agents.plant.export import export_graph
 from plant_bench.agents.plant.graph import GraphPredictor
 from plant_bench.agents.plant.network import PlanTNetwork
 from plant_bench.agents.plant.predictor import TorchPredictor
 from plant_bench.agents.plant.weights import load_network, save_network
+from plant_bench.data_files import models_dir
 from plant_bench.features.inputs import SceneInput
-from plant_bench.features.tokens import ATTRIBUTES, NOWHERE, TokenKind, Tokens
+from plant_bench.features.tokens import NOWHERE, TokenKind, Tokens
 from plant_bench.inference import listen_to_passes
 from plant_bench.runner.provenance import processor_name
 
 TOKENS = (12, 16, 24)
 BARS: dict[SizeName, float] = {"mini": 2.0, "small": 5.0, "medium": 10.8}  # ms
+SHIPPED = load_config(models_dir() / DEFAULT_WEIGHTS)
 WARM_UP = 10  # passes that do not count
 
 
@@ -37,7 +41,7 @@ def predictors_of(size: SizeName) -> dict[str, Predictor]:
     torch.manual_seed(0)
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
-        save_network(PlanTNetwork(PlanTConfig(size)), folder)
+        save_network(PlanTNetwork(replace(SHIPPED, size=size)), folder)
         export_graph(folder)
         eager = TorchPredictor(load_network(folder))
         return {"torch": eager, "ONNX": GraphPredictor(folder / GRAPH_FILE)}
@@ -48,7 +52,8 @@ def scene_of(tokens: int) -> SceneInput:
     rng = np.random.default_rng(tokens)
     kinds = np.full(tokens, TokenKind.VEHICLE, np.uint8)
     kinds[-2:] = TokenKind.ROUTE
-    attributes = rng.normal(scale=5.0, size=(tokens, ATTRIBUTES)).astype(np.float32)
+    shape = (tokens, SHIPPED.tokens.attributes)
+    attributes = rng.normal(scale=5.0, size=shape).astype(np.float32)
     places = np.full(tokens, NOWHERE, np.int64)
     return SceneInput(Tokens(attributes, kinds, places), 0.0, (15.0, -3.0), 6.0, 13.0)
 

@@ -53,8 +53,12 @@ class Origin(BaseModel):
     versions: dict[str, str]
 
     def differences(self, other: "Origin") -> list[str]:
-        """Return what of this origin is not so in another; versions and names do not count."""
-        ours, theirs = self.model_dump(exclude={"versions", "driver"}), other.model_dump()
+        """Return what of this origin is not so in another.
+
+        Versions do not count, nor another name for the same driver.
+        """
+        same = {"driver"} if self.driver_checksum == other.driver_checksum else set()
+        ours, theirs = self.model_dump(exclude={"versions", *same}), other.model_dump()
         return [
             f"{name} {str(value)[:16]}" for name, value in ours.items() if value != theirs[name]
         ]

@@ -149,6 +149,13 @@ def test_another_drivers_data_is_another_origin(tmp_path, pretend):
             go(tmp_path, 40, driver=other)
 
 
+def test_another_name_for_the_same_driver_is_no_other_origin(tmp_path, pretend):
+    go(tmp_path, 40, driver="idm")
+    kept = DataFolder(tmp_path / "data").origin()
+    assert kept is not None
+    assert not kept.differences(kept.model_copy(update={"driver": "plant_bench.agents:Idm"}))
+
+
 def test_leftovers_are_cleared_away(tmp_path, pretend):
     go(tmp_path, 40)
     (tmp_path / "data" / "unfinished" / "x.parquet").write_text("half")

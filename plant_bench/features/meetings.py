@@ -6,7 +6,7 @@ speed of the actors are all there is in it, and what they will really do is not.
 """
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 
 from plant_bench.agent import RouteAhead
 from plant_bench.features.tracks import Rates
@@ -54,8 +54,8 @@ def meetings(
     if not len(places) or not len(points):
         return found
     near = _near(ego, actors, places, points, rates)
-    when = near.any(axis=2)
-    who = when.any(axis=1).nonzero()[0]
+    when = np.any(near, axis=2)
+    who = np.flatnonzero(np.any(when, axis=1))
     first = when[who].argmax(axis=1)
     last = INSTANTS - 1 - when[who, ::-1].argmax(axis=1)
     there = near[who, first].argmax(axis=1) * float(SPACING) - route.past
@@ -69,7 +69,7 @@ def meetings(
 
 def _near(
     ego: EgoState, actors: Actors, places: np.ndarray, points: np.ndarray, rates: Rates
-) -> np.ndarray:
+) -> Bool[np.ndarray, "tokens instants points"]:
     """Return which actors at which instants are near which route points."""
     poses = actors.poses[places]
     lengths, widths = actors.extents[places].T
@@ -86,7 +86,7 @@ def _near(
     all_y = y[..., None] + parts * sin[..., None]
     squares = (all_x[..., None] - points[:, 0]) ** 2 + (all_y[..., None] - points[:, 1]) ** 2
     reach = 0.5 * (EGO_WIDTH + widths) + MARGIN
-    return (squares < (reach * reach)[:, None, None, None]).any(axis=2)
+    return np.any(squares < (reach * reach)[:, None, None, None], axis=2)
 
 
 def _goings(

@@ -65,6 +65,11 @@ def stop_within(speed: float, distance: float) -> float:
     return idm(speed, 100.0, distance + IDM_STANDSTILL - 0.8, 0.0)
 
 
+def control_of(action: Plan | Control, ego: EgoState) -> Control:
+    """Return the control that carries an action out."""
+    return action if isinstance(action, Control) else follow_plan(action, ego)
+
+
 def follow_plan(plan: Plan, ego: EgoState) -> Control:
     """Return the control that drives a plan's waypoints.
 

@@ -16,8 +16,9 @@ from pathlib import Path
 import typer
 
 from plant_bench.agents.plant.config import WEIGHTS_FILE
-from plant_bench.cli.drive import EXIT_INTERRUPTED, drive_missing, say_crashes
+from plant_bench.cli.drive import drive_missing, say_crashes
 from plant_bench.cli.learning import Course, Machine, learn
+from plant_bench.cli.options import EXIT_INTERRUPTED
 from plant_bench.errors import InputError
 from plant_bench.reports.ablations import (
     AblationRow,

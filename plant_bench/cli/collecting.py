@@ -8,6 +8,7 @@ import typer
 from rich.progress import TaskID, TextColumn
 
 from plant_bench.cli.bars import progress_bars
+from plant_bench.cli.options import EXIT_INTERRUPTED
 from plant_bench.data.statistics import describe_data
 from plant_bench.reports.data_card import count_left_out, data_card
 from plant_bench.reports.data_tables import print_data
@@ -22,8 +23,6 @@ from plant_bench.runner.collecting import (
 )
 from plant_bench.runner.collecting_request import CollectRequest
 from plant_bench.runner.data_folder import DataFolder
-
-EXIT_INTERRUPTED = 130
 
 
 def collect_data(request: CollectRequest, out: Path, *, workers: int) -> int:

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import typer
 
+from plant_bench.cli.options import EXIT_INTERRUPTED
 from plant_bench.cli.progress import RunProgress
 from plant_bench.reports.tables import print_planner_time, print_speed, print_summary
 from plant_bench.runner.jobs import episode_name
@@ -14,8 +15,6 @@ from plant_bench.runner.suite import run_suite
 from plant_bench.runner.summary import write_summary
 from plant_bench.scoring.infractions import Status
 from plant_bench.scoring.laws import Law
-
-EXIT_INTERRUPTED = 130
 
 
 def drive(

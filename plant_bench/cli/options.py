@@ -16,6 +16,7 @@ def _cores() -> int:
 
 
 CORES = _cores()
+EXIT_INTERRUPTED = 130  # as a shell reports Ctrl-C
 
 SuiteOption = Annotated[str, typer.Option(help="A suite's name, or a folder or file of routes.")]
 RoutesOption = Annotated[

@@ -15,7 +15,8 @@ from plant_bench.agents.expert_filtered import (
     ranks_itself,
 )
 from plant_bench.agents.registry import load_agent
-from plant_bench.cli.drive import EXIT_INTERRUPTED, drive_missing, say_crashes
+from plant_bench.cli.drive import drive_missing, say_crashes
+from plant_bench.cli.options import EXIT_INTERRUPTED
 from plant_bench.errors import InputError
 from plant_bench.reports.relevance import print_relative_scores
 from plant_bench.runner.jobs import episode_name

@@ -5,9 +5,9 @@ from typing import Annotated, Literal
 
 import typer
 
+from plant_bench.cli.options import EXIT_INTERRUPTED
 from plant_bench.errors import InputError
 
-EXIT_INTERRUPTED = 130
 train_app = typer.Typer(no_args_is_help=True, help="Learn to drive from recordings.")
 
 

@@ -9,7 +9,7 @@ from collections import deque
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 from plant_bench.geometry.pose import wrap_angles
 from plant_bench.world.scene import Actors
@@ -36,15 +36,23 @@ def no_rates(actors: Actors) -> Rates:
     return Rates(np.zeros(len(actors), np.float32), np.zeros(len(actors), np.float32))
 
 
+def rows_of(
+    ids: Int[np.ndarray, " wanted"], among: Int[np.ndarray, " actors"]
+) -> tuple[Int[np.ndarray, " found"], Int[np.ndarray, " found"]]:
+    """Return which of some ids are among others, and their rows there."""
+    if not len(among):
+        nobody = np.empty(0, np.intp)
+        return nobody, nobody
+    order = among.argsort()
+    rows = order[np.searchsorted(among, ids, sorter=order).clip(max=len(order) - 1)]
+    found = np.flatnonzero(among[rows] == ids)
+    return found, rows[found]
+
+
 def rates_between(before: Actors, now: Actors, seconds: float) -> Rates:
     """Return how actors have changed between two instants, in the order of the later one."""
     rates = no_rates(now)
-    if not len(before) or not len(now):
-        return rates
-    order = before.ids.argsort()
-    place = order[np.searchsorted(before.ids, now.ids, sorter=order).clip(max=len(order) - 1)]
-    known = (before.ids[place] == now.ids).nonzero()[0]
-    then = place[known]
+    known, then = rows_of(now.ids, before.ids)
     rates.accelerations[known] = (now.speeds[known] - before.speeds[then]) / seconds
     turned = wrap_angles(now.poses[known, 2].astype(float) - before.poses[then, 2])
     rates.turns[known] = turned / seconds

@@ -16,10 +16,11 @@ from plant_bench.agent import (
     decision_interval,
     reason_of,
 )
-from plant_bench.agents.control import follow_plan
+from plant_bench.agents.control import control_of
 from plant_bench.agents.registry import load_agent
 from plant_bench.data.recording import Recorder
 from plant_bench.errors import AgentError
+from plant_bench.runner.asking import asked
 from plant_bench.runner.jobs import Job
 from plant_bench.runner.observing import observe
 from plant_bench.runner.timing import Stopwatch, Timing
@@ -121,7 +122,7 @@ def _drive(
     privileged = Input.PRIVILEGED in inputs
     scene = simulation.scene
     referee.judge(scene)
-    _reset(agent, route.plan if Input.ROUTE in inputs else None)
+    asked("reset", agent.reset, route.plan if Input.ROUTE in inputs else None)
     control, due = Control(0.0, 0.0), 0
     watch.lap("start_up")
     while referee.status is None:
@@ -135,7 +136,7 @@ def _drive(
             action, reason = _act(agent, observation)
             due += decision_interval(agent)
             watch.lap("agent")
-            control = action if isinstance(action, Control) else follow_plan(action, scene.ego)
+            control = control_of(action, scene.ego)
         executed = control
         if override is not None:
             executed = override.executed(scene, referee.progress, referee.offset, control)
@@ -149,21 +150,9 @@ def _drive(
             progress(referee.completion)
 
 
-def _reset(agent: Agent, route: Route | None) -> None:
-    try:
-        agent.reset(route)
-    except (Exception, SystemExit) as error:
-        message = f"reset raised {type(error).__name__}: {error}"
-        raise AgentError(message) from error
-
-
 def _act(agent: Agent, observation: Observation) -> tuple[Plan | Control, Reason | None]:
     """Return what the agent answers, and why if it tells."""
-    try:
-        action = agent.act(observation)
-    except (Exception, SystemExit) as error:
-        message = f"act raised {type(error).__name__}: {error}"
-        raise AgentError(message) from error
+    action = asked("act", agent.act, observation)
     try:
         reason = reason_of(agent)
     except AgentError:

@@ -84,7 +84,8 @@ def rules_checksum() -> str:
     rooms = ("geometry", "world", "sim", "scoring")
     files = [path for room in rooms for path in (package / room).rglob("*.*")]
     digest = hashlib.sha256(version("libsumo").encode())
-    files += [package / "agent.py", package / "runner" / "episode.py"]
+    files += [package / "agent.py"]
+    files += [package / "runner" / name for name in ("asking.py", "episode.py")]
     for path in sorted(path for path in files if path.suffix in {".py", ".xml"}):
         digest.update(path.relative_to(package).as_posix().encode())
         digest.update(path.read_bytes())

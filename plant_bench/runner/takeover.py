@@ -5,10 +5,11 @@ learner sees answers to its own mistakes. Nobody learns from standing at one pla
 stands while the expert would go is relieved by the expert for a few seconds.
 """
 
-from plant_bench.agent import Control, Input, Observation, Plan, check_action, decision_interval
-from plant_bench.agents.control import follow_plan
+from plant_bench.agent import Control, Input, check_action, decision_interval
+from plant_bench.agents.control import control_of
 from plant_bench.agents.registry import load_agent
-from plant_bench.errors import AgentError, InputError
+from plant_bench.errors import InputError
+from plant_bench.runner.asking import asked
 from plant_bench.runner.observing import observe
 from plant_bench.world.route import Route
 from plant_bench.world.scene import TICK, Scene
@@ -76,25 +77,11 @@ class Takeover:
         """Return the other planner's control, which it holds between its decisions."""
         agent = self._agent
         if self._control is None:
-            self._reset()
+            plan = self._route.plan if Input.ROUTE in agent.inputs else None
+            asked("the driver's reset", agent.reset, plan)
         if self._control is None or scene.tick >= self._due:
             seen = observe(scene, self._route, progress, offset, agent.inputs, None)
-            action = self._act(seen)
+            action = check_action(asked("the driver's act", agent.act, seen))
             self._due = scene.tick + decision_interval(agent)
-            self._control = action if isinstance(action, Control) else follow_plan(action, seen.ego)
+            self._control = control_of(action, seen.ego)
         return self._control
-
-    def _reset(self) -> None:
-        try:
-            self._agent.reset(self._route.plan if Input.ROUTE in self._agent.inputs else None)
-        except (Exception, SystemExit) as error:
-            message = f"the driver's reset raised {type(error).__name__}: {error}"
-            raise AgentError(message) from error
-
-    def _act(self, seen: Observation) -> Plan | Control:
-        try:
-            action = self._agent.act(seen)
-        except (Exception, SystemExit) as error:
-            message = f"the driver's act raised {type(error).__name__}: {error}"
-            raise AgentError(message) from error
-        return check_action(action)

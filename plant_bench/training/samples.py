@@ -17,7 +17,7 @@ from plant_bench.data.recording import Action, Recording
 from plant_bench.errors import InputError
 from plant_bench.features.inputs import SceneInput, allowed_speed, scene_input
 from plant_bench.features.tokens import ATTRIBUTES, NOWHERE, Tokens, TokenSpec, actor_attributes
-from plant_bench.features.tracks import Rates, rates_between
+from plant_bench.features.tracks import Rates, rates_between, rows_of
 from plant_bench.geometry.pose import to_frame
 from plant_bench.runner.observing import observe
 from plant_bench.scoring.progress import RouteProgress
@@ -225,14 +225,10 @@ def _rates(recording: Recording, row: int) -> Rates:
 def _futures(scene: Scene, tokens: Tokens, later: Actors) -> Float[np.ndarray, "tokens 6"]:
     """Return the later attributes of the tokens' actors in the frame of the ego now."""
     futures = np.full((len(tokens), ATTRIBUTES), np.nan)
-    if len(later) == 0:
-        return futures
     mine = (tokens.places != NOWHERE).nonzero()[0]
     ids = scene.actors.ids[tokens.places[mine]]
-    order = later.ids.argsort()
-    found = order[np.searchsorted(later.ids, ids, sorter=order).clip(max=len(later) - 1)]
-    there = later.ids[found] == ids
-    futures[mine[there]] = actor_attributes(scene.ego, later, found[there])
+    there, found = rows_of(ids, later.ids)
+    futures[mine[there]] = actor_attributes(scene.ego, later, found)
     return futures
 
 

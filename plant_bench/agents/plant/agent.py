@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Float
 
 from plant_bench.agent import Input, Observation, Plan
+from plant_bench.agents.careful_driver import RESTING_INTERVAL, STILL
 from plant_bench.agents.plant.config import CONFIG_FILE, GRAPH_FILE, WEIGHTS_FILE, load_config
 from plant_bench.data_files import models_dir
 from plant_bench.errors import AgentError
@@ -20,8 +21,6 @@ from plant_bench.world.route import Route
 
 DEFAULT_WEIGHTS = "plant-mini"  # in models/
 INTERVAL = 2  # ticks between two decisions: 10 Hz, as PlanT with perception
-RESTING_INTERVAL = 4  # ticks, while it stands and stays: as the expert
-STILL = 0.01  # m/s, below which the ego stands
 STAYS = 0.2  # m in two seconds
 
 

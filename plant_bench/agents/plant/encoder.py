@@ -47,7 +47,7 @@ class Layer(nn.Module):
         With `first_only` the hidden state of the first token alone, which needs no queries and no
         feed-forward of the others.
         """
-        query, key, value = self._asked_of_all(hidden, first_only=first_only)
+        query, key, value = self._projected(hidden, first_only=first_only)
         hidden = hidden[:, :1] if first_only else hidden
         batch, tokens, width = hidden.shape
         seen = _attention_of_first(query, key, bias) if explain else None
@@ -59,7 +59,7 @@ class Layer(nn.Module):
         widened = functional.gelu(self.widen(hidden))
         return self.norm(hidden + self.dropout(self.narrow(widened))), seen
 
-    def _asked_of_all(self, hidden: Tensor, *, first_only: bool) -> tuple[Tensor, Tensor, Tensor]:
+    def _projected(self, hidden: Tensor, *, first_only: bool) -> tuple[Tensor, Tensor, Tensor]:
         """Return queries, keys and values, each (batch, heads, tokens, depth)."""
         batch, tokens, width = hidden.shape
         if not first_only:

@@ -3,11 +3,11 @@
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, UInt8
 
 from plant_bench.agent import PATH_POSES, PATH_STEP, Observation
 from plant_bench.errors import AgentError
-from plant_bench.world.scene import ActorKind, Actors
+from plant_bench.world.scene import ActorKind
 
 STEP = 0.25  # s between two instants of a forecast
 STEPS = 28  # instants, the first now: 6.75 s, in which a large junction is crossed from standing
@@ -73,7 +73,7 @@ def along_true_lanes(observation: Observation, keep: np.ndarray) -> Forecast:
     extents = actors.extents[keep].astype(float)
     lengths = extents[:, 0, None] + early - late
     standing = speed[:, 0] < STANDING
-    return Forecast(poses, lengths, extents[:, 1], standing, _margins(actors, keep, standing))
+    return Forecast(poses, lengths, extents[:, 1], standing, margins(actors.kinds[keep], standing))
 
 
 def straight_on(observation: Observation, keep: np.ndarray) -> Forecast:
@@ -96,13 +96,14 @@ def straight_on(observation: Observation, keep: np.ndarray) -> Forecast:
     lengths = np.broadcast_to(extents[:, 0, None], x.shape)
     standing = speeds < STANDING
     places = np.stack((x, y, yaw), axis=2)
-    return Forecast(places, lengths, extents[:, 1], standing, _margins(actors, keep, standing))
+    return Forecast(places, lengths, extents[:, 1], standing, margins(actors.kinds[keep], standing))
 
 
-def _margins(
-    actors: Actors, keep: np.ndarray, standing: Bool[np.ndarray, " actors"]
+def margins(
+    kinds: UInt8[np.ndarray, " actors"], standing: Bool[np.ndarray, " actors"]
 ) -> Float[np.ndarray, " actors"]:
-    waits = standing & (actors.kinds[keep] == ActorKind.PEDESTRIAN)
+    """Return the metres to be kept in front of and behind others."""
+    waits = standing & (kinds == ActorKind.PEDESTRIAN)
     return np.where(waits, WAITING_MARGIN, MARGIN_ALONG)
 
 

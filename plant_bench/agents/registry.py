@@ -20,8 +20,10 @@ AGENTS: dict[str, str] = {
     "expert-filtered": "plant_bench.agents.expert_filtered:FilteredExpert",
     "expert-nearest": "plant_bench.agents.expert_nearest:expert_nearest",
     "idm": "plant_bench.agents.idm_follower:IdmFollower",
-    "plant": "plant_bench.agents.plant.agent:PlanT",
+    "plant": "plant_bench.agents.plant.guarded:GuardedPlanT",
+    "plant-unguarded": "plant_bench.agents.plant.agent:PlanT",
     "rule-based": "plant_bench.agents.rule_based:RuleBased",
+    "rule-based-tracks": "plant_bench.agents.rule_based_tracks:RuleBasedTracks",
     "sumo": "plant_bench.agents.sumo_driver:SumoDriver",
 }
 

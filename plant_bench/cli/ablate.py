@@ -98,7 +98,9 @@ def ablate_plant(
         Recipe(config, settings, share),
         tuple(data),
         out,
-        ScoreRequest("plant", suite, routes, repetitions, density=density, hazards=hazards),
+        ScoreRequest(
+            "plant-unguarded", suite, routes, repetitions, density=density, hazards=hazards
+        ),
         seeds,
         Machine(accelerator, 1, threads, workers),
         overwrite,

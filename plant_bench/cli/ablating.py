@@ -109,7 +109,7 @@ def _train_and_drive(request: AblationRequest, name: str, recipe: Recipe, seed: 
         return None
     with threads_kept():
         run = drive_missing(
-            replace(request.drives, agent=f"plant@{place / 'model'}"),
+            replace(request.drives, agent=f"plant-unguarded@{place / 'model'}"),
             place / "run",
             overwrite=request.overwrite,
             workers=request.machine.workers,

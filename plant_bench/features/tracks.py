@@ -64,10 +64,12 @@ class Tracks:
 
     def __init__(self) -> None:
         self._seen: deque[tuple[float, Actors]] = deque()
+        self._latest: tuple[Actors, Rates] | None = None
 
     def forget(self) -> None:
         """Start anew."""
         self._seen.clear()
+        self._latest = None
 
     def copied(self) -> "Tracks":
         """Return tracks that remember the same, and go on apart from these."""
@@ -76,12 +78,19 @@ class Tracks:
         return other
 
     def rates(self, time: float, actors: Actors) -> Rates:
-        """Return how actors seen now have changed, and remember them.
+        """Return how actors seen now have changed, and remember them; asked again, the same.
 
         Args:
             time: Of the observation, seconds.
             actors: In it.
         """
+        if self._latest is not None and self._latest[0] is actors:
+            return self._latest[1]
+        rates = self._changes(time, actors)
+        self._latest = actors, rates
+        return rates
+
+    def _changes(self, time: float, actors: Actors) -> Rates:
         seen = self._seen
         if not seen or time > seen[-1][0]:
             seen.append((time, actors))

@@ -125,7 +125,12 @@ ABLATIONS: dict[str, tuple[Choice, ...]] = {
         Choice("rear", _tokens(rear=True), PAPER_WHOLE),
     ),
     "speeds": (
-        Choice("no-speeds", _tokens(speed=False), "72.34 ± 3.30"),
+        # Nor anything that follows from the speeds of others.
+        Choice(
+            "no-speeds",
+            _tokens(speed=False, meetings=False, tracks=False, foresight=0.0),
+            "72.34 ± 3.30",
+        ),
         Choice("speeds", _tokens(speed=True), PAPER_WHOLE),
     ),
     "auxiliary": (

@@ -42,7 +42,7 @@ def closed_loop_score(weights: Path, out: Path, drive: ClosedLoop) -> float:
         PlantBenchError: The run cannot be made.
     """
     request = ScoreRequest(
-        agent=f"plant@{weights}",
+        agent=f"plant-unguarded@{weights}",
         suite=drive.suite,
         routes=drive.routes,
         repetitions=1,

@@ -13,15 +13,12 @@ from plant_bench.agent import (
     check_agent,
 )
 from plant_bench.agents.registry import AGENTS, load_agent
-from plant_bench.data_files import models_dir
 from plant_bench.errors import AgentError
 from plant_bench.runner.observing import observe
 from plant_bench.sim.simulation import Simulation
 from plant_bench.world.route import Route, Scenario, load_suite
 
 pytestmark = pytest.mark.sumo
-
-TRAINED = [name for name in AGENTS if name != "plant" or (models_dir() / "plant-mini").is_dir()]
 
 
 @pytest.fixture(scope="module")
@@ -40,7 +37,7 @@ def episode() -> tuple[Route, list[Observation]]:
     return route, observations
 
 
-@pytest.mark.parametrize("name", TRAINED)
+@pytest.mark.parametrize("name", list(AGENTS))
 def test_registered_agents_keep_the_contract(
     name: str, episode: tuple[Route, list[Observation]]
 ) -> None:

@@ -1,7 +1,6 @@
 """PlanT as a planner: the network plans, `follow_plan` drives, attention tells who matters."""
 
 import copy
-import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Protocol, runtime_checkable
@@ -9,8 +8,9 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 from jaxtyping import Float
 
-from plant_bench.agent import Input, Observation, Plan
+from plant_bench.agent import Input, NextLight, Observation, Plan
 from plant_bench.agents.careful_driver import RESTING_INTERVAL, STILL
+from plant_bench.agents.control import follow_plan
 from plant_bench.agents.plant.config import CONFIG_FILE, GRAPH_FILE, WEIGHTS_FILE, load_config
 from plant_bench.data_files import models_dir
 from plant_bench.errors import AgentError
@@ -18,10 +18,11 @@ from plant_bench.features.inputs import SceneInput, scene_input
 from plant_bench.features.tokens import NOWHERE
 from plant_bench.features.tracks import Tracks
 from plant_bench.world.route import Route
+from plant_bench.world.scene import Light
 
 DEFAULT_WEIGHTS = "plant-mini"  # in models/
 INTERVAL = 2  # ticks between two decisions: 10 Hz, as PlanT with perception
-STAYS = 0.2  # m in two seconds
+WAITING_INTERVAL = 8  # ticks, at a red light: people take a second to see that it is green
 
 
 class PlanT:
@@ -30,6 +31,7 @@ class PlanT:
     Attributes:
         files: What makes it drive as it does, apart from the code of planners.
         interval: Ticks until the next decision.
+        tracks: How others have changed in the last half second.
 
     Args:
         weights: Folder of the trained network; `models/plant-mini` without it.
@@ -42,26 +44,27 @@ class PlanT:
         self._spec = load_config(folder).tokens
         self._predictor = load_predictor(folder)
         self.files: Sequence[Path] = _files(folder)
-        self._tracks = Tracks()
+        self.tracks = Tracks()
         self.interval = INTERVAL
 
     def reset(self, route: Route | None) -> None:
         """Start a new episode; the route is told with each observation."""
         del route
-        self._tracks.forget()
+        self.tracks.forget()
         self.interval = INTERVAL
 
     def act(self, observation: Observation) -> Plan:
         """Plan the next two seconds."""
         waypoints = self._predictor.waypoints(self._given(observation))
-        stays = observation.ego.speed < STILL and math.hypot(*waypoints[-1]) < STAYS
-        self.interval = RESTING_INTERVAL if stays else INTERVAL
-        return Plan(waypoints)
+        plan, ego = Plan(waypoints), observation.ego
+        stays = ego.speed < STILL and follow_plan(plan, ego).acceleration <= 0.0
+        self.interval = _interval(stays, observation.light)
+        return plan
 
     def __deepcopy__(self, _memo: object) -> "PlanT":
         """Return a copy that shares the network, which never changes."""
         other = copy.copy(self)
-        other._tracks = self._tracks.copied()
+        other.tracks = self.tracks.copied()
         return other
 
     def rank(self, observation: Observation) -> Float[np.ndarray, " actors"]:
@@ -83,8 +86,14 @@ class PlanT:
     def _given(self, observation: Observation) -> SceneInput:
         rates = None
         if self._spec.tracks and observation.actors is not None:
-            rates = self._tracks.rates(observation.time, observation.actors)
+            rates = self.tracks.rates(observation.time, observation.actors)
         return scene_input(observation, self._spec, rates)
+
+
+def _interval(stays: bool, light: NextLight | None) -> int:
+    if not stays:
+        return INTERVAL
+    return RESTING_INTERVAL if light is None or light.state is not Light.RED else WAITING_INTERVAL
 
 
 @runtime_checkable

@@ -6,10 +6,7 @@ import pytest
 
 from plant_bench.agent import Agent
 from plant_bench.agents.registry import AGENTS, agent_checksum, agent_files, load_agent
-from plant_bench.data_files import models_dir
 from plant_bench.errors import InputError
-
-TRAINED = [name for name in AGENTS if name != "plant" or (models_dir() / "plant-mini").is_dir()]
 
 PLANNER = """
 from plant_bench.agent import Control, Input
@@ -36,7 +33,7 @@ def planner(tmp_path: Path) -> Path:
     return path
 
 
-@pytest.mark.parametrize("name", TRAINED)
+@pytest.mark.parametrize("name", list(AGENTS))
 def test_all_registered_agents_load(name: str) -> None:
     assert isinstance(load_agent(name), Agent)
 

@@ -38,6 +38,15 @@ def test_a_variant_differs_from_the_base_in_one_thing() -> None:
     assert found["stop-line"].config.tokens == TokenSpec(stop_line=True)
 
 
+def test_without_speeds_nothing_follows_from_them() -> None:
+    """Meetings, tracks and foresight would tell the network what it is not to be told."""
+    told = TokenSpec(reach=30.0, foresight=5.0, meetings=True, tracks=True, stop_line=True)
+    base = replace(BASE, config=PlanTConfig(tokens=told))
+    found = {variant.name: variant.recipe for variant in variants_of(["speeds"], base)}
+    assert found["no-speeds"].config.tokens == TokenSpec(reach=30.0, speed=False, stop_line=True)
+    assert found["speeds"] == base
+
+
 def test_choices_that_are_the_base_share_its_training() -> None:
     variants = variants_of((), BASE)
     shared = {variant.name for variant in variants if variant.training == "base"}

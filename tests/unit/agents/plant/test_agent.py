@@ -97,14 +97,29 @@ def test_what_plant_remembers_counts_and_a_copy_leaves_it_alone(tracking: PlanT)
 
 
 @pytest.mark.parametrize(
-    ("speed", "metres", "ticks"), [(0.0, 0.0, 4), (0.0, 3.0, 2), (2.0, 0.0, 2)]
+    ("speed", "metres", "light", "ticks"),
+    [
+        (0.0, 0.0, None, 4),
+        (0.0, 0.6, None, 4),  # too slow a plan for the pedals to set off
+        (0.0, 3.0, None, 2),
+        (2.0, 0.0, None, 2),
+        (0.0, 0.0, Light.GREEN, 4),
+        (0.0, 0.0, Light.RED, 8),
+    ],
 )
-def test_it_decides_at_half_the_rate_while_it_stands_and_stays(
-    tracking: PlanT, monkeypatch: pytest.MonkeyPatch, speed: float, metres: float, ticks: int
+def test_it_decides_less_often_while_it_stands_and_stays(
+    tracking: PlanT,
+    monkeypatch: pytest.MonkeyPatch,
+    speed: float,
+    metres: float,
+    light: Light | None,
+    ticks: int,
 ) -> None:
     plan = np.linspace((0.0, 0.0), (metres, 0.0), 4)
     monkeypatch.setattr(TorchPredictor, "waypoints", lambda *_: plan)
-    tracking.act(replace(observation(), ego=EgoState(0.0, 0.0, 0.0, speed)))
+    shown = None if light is None else NextLight(light, 5.0)
+    scene = replace(observation(), ego=EgoState(0.0, 0.0, 0.0, speed), light=shown)
+    tracking.act(scene)
     assert tracking.interval == ticks
     tracking.reset(None)
     assert tracking.interval == 2

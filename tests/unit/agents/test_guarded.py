@@ -1,0 +1,127 @@
+"""A guard brakes where it must, and does nothing else."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from plant_bench.agent import Cause, Control, Input, Observation, Plan, RouteAhead
+from plant_bench.agents.guarded import EMERGENCY, Guarded
+from plant_bench.world.route import LaneSpan, Route
+from plant_bench.world.scene import Actors, EgoState
+
+SPEED = 10.0
+GO_ON = Plan(np.stack((np.arange(1, 5) * 0.5 * SPEED, np.zeros(4)), axis=1))
+
+
+class Fixed:
+    """Always answers the same."""
+
+    inputs = frozenset({Input.ROUTE})
+    interval = 3
+
+    def __init__(self, action: Plan | Control) -> None:
+        self.action = action
+        self.seen: list[Observation] = []
+
+    def reset(self, route: Route | None) -> None:
+        self.route = route
+
+    def act(self, observation: Observation) -> Plan | Control:
+        self.seen.append(observation)
+        return self.action
+
+
+def observe(*ahead: float, speed: float = SPEED) -> Observation:
+    """A straight road with a standing car at each of some distances ahead."""
+    count = len(ahead)
+    actors = Actors(
+        np.arange(count),
+        np.array([(x, 0.0, 0.0) for x in ahead], np.float32).reshape(-1, 3),
+        np.zeros(count, np.float32),
+        np.tile(np.array([4.5, 1.8], np.float32), (count, 1)),
+        np.zeros(count, np.uint8),
+    )
+    points = np.stack((np.arange(101.0), np.zeros(101)), axis=1)
+    route = RouteAhead(0.0, 0.0, 0.0, points, np.zeros(101), np.full(101, 12.0))
+    return Observation(0.0, EgoState(0.0, 0.0, 0.0, speed, 0.0, 0.0), 12.0, actors, route)
+
+
+@pytest.fixture
+def route() -> Route:
+    """A straight road without junctions."""
+    points = np.stack((np.arange(101.0), np.zeros(101)), axis=1)
+    return Route(
+        id="straight",
+        town="none",
+        points=points,
+        elevations=np.zeros(101),
+        speed_limits=np.full(101, 12.0),
+        edges=("e",),
+        lanes=(LaneSpan("e_0", 0.0, 100.0),),
+        passages=(),
+        lane_changes=(),
+        manoeuvres={},
+    )
+
+
+def guarded(action: Plan | Control, route: Route) -> Guarded:
+    agent = Guarded(Fixed(action))
+    agent.reset(route)
+    return agent
+
+
+def test_on_a_free_road_the_planner_decides(route: Route) -> None:
+    agent = guarded(GO_ON, route)
+    assert agent.act(observe()) is GO_ON
+    assert agent.explain() is None
+    assert agent.interval == 3
+
+
+def test_it_brakes_for_whom_the_planner_overlooks(route: Route) -> None:
+    agent = guarded(Control(1.0, 0.05), route)
+    action = agent.act(observe(18.0))
+    assert isinstance(action, Control)
+    assert action.acceleration < EMERGENCY
+    assert action.steering == 0.05  # it never steers
+    reason = agent.explain()
+    assert reason is not None
+    assert (reason.cause, reason.actor) == (Cause.LEADER, 0)
+
+
+def test_gentle_braking_is_left_to_the_planner(route: Route) -> None:
+    agent = guarded(GO_ON, route)
+    assert agent.act(observe(45.0)) is GO_ON
+
+
+def test_a_planner_that_brakes_harder_is_not_held(route: Route) -> None:
+    stop = Control(-8.0, 0.0)
+    assert guarded(stop, route).act(observe(18.0)) is stop
+
+
+def test_who_stands_and_stays_is_left_alone(route: Route) -> None:
+    stay = Control(0.0, 0.0)
+    assert guarded(stay, route).act(observe(4.0, speed=0.0)) is stay
+
+
+def test_the_planner_sees_what_it_asked_for_only(route: Route) -> None:
+    planner = Fixed(GO_ON)
+    agent = Guarded(planner)
+    agent.reset(route)
+    agent.act(observe(18.0))
+    assert planner.seen[0].actors is None
+    assert planner.route is route
+
+
+def test_one_who_pulls_out_is_seen_by_how_it_speeds_up(route: Route) -> None:
+    """A car that has just begun to cross will be in the way, though at its speed it is not yet."""
+    agent = guarded(GO_ON, route)
+    before, now = observe(20.0), replace(observe(20.0), time=0.5)
+    for observation, speed in ((before, 0.2), (now, 1.7)):
+        assert observation.actors is not None
+        observation.actors.poses[0] = 20.0, -6.5, 0.5 * np.pi
+        observation.actors.speeds[0] = speed
+    agent.act(before)
+    action = agent.act(now)
+    assert isinstance(action, Control)
+    assert action.acceleration < EMERGENCY

@@ -1,0 +1,70 @@
+"""Forecasts from half a second of watching."""
+
+import math
+
+import numpy as np
+import pytest
+
+from plant_bench.agent import Observation
+from plant_bench.agents.forecast import TIMES, Forecast
+from plant_bench.agents.tracked_forecast import HELD, TrackedForecast
+from plant_bench.world.scene import ActorKind, Actors, EgoState
+
+CAR = int(ActorKind.CAR)
+
+
+def seen(time: float, speed: float, yaw: float = 0.0, kind: int = CAR) -> Observation:
+    """One actor at the origin."""
+    actors = Actors(
+        np.array([7]),
+        np.array([[0.0, 0.0, yaw]], np.float32),
+        np.array([speed], np.float32),
+        np.array([[4.0, 2.0]], np.float32),
+        np.array([kind], np.uint8),
+    )
+    return Observation(time, EgoState(0.0, 50.0, 0.0, 0.0, 0.0, 0.0), 10.0, actors)
+
+
+def forecast_after(*observations: Observation) -> Forecast:
+    """Return the forecast of whom one has watched."""
+    forecast = TrackedForecast()
+    for observation in observations:
+        forecast.watch(observation)
+    return forecast(observations[-1], np.array([0]))
+
+
+def test_who_was_not_seen_before_goes_straight_on() -> None:
+    found = forecast_after(seen(0.0, 5.0))
+    assert found.poses[0, :, 0] == pytest.approx(5.0 * TIMES)
+    assert found.lengths[0] == pytest.approx(np.full(len(TIMES), 4.0))
+
+
+def test_who_speeds_up_may_get_farther() -> None:
+    found = forecast_after(seen(0.0, 4.0), seen(0.5, 5.0))
+    front = found.poses[0, :, 0] + 0.5 * found.lengths[0]
+    rear = found.poses[0, :, 0] - 0.5 * found.lengths[0]
+    at = int(np.searchsorted(TIMES, HELD))
+    assert front[at] == pytest.approx(2.0 + 5.0 * HELD + 0.5 * 2.0 * HELD**2)
+    assert rear[at] == pytest.approx(-2.0 + 5.0 * HELD)  # or it goes on as it does
+
+
+def test_who_turns_goes_on_turning() -> None:
+    found = forecast_after(seen(0.0, 5.0), seen(0.5, 5.0, yaw=0.25))
+    assert found.poses[0, 4, 2] == pytest.approx(0.25 + 0.5, abs=1e-3)
+    assert found.poses[0, 4, 1] > 5.0 * math.sin(0.25)
+
+
+def test_people_are_taken_to_walk_straight_on() -> None:
+    kind = int(ActorKind.PEDESTRIAN)
+    found = forecast_after(seen(0.0, 0.5, kind=kind), seen(0.5, 1.5, yaw=1.0, kind=kind))
+    assert found.poses[0, :, 2] == pytest.approx(np.full(len(TIMES), 1.0))
+    assert found.lengths[0] == pytest.approx(np.full(len(TIMES), 4.0))
+
+
+def test_what_was_watched_before_is_forgotten() -> None:
+    forecast = TrackedForecast()
+    forecast.watch(seen(0.0, 0.0))
+    forecast.forget()
+    forecast.watch(seen(0.5, 5.0))
+    found = forecast(seen(0.5, 5.0), np.array([0]))
+    assert found.lengths[0] == pytest.approx(np.full(len(TIMES), 4.0))

@@ -6,7 +6,7 @@ from pathlib import Path
 import torch
 import typer
 
-from plant_bench.agents.plant.config import load_config
+from plant_bench.agents.plant.config import GraphBits, load_config
 from plant_bench.cli.training_progress import SamplesProgress, TrainingProgress, bars
 from plant_bench.data.statistics import data_routes
 from plant_bench.errors import InputError
@@ -64,7 +64,7 @@ class Course:
         machine: What it runs on.
         validation: What is driven where the settings say so.
         overwrite: Start anew instead of going on.
-        graph: Write the network as an ONNX graph, too.
+        graph: Bits of the weights in the ONNX graph to be written, too; None for no graph.
         start: Folder of the weights to start from, if not from chance.
     """
 
@@ -75,7 +75,7 @@ class Course:
     machine: Machine
     validation: Validation | None = None
     overwrite: bool = False
-    graph: bool = False
+    graph: GraphBits | None = None
     start: Path | None = None
 
 

@@ -12,7 +12,7 @@ from plant_bench.data.statistics import data_routes
 from plant_bench.errors import InputError
 from plant_bench.training.ablations import Recipe
 from plant_bench.training.batches import Split, split_by_route
-from plant_bench.training.closed_loop import ClosedLoop
+from plant_bench.training.closed_loop import ClosedLoop, check_suite
 from plant_bench.training.imitation import TrainingRequest, make_fabric, train
 from plant_bench.training.logs import NO_TENSORBOARD, has_tensorboard
 from plant_bench.training.shards import check_targets, load_shards, recordings_in
@@ -88,8 +88,11 @@ def learn(course: Course) -> bool:
     settings, machine = course.recipe.settings, course.machine
     if machine.threads:
         torch.set_num_threads(machine.threads)
-    if course.start is not None:  # better now than when all samples are made
+    # better now than when all samples are made:
+    if course.start is not None:
         check_start(load_config(course.start), course.recipe.config)
+    if course.validation is not None and course.validation.suite is not None:
+        check_suite(course.validation.suite)
     try:
         split = _split(course)
         fabric = make_fabric(accelerator=machine.accelerator, devices=machine.devices)

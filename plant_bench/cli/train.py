@@ -89,7 +89,10 @@ def train_plant(
         typer.Option(help="Validations without a better score that end it; 0 for none.", min=0),
     ] = 0,
     validate_suite: Annotated[
-        str | None, typer.Option(help="What to drive then; without it the routes held out.")
+        str | None,
+        typer.Option(
+            help="What to drive then, none of the benchmark's; without it the routes held out."
+        ),
     ] = None,
     validate_routes: Annotated[
         str | None, typer.Option(help="Which of them, as in `score --routes`.")

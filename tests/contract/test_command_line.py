@@ -76,6 +76,10 @@ def test_help_teaches(command, tmp_path):
         (["train", "plant", "--data", "nowhere", "--out", "model"], "No recordings found"),
         (["train", "plant", "--data", "x", "--out", "y", "--patience", "2"], "--validate-every"),
         (["train", "plant", "--data", "x", "--out", "y", "--weights-bits", "8"], "give --onnx"),
+        (
+            ["train", "plant", "--data", "x", "--out", "y", "--validate-suite", "unseen"],
+            "of the benchmark's suite 'unseen'",
+        ),
         (["ablate", "raer", "--data", "nowhere"], "Did you mean rear?"),
         (["ablate", "--data", "nowhere"], "No recordings found"),
     ],

@@ -3,8 +3,8 @@
     python benchmarks/inference_time.py [--passes 200] [--sizes mini small medium]
 
 The networks are told what the shipped one is; their weights are untrained: the time does not depend
-on them. All cases of a size take turns, pass by
-pass, so that what else the machine does meets all of them; medians are printed as Markdown.
+on them. All cases of a size take turns, pass by pass, so that what else the machine does meets all
+of them; medians are printed as Markdown.
 """
 
 import argparse
@@ -18,7 +18,13 @@ import numpy as np
 import torch
 
 from plant_bench.agents.plant.agent import DEFAULT_WEIGHTS, Predictor
-from plant_bench.agents.plant.config import GRAPH_FILE, SIZES, SizeName, load_config
+from plant_bench.agents.plant.config import (
+    GRAPH_FILE,
+    SIZES,
+    GraphBits,
+    SizeName,
+    load_config,
+)
 from plant_bench.agents.plant.export import export_graph
 from plant_bench.agents.plant.graph import GraphPredictor
 from plant_bench.agents.plant.network import PlanTNetwork
@@ -31,6 +37,8 @@ from plant_bench.inference import listen_to_passes
 from plant_bench.runner.provenance import processor_name
 
 TOKENS = (12, 16, 24)
+TORCH = "torch"
+GRAPHS: dict[str, GraphBits] = {"ONNX Runtime": 32, "ONNX Runtime, 8 bits": 8}
 BARS: dict[SizeName, float] = {"mini": 2.0, "small": 5.0, "medium": 10.8}  # ms
 SHIPPED = load_config(models_dir() / DEFAULT_WEIGHTS)
 WARM_UP = 10  # passes that do not count
@@ -42,9 +50,11 @@ def predictors_of(size: SizeName) -> dict[str, Predictor]:
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
         save_network(PlanTNetwork(replace(SHIPPED, size=size)), folder)
-        export_graph(folder)
-        eager = TorchPredictor(load_network(folder))
-        return {"torch": eager, "ONNX": GraphPredictor(folder / GRAPH_FILE)}
+        found: dict[str, Predictor] = {TORCH: TorchPredictor(load_network(folder))}
+        for engine, bits in GRAPHS.items():
+            export_graph(folder, bits)
+            found[engine] = GraphPredictor(folder / GRAPH_FILE)
+        return found
 
 
 def scene_of(tokens: int) -> SceneInput:
@@ -80,12 +90,12 @@ def main() -> None:
     asked = parser.parse_args()
     print(f"Median of {asked.passes} passes in ms, one thread of {processor_name()}.\n")
     heads = [f"{tokens} tokens" for tokens in TOKENS]
-    print(f"| size | engine | {' | '.join(heads)} | torch / ONNX | bar |")
+    print(f"| size | engine | {' | '.join(heads)} | torch / engine | bar |")
     print("|" + "---|" * (len(heads) + 4))
     for size in asked.sizes:
         found = medians(size, asked.passes)
-        ratio = median(found["torch", tokens] / found["ONNX", tokens] for tokens in TOKENS)
-        for engine in ("torch", "ONNX"):
+        for engine in (TORCH, *GRAPHS):
+            ratio = median(found[TORCH, tokens] / found[engine, tokens] for tokens in TOKENS)
             cells = " | ".join(f"{found[engine, tokens]:.2f}" for tokens in TOKENS)
             print(f"| {size} | {engine} | {cells} | {ratio:.2f} | {BARS[size]:.1f} |", flush=True)
 

@@ -7,12 +7,21 @@ import typer
 
 from plant_bench.cli.options import CORES, DensityOption, RepetitionsOption, SuiteOption
 from plant_bench.cli.train import check_installed
+from plant_bench.cli.training_options import (
+    AcceleratorOption,
+    BatchOption,
+    DataOption,
+    EpochsOption,
+    RateOption,
+    RestingOption,
+    ShareOption,
+    TargetsOption,
+    ThreadsOption,
+)
 
 
 def ablate_plant(
-    data: Annotated[
-        list[Path], typer.Option(help="Folder with routes/ and episodes/; give it again for more.")
-    ],
+    data: DataOption,
     names: Annotated[
         list[str] | None,
         typer.Argument(
@@ -31,18 +40,12 @@ def ablate_plant(
     size: Annotated[
         Literal["mini", "small", "medium"] | None, typer.Option(help="Encoder of the base.")
     ] = None,
-    epochs: Annotated[int, typer.Option(help="Passes over the data.", min=1)] = 47,
-    batch: Annotated[int, typer.Option(help="Samples a step.", min=1)] = 128,
-    rate: Annotated[float, typer.Option(help="Learning rate.")] = 1e-4,
-    targets: Annotated[
-        Literal["future", "answer"], typer.Option(help="As `train plant --targets`.")
-    ] = "future",
-    resting: Annotated[
-        float, typer.Option(help="As `train plant --resting`.", min=0.0, max=1.0)
-    ] = 1.0,
-    share: Annotated[
-        float, typer.Option(help="Of the episodes, for all variants.", min=0.001, max=1.0)
-    ] = 1.0,
+    epochs: EpochsOption = 47,
+    batch: BatchOption = 128,
+    rate: RateOption = 1e-4,
+    targets: TargetsOption = "future",
+    resting: RestingOption = 1.0,
+    share: ShareOption = 1.0,
     seeds: Annotated[int, typer.Option(help="Trainings of each variant.", min=1)] = 1,
     suite: SuiteOption = "longest6",
     routes: Annotated[
@@ -52,8 +55,8 @@ def ablate_plant(
     density: DensityOption = "dense",
     hazards: Annotated[bool, typer.Option(help="Play the routes' hazards.")] = True,
     onnx: Annotated[bool, typer.Option("--onnx", help="Drive with ONNX graphs.")] = False,
-    accelerator: Annotated[str, typer.Option(help="cpu, cuda, mps or auto.")] = "auto",
-    threads: Annotated[int, typer.Option(help="For training; 0 for one a core.", min=0)] = 0,
+    accelerator: AcceleratorOption = "auto",
+    threads: ThreadsOption = 0,
     workers: Annotated[
         int, typer.Option(help="Processes that make samples and drive.", min=1)
     ] = CORES,

@@ -55,7 +55,7 @@ class AblationRequest:
         seeds: Trainings of each variant.
         machine: What it runs on.
         overwrite: Make again what is finished.
-        graph: Drive with ONNX graphs.
+        graph: Drive with ONNX graphs; in float32, so that sizes differ in nothing else.
     """
 
     names: Sequence[str]
@@ -146,7 +146,7 @@ def _train(request: AblationRequest, recipe: Recipe, place: Path) -> bool:
             place / "training",
             request.machine,
             overwrite=request.overwrite,
-            graph=request.graph,
+            graph=32 if request.graph else None,
         )
     )
     if finished:

@@ -6,13 +6,13 @@ from pathlib import Path
 import torch
 import typer
 
-from plant_bench.agents.plant.config import load_config
+from plant_bench.agents.plant.config import GraphBits, load_config
 from plant_bench.cli.training_progress import SamplesProgress, TrainingProgress, bars
 from plant_bench.data.statistics import data_routes
 from plant_bench.errors import InputError
 from plant_bench.training.ablations import Recipe
 from plant_bench.training.batches import Split, split_by_route
-from plant_bench.training.closed_loop import ClosedLoop
+from plant_bench.training.closed_loop import ClosedLoop, check_suite
 from plant_bench.training.imitation import TrainingRequest, make_fabric, train
 from plant_bench.training.logs import NO_TENSORBOARD, has_tensorboard
 from plant_bench.training.shards import check_targets, load_shards, recordings_in
@@ -64,7 +64,7 @@ class Course:
         machine: What it runs on.
         validation: What is driven where the settings say so.
         overwrite: Start anew instead of going on.
-        graph: Write the network as an ONNX graph, too.
+        graph: Bits of the weights in the ONNX graph to be written, too; None for no graph.
         start: Folder of the weights to start from, if not from chance.
     """
 
@@ -75,7 +75,7 @@ class Course:
     machine: Machine
     validation: Validation | None = None
     overwrite: bool = False
-    graph: bool = False
+    graph: GraphBits | None = None
     start: Path | None = None
 
 
@@ -88,8 +88,11 @@ def learn(course: Course) -> bool:
     settings, machine = course.recipe.settings, course.machine
     if machine.threads:
         torch.set_num_threads(machine.threads)
-    if course.start is not None:  # better now than when all samples are made
+    # better now than when all samples are made:
+    if course.start is not None:
         check_start(load_config(course.start), course.recipe.config)
+    if course.validation is not None and course.validation.suite is not None:
+        check_suite(course.validation.suite)
     try:
         split = _split(course)
         fabric = make_fabric(accelerator=machine.accelerator, devices=machine.devices)

@@ -1,7 +1,9 @@
 """Collecting data: episodes of the expert over worker processes until there are enough frames."""
 
+import hashlib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 from plant_bench.agents.registry import agent_checksum
@@ -29,6 +31,7 @@ from plant_bench.world.route import PROTOCOL, Route
 FIRST_RATE = 0.55  # frames a metre of route expected before anything is known
 LEAST_RATE = 0.05
 HOPELESS = 20  # episodes without one that is of use
+_DECIDING = ("disturbance.py", "observing.py", "takeover.py")
 
 
 @dataclass(frozen=True)
@@ -113,8 +116,22 @@ def _origin(request: CollectRequest) -> Origin:
         driver=without_folders(request.driver),
         driver_checksum=agent_checksum(request.driver) if request.driver else "",
         rules=rules_checksum(),
+        collecting=collecting_checksum(),
         versions=installed_versions(),
     )
+
+
+@cache
+def collecting_checksum() -> str:
+    """Return a hash of the code that decides collected drives and is not among the rules.
+
+    That is what drivers are given, and what is executed instead of the expert's answers.
+    """
+    digest = hashlib.sha256()
+    for name in _DECIDING:
+        digest.update(name.encode())
+        digest.update(Path(__file__).with_name(name).read_bytes())
+    return digest.hexdigest()
 
 
 class _Collection:

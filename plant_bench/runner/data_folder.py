@@ -36,6 +36,8 @@ class Origin(BaseModel):
         driver: Who drove while the agent answered; empty if it was the agent.
         driver_checksum: Content hash of the driver's code and weights.
         rules: Content hash of the code that moves and judges the world.
+        collecting: Content hash of what else decides the drives; empty in folders of earlier days,
+            which can be read but not added to.
         versions: Of everything that could change a number.
     """
 
@@ -50,6 +52,7 @@ class Origin(BaseModel):
     driver: str = ""
     driver_checksum: str = ""
     rules: str
+    collecting: str = ""
     versions: dict[str, str]
 
     def differences(self, other: "Origin") -> list[str]:
@@ -60,7 +63,9 @@ class Origin(BaseModel):
         same = {"driver"} if self.driver_checksum == other.driver_checksum else set()
         ours, theirs = self.model_dump(exclude={"versions", *same}), other.model_dump()
         return [
-            f"{name} {str(value)[:16]}" for name, value in ours.items() if value != theirs[name]
+            f"{name} {str(value)[:16] or 'unknown'}"
+            for name, value in ours.items()
+            if value != theirs[name]
         ]
 
 

@@ -2,7 +2,7 @@
 
 import hashlib
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 import torch
@@ -140,6 +140,8 @@ def _fingerprint(shards: Sequence[Shard]) -> str:
     digest = hashlib.sha256()
     for shard in shards:
         digest.update(shard.route.encode())
-        digest.update(shard.samples.attributes.tobytes())
-        digest.update(shard.samples.waypoints.tobytes())
+        for item in fields(Samples):
+            values: np.ndarray = getattr(shard.samples, item.name)
+            digest.update(f"{item.name}{values.shape}".encode())
+            digest.update(values.tobytes())
     return digest.hexdigest()[:16]

@@ -4,11 +4,14 @@ from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 
-from plant_bench.data_files import towns_also_from
+from plant_bench.data_files import routes_dir, towns_also_from
+from plant_bench.errors import InputError
 from plant_bench.runner.run import ScoreRequest, open_run
 from plant_bench.runner.suite import SuiteEvent, run_suite
 from plant_bench.runner.summary import write_summary
+from plant_bench.towns.routes import SUITES
 from plant_bench.training.threads import threads_kept
+from plant_bench.world.route import load_suite
 
 
 @dataclass(frozen=True)
@@ -55,6 +58,26 @@ def closed_loop_score(weights: Path, out: Path, drive: ClosedLoop) -> float:
             run.missing, run.folder, workers=drive.workers, recordings=False, on_event=_not_shown
         )
     return write_summary(run.folder).scores.driving_score.mean
+
+
+def check_suite(suite: str) -> None:
+    """Check that a suite is none of the benchmark's, nor holds a route of theirs.
+
+    Raises:
+        InputError: It is or does: weights chosen by a score on it have a score there that says
+            nothing. Or there is no such suite.
+    """
+    known = {
+        route.checksum: name for name in SUITES for route in load_suite(str(routes_dir() / name))
+    }
+    for route in load_suite(suite):
+        if route.checksum in known:
+            message = (
+                f"--validate-suite {suite} holds {route.id}, a route of the benchmark's suite "
+                f"'{known[route.checksum]}': weights chosen by it could not be scored on it. Leave "
+                "the option out to drive the routes held out of the data, or give other routes."
+            )
+            raise InputError(message)
 
 
 def _not_shown(_event: SuiteEvent) -> None:

@@ -13,7 +13,7 @@ import torch
 from lightning_fabric import Fabric
 from lightning_fabric.strategies.ddp import DDPStrategy
 
-from plant_bench.agents.plant.config import GRAPH_FILE, PlanTConfig
+from plant_bench.agents.plant.config import GRAPH_FILE, GraphBits, PlanTConfig
 from plant_bench.agents.plant.weights import load_network, save_network, weights_hash
 from plant_bench.errors import InputError
 from plant_bench.runner.provenance import command_line
@@ -45,7 +45,7 @@ class TrainingRequest:
         work: Folder for checkpoint, logs and validation runs.
         closed_loop: What to drive for validation; None where `validate_every` is 0.
         overwrite: Start anew even if there is a checkpoint.
-        graph: Whether to write the network as an ONNX graph, too.
+        graph: Bits of the weights in the ONNX graph to be written, too; None for no graph.
         start: Folder of the weights to start from, if not from chance.
         sources: Where the data comes from, a text a folder, for the card.
     """
@@ -56,7 +56,7 @@ class TrainingRequest:
     work: Path
     closed_loop: ClosedLoop | None = None
     overwrite: bool = False
-    graph: bool = False
+    graph: GraphBits | None = None
     start: Path | None = None
     sources: tuple[str, ...] = ()
 
@@ -209,10 +209,10 @@ class _Keeper:
                 chosen += f" The training ended after epoch {progress.epoch}: no better came."
             save_network(load_network(self._best), request.out)
         (request.out / GRAPH_FILE).unlink(missing_ok=True)  # of earlier weights
-        if request.graph:
+        if request.graph is not None:
             from plant_bench.agents.plant.export import export_graph
 
-            export_graph(request.out)
+            export_graph(request.out, request.graph)
         card = model_card(
             request.out.name,
             self._trainer.network,

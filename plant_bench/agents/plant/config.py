@@ -13,6 +13,7 @@ from plant_bench.features.tokens import TokenSpec
 from plant_bench.world.route import PROTOCOL
 
 SizeName = Literal["mini", "small", "medium"]
+GraphBits = Literal[8, 32]  # of a weight of the encoder in a graph
 
 WEIGHTS_FILE, CONFIG_FILE, GRAPH_FILE = "weights.safetensors", "config.json", "network.onnx"
 WEIGHTS_FORMAT = 2
@@ -41,6 +42,14 @@ SIZES: dict[SizeName, Size] = {  # Turc et al., 2019
     "mini": Size(4, 256, 4),
     "small": Size(4, 512, 8),
     "medium": Size(8, 512, 8),
+}
+
+GRAPH_BITS: dict[
+    SizeName, GraphBits
+] = {  # the larger ones are too slow in float32, see learning.md
+    "mini": 32,
+    "small": 8,
+    "medium": 8,
 }
 
 

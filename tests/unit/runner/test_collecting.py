@@ -1,19 +1,23 @@
 """Collecting until there is enough, with episodes that are only pretended."""
 
+import json
 import random
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
 from plant_bench.errors import InputError, SimulationError
 from plant_bench.runner import collecting, collecting_plan
-from plant_bench.runner.collecting import Ended, collect
+from plant_bench.runner.collecting import Ended, collect, collecting_checksum
 from plant_bench.runner.collecting_plan import benchmark_seeds, planned_episodes, training_seed
 from plant_bench.runner.collecting_request import CollectRequest
 from plant_bench.runner.collecting_work import DriveTask, TownTask
 from plant_bench.runner.data_folder import DataFolder, EpisodeNote
 from plant_bench.runner.executors import Finished, Started
 from plant_bench.towns.training_towns import TrainingTown
+from plant_bench.training.shards import check_targets
+from plant_bench.training.sources import source_of
 
 drivers = [""]  # of the episodes that are driven
 TOWNS = [TrainingTown("town01", "town01", 0), TrainingTown("town02", "town02", 0)]
@@ -147,6 +151,35 @@ def test_another_drivers_data_is_another_origin(tmp_path, pretend):
     for other in ("rule-based", ""):
         with pytest.raises(InputError, match="another origin .driver idm, driver_checksum"):
             go(tmp_path, 40, driver=other)
+
+
+@pytest.mark.parametrize("known", ["0123456789abcdef0123", None])
+def test_data_of_changed_drives_is_read_but_not_added_to(tmp_path, pretend, known):
+    go(tmp_path, 40)
+    kept = tmp_path / "data" / "collect.json"
+    facts = json.loads(kept.read_text())
+    del facts["collecting"]
+    kept.write_text(json.dumps(facts | ({"collecting": known} if known else {})))
+
+    assert source_of(tmp_path / "data", 2).startswith("2 episodes of data: `plant-bench collect")
+    check_targets(tmp_path / "data", "future")
+    with pytest.raises(
+        InputError, match=f"origin .collecting {known[:16] if known else 'unknown'}\\)"
+    ):
+        go(tmp_path, 80)
+
+
+@pytest.mark.parametrize("name", ["takeover", "disturbance", "observing"])
+def test_what_decides_the_drives_is_in_the_checksum(monkeypatch, name):
+    before = collecting_checksum()
+    changed = f"{name}.py"
+    read = Path.read_bytes
+    monkeypatch.setattr(Path, "read_bytes", lambda path: read(path) + b"#" * (path.name == changed))
+    collecting_checksum.cache_clear()
+    try:
+        assert collecting_checksum() != before
+    finally:
+        collecting_checksum.cache_clear()
 
 
 def test_another_name_for_the_same_driver_is_no_other_origin(tmp_path, pretend):

@@ -1,5 +1,6 @@
 """Order, padding and the split by route."""
 
+from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ import torch
 from plant_bench.errors import InputError
 from plant_bench.features.tokens import TokenKind, TokenSpec
 from plant_bench.training.batches import collate, epoch_batches, split_by_route
+from plant_bench.training.samples import Samples
 from plant_bench.training.shards import load_shards
 
 
@@ -51,6 +53,16 @@ def test_samples_of_standing_still_can_be_left_out(data: Path) -> None:
     last = slice(int(whole.starts[kept[-1]]), int(whole.starts[kept[-1] + 1]))
     own = slice(int(split.training.starts[-2]), None)
     np.testing.assert_array_equal(split.training.attributes[own], whole.attributes[last])
+
+
+@pytest.mark.parametrize("name", [item.name for item in fields(Samples)])
+def test_the_fingerprint_covers_every_array_of_a_sample(data: Path, name: str) -> None:
+    shards = load_shards(data, TokenSpec())
+    before = split_by_route(shards, 0.1, 0).fingerprint
+    assert split_by_route(load_shards(data, TokenSpec()), 0.1, 0).fingerprint == before
+    values = getattr(shards[-1].samples, name)
+    values[0] = values[0] + 1
+    assert split_by_route(shards, 0.1, 0).fingerprint != before
 
 
 def test_padding(data: Path) -> None:

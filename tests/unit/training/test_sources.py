@@ -1,6 +1,7 @@
 """Folders of data: what is said of them, whose drives they are, and several of them together."""
 
 import json
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,7 @@ from plant_bench.agents.plant.network import PlanTNetwork
 from plant_bench.agents.plant.weights import save_network
 from plant_bench.cli import learning
 from plant_bench.cli.learning import Course, Machine, Validation, learn
+from plant_bench.data_files import routes_dir
 from plant_bench.errors import InputError
 from plant_bench.runner.data_folder import Origin
 from plant_bench.training.ablations import Recipe
@@ -136,3 +138,22 @@ def test_an_unfit_start_is_said_before_samples_are_made(
     with pytest.raises(InputError, match="There are no weights in"):
         learn(course(tmp_path, data, start=tmp_path / "nowhere"))
     assert not (data / "samples").exists()
+
+
+@pytest.mark.parametrize("suite", ["longest6", "unseen", "copy"])
+def test_the_benchmark_is_not_driven_for_validation(
+    tmp_path: Path, data: Path, asked: list, suite: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "copy").mkdir()
+    shutil.copy(data / "routes" / "suite.json", tmp_path / "copy" / "a.json")
+    shutil.copy(routes_dir() / "unseen" / "unseen03.json", tmp_path / "copy" / "b.json")
+    with pytest.raises(InputError, match="a route of the benchmark's suite '(longest6|unseen)'"):
+        learn(course(tmp_path, data, validation=Validation(suite, None, True)))
+    assert not (data / "samples").exists()
+
+
+def test_other_suites_are_driven_for_validation(tmp_path: Path, data: Path, asked: list) -> None:
+    own = str(data / "routes" / "suite.json")
+    assert learn(course(tmp_path, data, validation=Validation(own, "0", True)))
+    assert asked[0][0].closed_loop.suite == own

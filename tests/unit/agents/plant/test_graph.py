@@ -1,26 +1,41 @@
 """The network in ONNX Runtime answers as it does in PyTorch."""
 
 import math
+import shutil
 from pathlib import Path
 
 import numpy as np
 import pytest
 import torch
 
-from plant_bench.agents.plant.agent import PlanT, load_predictor
-from plant_bench.agents.plant.config import GRAPH_FILE, SIZES, WEIGHTS_FILE, PlanTConfig, Size
+from plant_bench.agents.plant.agent import DEFAULT_WEIGHTS, PlanT, load_predictor
+from plant_bench.agents.plant.config import (
+    CONFIG_FILE,
+    GRAPH_FILE,
+    SIZES,
+    WEIGHTS_FILE,
+    PlanTConfig,
+    Size,
+    SizeName,
+)
 from plant_bench.agents.plant.export import export_graph
 from plant_bench.agents.plant.graph import ATTENTION, EXPLAIN, GraphPredictor
 from plant_bench.agents.plant.network import PlanTNetwork
 from plant_bench.agents.plant.predictor import TorchPredictor
-from plant_bench.agents.plant.weights import save_network
+from plant_bench.agents.plant.weights import load_network, save_network
+from plant_bench.data_files import models_dir
 from plant_bench.errors import InputError
 from plant_bench.features.inputs import SceneInput
-from plant_bench.features.tokens import Tokens, TokenSpec
+from plant_bench.features.tokens import TokenKind, Tokens, TokenSpec
 from plant_bench.inference import listen_to_passes
 
 pytest.importorskip("onnx")
 onnxruntime = pytest.importorskip("onnxruntime")
+from plant_bench.agents.plant.graph_writer import MIDDLE, GraphWriter, rounded  # noqa: E402
+
+# With 8 bits, in metres, median and 95 %: 0.008 and 0.026 in 3,000 recorded scenes, and 0.008 and
+# 0.082 in those below, which are stranger.
+MEDIAN_ERROR, USUAL_ERROR = 0.02, 0.15
 
 
 def scene_of(tokens: int, speed: float = 6.0, attributes: int = 6) -> SceneInput:
@@ -49,7 +64,7 @@ def test_the_graph_is_the_network(
     save_network(PlanTNetwork(config), tmp_path)
     eager = load_predictor(tmp_path)
     assert isinstance(eager, TorchPredictor)
-    export_graph(tmp_path)
+    export_graph(tmp_path, 32)
     graph = load_predictor(tmp_path)
     sizes = [(tmp_path / name).stat().st_size for name in (GRAPH_FILE, WEIGHTS_FILE)]
     assert sizes[0] < 1.1 * sizes[1]  # both in half precision
@@ -86,6 +101,79 @@ def test_attention_is_computed_only_where_it_is_asked_for(
         for explain in (False, True)
     ]
     assert shapes == [(1, 0), (1, 5)]
+
+
+def street_scene(seed: int) -> SceneInput:
+    """A scene as the shipped network sees them: a few vehicles, and the route straight ahead."""
+    rng = np.random.default_rng(seed)
+    count, segments = int(rng.integers(1, 12)), 4
+    attributes = np.zeros((count + segments, 12), np.float32)
+    vehicles, route = attributes[:count], attributes[count:]
+    vehicles[:, :3] = rng.uniform((0.0, -30.0, -10.0), (14.0, 30.0, 10.0), (count, 3))
+    vehicles[:, 3] = rng.choice((0.0, math.pi / 2.0, math.pi), count)
+    attributes[:, 4:6] = 1.8, 4.5
+    vehicles[:, 6:] = rng.normal(scale=(10.0, 2.0, 2.0, 2.0, 1.0, 0.2), size=(count, 6))
+    route[:, 1] = 5.0 + 10.0 * np.arange(segments)
+    kinds = np.repeat(np.array([TokenKind.VEHICLE, TokenKind.ROUTE], np.uint8), (count, segments))
+    tokens = Tokens(attributes, kinds, np.arange(count + segments))
+    return SceneInput(tokens, float(seed % 5 == 0), (20.0, 0.0), float(rng.uniform(0, 13)), 13.0)
+
+
+def test_with_weights_of_8_bits_the_graph_plans_as_the_network(tmp_path: Path) -> None:
+    for name in (WEIGHTS_FILE, CONFIG_FILE):
+        shutil.copy(models_dir() / DEFAULT_WEIGHTS / name, tmp_path)
+    eager = TorchPredictor(load_network(tmp_path))
+    export_graph(tmp_path, 8)
+    graph = GraphPredictor(tmp_path / GRAPH_FILE)
+    assert (tmp_path / GRAPH_FILE).stat().st_size < 0.6 * (tmp_path / WEIGHTS_FILE).stat().st_size
+    errors, attended = [], []
+    for scene in map(street_scene, range(40)):
+        plan, exact = graph.waypoints(scene), eager.waypoints(scene)
+        errors.append(np.hypot(*(plan - exact).T))
+        attended.append(np.abs(graph.attention(scene) - eager.attention(scene)).max())
+    assert np.median(errors) < MEDIAN_ERROR
+    assert np.quantile(errors, 0.95) < USUAL_ERROR
+    assert max(attended) < 0.15  # of 16: layers times heads
+    assert np.median(errors) > 1e-4  # it is the other graph
+
+
+def test_rounded_weights_lie_within_half_a_step() -> None:
+    weight = np.random.default_rng(0).normal(size=(5, 96)).astype(np.float32)
+    weight[2, 32:64] = 0.0
+    weight[3] *= 1e-3
+    values, scales = rounded(weight)
+    again = (values.astype(float) - MIDDLE) * scales[..., None]
+    off = np.abs(again - weight.reshape(again.shape))
+    assert (off <= 0.501 * scales[..., None]).all()
+
+
+def test_a_rounded_layer_is_the_layer(tmp_path: Path) -> None:
+    rng = np.random.default_rng(0)
+    weight, bias = rng.normal(size=(48, 256)).astype(np.float32), np.zeros(48, np.float32)
+    bias[:] = 100.0 * rng.normal(size=48)
+    weight[:, :32] *= 10.0  # blocks need scales of their own
+    rows = rng.normal(size=(9, 256)).astype(np.float32)
+    writer = GraphWriter()
+    writer.gives(
+        writer.rounded_linear(writer.takes("rows", np.float32, "n", 256), weight, bias), "n", 48
+    )
+    writer.write(tmp_path / GRAPH_FILE)
+    found = onnxruntime.InferenceSession(tmp_path / GRAPH_FILE).run(None, {"rows": rows})[0]
+    exact = rows @ weight.T
+    off = np.sqrt(np.mean((found - bias - exact) ** 2) / np.mean(exact**2))
+    assert 1e-4 < off < 0.01
+
+
+@pytest.mark.parametrize(("size", "operator"), [("mini", b"Gemm"), ("medium", b"MatMulNBits")])
+def test_the_size_decides_how_weights_are_stored(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, size: SizeName, operator: bytes
+) -> None:
+    monkeypatch.setitem(SIZES, size, Size(2, 32, 2))
+    save_network(PlanTNetwork(PlanTConfig(size)), tmp_path)
+    export_graph(tmp_path)
+    graph = (tmp_path / GRAPH_FILE).read_bytes()
+    assert operator in graph
+    assert (b"MatMulNBits" in graph) == (size == "medium")
 
 
 def test_a_broken_graph_is_an_input_error(tmp_path: Path) -> None:

@@ -1,0 +1,125 @@
+"""What samples tell of how others have changed is what the planner works out while it drives."""
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from jaxtyping import Float
+
+from plant_bench.agents.plant import agent as planner
+from plant_bench.agents.plant.agent import INTERVAL, PlanT
+from plant_bench.agents.plant.config import PlanTConfig
+from plant_bench.agents.plant.network import PlanTNetwork
+from plant_bench.agents.plant.weights import save_network
+from plant_bench.data.recording import Recorder, Recording
+from plant_bench.features.inputs import SceneInput
+from plant_bench.features.tokens import TokenSpec
+from plant_bench.runner.observing import observe
+from plant_bench.scoring.progress import RouteProgress
+from plant_bench.training.samples import SAMPLE_TICKS
+from plant_bench.training.shards import load_shards
+from plant_bench.world.route import PROTOCOL, Route
+from plant_bench.world.scene import TICK, ActorKind, Actors, EgoState, Scene
+
+SPEC = TokenSpec(meetings=True, tracks=True, vulnerable=True)
+TICKS = 260
+FIRST_SAMPLE = 50  # tick
+HEADING = 0.5  # of the route, radians
+
+
+def scene_at(tick: int) -> Scene:
+    """The ego, who speeds up and brakes, who turns, who comes and goes, and who comes late."""
+    time = tick * TICK
+    along = 2.0 + 8.0 * time
+    cars = [
+        (3, 14.0, 0.0, HEADING, 8.0 + 3.0 * math.sin(time)),
+        (7, 5.0, 9.0, HEADING + 0.4 * time, 4.0),
+        (9, -6.0, -4.0, HEADING - 0.1 * time**2, 6.0 - 0.3 * time),
+        (11, 20.0, 3.0, 3.0 + 0.1 * time, 0.5 * time),  # its angle wraps
+    ]
+    there = [tick % 37 < 20, True, True, tick > 104]
+    rows = np.array([car for car, seen in zip(cars, there, strict=True) if seen])
+    forward = np.array([math.cos(HEADING), math.sin(HEADING)])
+    left = np.array([-forward[1], forward[0]])
+    places = (along + rows[:, 1:2]) * forward + rows[:, 2:3] * left
+    wrapped = (rows[:, 3:4] + math.pi) % (2.0 * math.pi) - math.pi
+    actors = Actors(
+        rows[:, 0].astype(np.int64),
+        np.hstack((places, wrapped)).astype(np.float32),
+        rows[:, 4].astype(np.float32),
+        np.tile(np.array([[4.5, 1.8]], np.float32), (len(rows), 1)),
+        np.full(len(rows), ActorKind.CAR, np.uint8),
+    )
+    x, y = (along * forward).tolist()
+    return Scene(tick, EgoState(x, y, HEADING, 8.0), actors, np.zeros(0, np.uint8))
+
+
+def record(path: Path, route: Route, *, every: int) -> Path:
+    about = {"route": route.id, "route_checksum": route.checksum, "protocol": PROTOCOL}
+    recorder = Recorder(path, about, every=every)
+    for tick in range(TICKS):
+        recorder.add(scene_at(tick))
+    recorder.close()
+    return path
+
+
+class Listening:
+    """Notes what it is given, and plans to go straight on."""
+
+    def __init__(self) -> None:
+        self.given: list[SceneInput] = []
+
+    def waypoints(self, given: SceneInput) -> Float[np.ndarray, "waypoints 2"]:
+        self.given.append(given)
+        return np.array([[4.0, 0.0], [8.0, 0.0], [12.0, 0.0], [16.0, 0.0]])
+
+    def attention(self, given: SceneInput) -> Float[np.ndarray, " tokens"]:
+        return np.zeros(len(given.tokens))
+
+
+def told_while_driving(
+    recording: Recording, route: Route, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> dict[int, SceneInput]:
+    """Return what the planner tells its network at each tick at which it decides."""
+    listening = Listening()
+    monkeypatch.setattr(planner, "load_predictor", lambda _folder: listening)
+    save_network(PlanTNetwork(PlanTConfig(tokens=SPEC)), folder)
+    driver, place = PlanT(str(folder)), RouteProgress(route)
+    driver.reset(None)
+    told = {}
+    for tick in range(len(recording)):
+        scene = recording[tick]
+        place.follow(scene.ego.x, scene.ego.y)
+        if tick % INTERVAL == 0:
+            driver.act(observe(scene, route, place.progress, place.offset, driver.inputs, None))
+            told[tick] = listening.given[-1]
+    return told
+
+
+def test_samples_tell_of_others_what_the_planner_tells_while_it_drives(
+    tmp_path: Path, route: Route, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "routes").mkdir()
+    suite = {"format": 1, "routes": [route.to_payload()]}
+    (tmp_path / "routes" / "suite.json").write_text(json.dumps(suite), encoding="utf-8")
+    record(tmp_path / "episodes" / "a.parquet", route, every=SAMPLE_TICKS)
+    whole = Recording.load(record(tmp_path / "whole.parquet", route, every=1))
+    told = told_while_driving(whole, route, tmp_path / "model", monkeypatch)
+
+    (shard,) = load_shards(tmp_path, SPEC)
+
+    samples = shard.samples
+    assert len(samples) > 10
+    for row in range(len(samples)):
+        driven = told[FIRST_SAMPLE + row * SAMPLE_TICKS]
+        mine = slice(samples.starts[row], samples.starts[row + 1])
+        np.testing.assert_array_equal(samples.kinds[mine], driven.tokens.kinds)
+        np.testing.assert_allclose(
+            samples.attributes[mine], driven.tokens.attributes, rtol=1e-5, atol=1e-5
+        )
+        assert samples.target[row] == pytest.approx(driven.target, abs=1e-5)
+        assert samples.limit[row] == pytest.approx(driven.limit, abs=1e-5)
+    changes = samples.attributes[:, -2:]
+    assert (np.abs(changes).max(axis=0) > (2.0, 0.5)).all()  # there was something to be told

@@ -100,8 +100,12 @@ class CarefulDriver:
         self._reason = Reason(Cause.FREE)
         self.interval = INTERVAL
 
-    def act(self, observation: Observation) -> Control:
+    def act(self, observation: Observation, wish: float = math.inf) -> Control:
         """Decide.
+
+        Args:
+            observation: What there is.
+            wish: Acceleration not to be exceeded, m/s2: what somebody else is about to do.
 
         Raises:
             AgentError: An input is missing.
@@ -114,7 +118,7 @@ class CarefulDriver:
         if (behind := left_behind(ego, actors)).any():
             observation = observation.showing(~behind)
         target = allowed_speed(route)
-        free = Demand(idm(ego.speed, target), Cause.LIMIT)
+        free = Demand(min(idm(ego.speed, target), wish), Cause.LIMIT)
         least = self._decide(observation, route, free, target)
         self._reason = _reason(least, free)
         rests = ego.speed < STILL and least.pull <= 0.0

@@ -6,6 +6,7 @@ Planners that lead CARLA's leaderboard have such a layer between their network a
 
 from plant_bench.agent import (
     Agent,
+    Cause,
     Control,
     Input,
     Observation,
@@ -22,6 +23,7 @@ from plant_bench.world.route import Route
 from plant_bench.world.scene import TICK
 
 EMERGENCY = -2.0  # m/s2; whatever braking is gentler is left to the planner
+RASH = 1.0  # m/s2 of acceleration that is not to lead into a conflict
 CALM = -0.5  # m/s2 of the guard's own demand above which it looks again after
 CALM_TIME = 0.2  # s
 HALF_TICK = 0.5 * TICK
@@ -64,9 +66,12 @@ class Guarded:
         control = control_of(action, observation.ego)
         stays = observation.ego.speed < STILL and control.acceleration <= 0.0
         if not stays and observation.time >= self._calm_until:
-            careful = self._guard.act(observation).acceleration
-            if careful < min(control.acceleration, EMERGENCY):
-                self._reason = self._guard.explain()
+            wish = control.acceleration
+            careful = self._guard.act(observation, wish).acceleration
+            reason = self._guard.explain()
+            rash = reason.cause is Cause.CONFLICT and careful < wish - RASH
+            if careful < min(wish, EMERGENCY) or (rash and wish > RASH):
+                self._reason = reason
                 return Control(careful, control.steering)
             if careful > CALM:
                 self._calm_until = observation.time + CALM_TIME - HALF_TICK

@@ -1,5 +1,7 @@
 """The rule-based planner with a better forecast: what tracks tell in place of straight on."""
 
+import math
+
 from plant_bench.agent import Control, Input, Observation, Reason
 from plant_bench.agents.careful_driver import CarefulDriver
 from plant_bench.agents.tracked_forecast import TrackedForecast
@@ -40,10 +42,10 @@ class RuleBasedTracks:
         """
         self._forecast.watch(observation)
 
-    def act(self, observation: Observation) -> Control:
-        """Drive."""
+    def act(self, observation: Observation, wish: float = math.inf) -> Control:
+        """Drive, with an acceleration of `wish` in m/s2 at the most."""
         self.watch(observation)
-        return self._driver.act(observation)
+        return self._driver.act(observation, wish)
 
     def explain(self) -> Reason:
         """Return why it drives no faster."""

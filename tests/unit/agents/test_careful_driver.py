@@ -271,3 +271,13 @@ def test_to_pass_before_somebody_needs_time_in_reserve() -> None:
     early, late = cars((40.0, -26.0, math.pi / 2, 8.0)), cars((40.0, -40.0, math.pi / 2, 8.0))
     assert pull(observe(early)) < -0.5
     assert pull(observe(late)) == pytest.approx(0.0, abs=0.01)
+
+
+def test_a_wish_is_not_exceeded() -> None:
+    driver = CarefulDriver(straight_on)
+    driver.reset(straight_route())
+    assert driver.act(observe(cars(), speed=5.0), 0.3).acceleration == pytest.approx(0.3)
+    assert (
+        driver.act(observe(cars(), speed=5.0), 9.0).acceleration
+        == driver.act(observe(cars(), speed=5.0)).acceleration
+    )

@@ -125,3 +125,33 @@ def test_one_who_pulls_out_is_seen_by_how_it_speeds_up(route: Route) -> None:
     action = agent.act(now)
     assert isinstance(action, Control)
     assert action.acceleration < EMERGENCY
+
+
+def crossing(x: float, y: float, speed: float, ego_speed: float) -> Observation:
+    """A car that crosses the road from the right."""
+    seen = observe(x, speed=ego_speed)
+    assert seen.actors is not None
+    seen.actors.poses[0] = x, y, 0.5 * np.pi
+    seen.actors.speeds[0] = speed
+    return seen
+
+
+def test_it_does_not_let_the_planner_speed_up_into_a_conflict(route: Route) -> None:
+    scene = crossing(20.0, -16.0, 8.0, 6.0)
+    action = guarded(Control(2.0, 0.0), route).act(scene)
+    assert isinstance(action, Control)
+    assert action.acceleration < 1.0
+    keep = Control(0.0, 0.0)  # behind whom it passes at its present speed
+    assert guarded(keep, route).act(scene) is keep
+
+
+def test_a_calm_guard_looks_again_after_a_while(route: Route) -> None:
+    """Half the cost on a free road; what appears is seen a fifth of a second later at the most."""
+    agent = guarded(Control(0.0, 0.0), route)
+    agent.act(observe())
+    sudden = [replace(observe(12.0), time=time) for time in (0.1, 0.2)]
+    first, second = (agent.act(scene) for scene in sudden)
+    assert isinstance(first, Control)
+    assert isinstance(second, Control)
+    assert first.acceleration == 0.0
+    assert second.acceleration < EMERGENCY

@@ -103,12 +103,12 @@ def train_plant(
         bool, typer.Option("--onnx", help="Write network.onnx, too: half the time a decision.")
     ] = False,
     weights_bits: Annotated[
-        Literal["8", "32"] | None,
+        Literal["8", "32"],
         typer.Option(
             help="Of network.onnx: 8 is up to twice as fast, waypoints differ by about a "
-            "centimetre. 32 for mini, 8 for small and medium without it."
+            "centimetre."
         ),
-    ] = None,
+    ] = "8",
     accelerator: AcceleratorOption = "auto",
     devices: Annotated[int, typer.Option(help="Processes, one a device.", min=1)] = 1,
     threads: ThreadsOption = 0,
@@ -141,10 +141,7 @@ def train_plant(
     if patience and not validate_every:
         message = "--patience counts closed-loop validations: give --validate-every, too."
         raise InputError(message)
-    if weights_bits is not None and not onnx:
-        message = "--weights-bits is about network.onnx: give --onnx, too."
-        raise InputError(message)
-    from plant_bench.agents.plant.config import GRAPH_BITS, GraphBits, PlanTConfig
+    from plant_bench.agents.plant.config import GraphBits, PlanTConfig
     from plant_bench.cli.learning import Course, Machine, Validation, learn
     from plant_bench.features.tokens import TokenSpec
     from plant_bench.training.ablations import Recipe
@@ -185,9 +182,7 @@ def train_plant(
         validate_every=validate_every,
         patience=patience,
     )
-    bits: GraphBits = GRAPH_BITS[size]
-    if weights_bits is not None:
-        bits = 8 if weights_bits == "8" else 32
+    bits: GraphBits = 8 if weights_bits == "8" else 32
     course = Course(
         Recipe(config, settings, share),
         tuple(data),

@@ -75,7 +75,6 @@ def test_help_teaches(command, tmp_path):
         (["data", "describe", "nowhere"], "There is no data in nowhere"),
         (["train", "plant", "--data", "nowhere", "--out", "model"], "No recordings found"),
         (["train", "plant", "--data", "x", "--out", "y", "--patience", "2"], "--validate-every"),
-        (["train", "plant", "--data", "x", "--out", "y", "--weights-bits", "8"], "give --onnx"),
         (
             ["train", "plant", "--data", "x", "--out", "y", "--validate-suite", "unseen"],
             "of the benchmark's suite 'unseen'",

@@ -44,13 +44,7 @@ SIZES: dict[SizeName, Size] = {  # Turc et al., 2019
     "medium": Size(8, 512, 8),
 }
 
-GRAPH_BITS: dict[
-    SizeName, GraphBits
-] = {  # the larger ones are too slow in float32, see learning.md
-    "mini": 32,
-    "small": 8,
-    "medium": 8,
-}
+GRAPH_BITS: GraphBits = 8  # MEDIUM is too slow in float32, and MINI gains a third
 
 
 @dataclass(frozen=True)

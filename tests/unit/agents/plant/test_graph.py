@@ -14,9 +14,9 @@ from plant_bench.agents.plant.config import (
     GRAPH_FILE,
     SIZES,
     WEIGHTS_FILE,
+    GraphBits,
     PlanTConfig,
     Size,
-    SizeName,
 )
 from plant_bench.agents.plant.export import export_graph
 from plant_bench.agents.plant.graph import ATTENTION, EXPLAIN, GraphPredictor
@@ -164,16 +164,11 @@ def test_a_rounded_layer_is_the_layer(tmp_path: Path) -> None:
     assert 1e-4 < off < 0.01
 
 
-@pytest.mark.parametrize(("size", "operator"), [("mini", b"Gemm"), ("medium", b"MatMulNBits")])
-def test_the_size_decides_how_weights_are_stored(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, size: SizeName, operator: bytes
-) -> None:
-    monkeypatch.setitem(SIZES, size, Size(2, 32, 2))
-    save_network(PlanTNetwork(PlanTConfig(size)), tmp_path)
-    export_graph(tmp_path)
-    graph = (tmp_path / GRAPH_FILE).read_bytes()
-    assert operator in graph
-    assert (b"MatMulNBits" in graph) == (size == "medium")
+@pytest.mark.parametrize("bits", [8, 32])
+def test_weights_are_stored_as_asked(tmp_path: Path, bits: GraphBits) -> None:
+    save_network(PlanTNetwork(PlanTConfig()), tmp_path)
+    export_graph(tmp_path, bits)
+    assert (b"MatMulNBits" in (tmp_path / GRAPH_FILE).read_bytes()) == (bits == 8)
 
 
 def test_a_broken_graph_is_an_input_error(tmp_path: Path) -> None:

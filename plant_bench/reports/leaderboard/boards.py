@@ -2,12 +2,14 @@
 
 import re
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
 from itertools import combinations
 from pathlib import Path
+from typing import TypeVar
 
 from plant_bench.errors import InputError
 from plant_bench.reports.carla_checkpoint import ImportedRun, load_checkpoint
+from plant_bench.reports.leaderboard.board import CARLA, HERE, Board, Entry, Leaderboard
+from plant_bench.reports.leaderboard.differences import differences_between
 from plant_bench.reports.leaderboard.imported import imported_line
 from plant_bench.reports.leaderboard.lines import Line, distinct, run_line
 from plant_bench.reports.leaderboard.published import paper_lines
@@ -19,91 +21,15 @@ from plant_bench.reports.leaderboard.sources import (
     read_run,
 )
 from plant_bench.runner.provenance import without_folders
-from plant_bench.scoring.comparison import PairedDifference, paired_difference
 from plant_bench.scoring.laws import Law
 from plant_bench.scoring.metrics import Summary, summarise
-from plant_bench.scoring.significance import holm
 
-HERE, CARLA = "plant-bench", "CARLA"  # worlds
 RANKERS = ("attention", "masking")  # a line tells the first there is
 LONGEST_ID = 40  # characters
 
 
-@dataclass(frozen=True)
-class Entry:
-    """A run of ours on a board.
-
-    Attributes:
-        line: What the table tells.
-        run: Its episodes.
-        summary: All that is derived from them.
-    """
-
-    line: Line
-    run: RunSource
-    summary: Summary
-
-
-@dataclass(frozen=True)
-class Difference:
-    """By how much one entry's DS is above another's, on the scenarios that both drove.
-
-    Attributes:
-        better: Id of the entry with the higher mean difference.
-        worse: Id of the other.
-        paired: The difference, not below zero.
-        p_corrected: Its p-value, corrected for all pairs of the board (Holm).
-    """
-
-    better: str
-    worse: str
-    paired: PairedDifference
-    p_corrected: float
-
-
-@dataclass(frozen=True)
-class Board:
-    """One table: runs that may be compared.
-
-    Attributes:
-        world: `HERE` or `CARLA`.
-        protocol: The rules.
-        suite: Name of the routes; empty where not known.
-        density: Of the traffic; empty where not known.
-        law: By which infractions became scores; empty where not known.
-        lines: The highest driving score first.
-        entries: Of the lines that are runs of ours, in the same order.
-        differences: Of each two entries that share scenarios.
-        rankings: RFDS of all rankers on these routes, the highest first.
-        source: Where the figures are from, if not from runs of ours.
-    """
-
-    world: str
-    protocol: str
-    suite: str
-    density: str
-    law: str
-    lines: tuple[Line, ...]
-    entries: tuple[Entry, ...] = ()
-    differences: tuple[Difference, ...] = ()
-    rankings: tuple[RankingSource, ...] = ()
-    source: str = ""
-
-
-@dataclass(frozen=True)
-class Leaderboard:
-    """All boards, those of our own runs first.
-
-    Attributes:
-        boards: At least one.
-        notes: What the user should know of how they were made.
-    """
-
-    boards: tuple[Board, ...]
-    notes: tuple[str, ...]
-
-
 _Key = tuple[str, str, str]  # protocol, suite, density
+_Source = TypeVar("_Source")
 
 
 def make_leaderboard(
@@ -120,9 +46,9 @@ def make_leaderboard(
     Raises:
         InputError: A source cannot be read, or its episodes cannot be summed up.
     """
-    runs = [_told(path, progress, read_run) for path in sources.runs]
-    rankings = [_told(path, progress, read_ranking) for path in sources.rankings]
-    imported = [_told(path, progress, load_checkpoint) for path in sources.checkpoints]
+    runs = _read(sources.runs, progress, read_run)
+    rankings = _read(sources.rankings, progress, read_ranking)
+    imported = _read(sources.checkpoints, progress, load_checkpoint)
     progress("differences")
     notes = [*sources.notes, *_twin_notes(runs)]
     ids = _ids([run.provenance.agent for run in runs] + [item.name for item in imported])
@@ -141,11 +67,14 @@ def make_leaderboard(
     return Leaderboard(tuple(boards), tuple(notes))
 
 
-def _told[Source](
-    path: Path, progress: Callable[[str], None], read: Callable[[Path], Source]
-) -> Source:
-    progress(path.name)
-    return read(path)
+def _read(
+    paths: Sequence[Path], progress: Callable[[str], None], reader: Callable[[Path], _Source]
+) -> list[_Source]:
+    found = []
+    for path in paths:
+        progress(path.name)
+        found.append(reader(path))
+    return found
 
 
 def _key(run: RunSource) -> _Key:
@@ -182,7 +111,7 @@ def _board(
         law.value,
         tuple(entry.line for entry in entries),
         tuple(entries),
-        _differences(entries, law),
+        differences_between(entries, law),
         tuple(sorted(rankings, key=lambda item: -item.score.score.mean)),
     )
 
@@ -212,29 +141,15 @@ def _ranking_of(
     return next((own[name] for name in RANKERS if name in own), None)
 
 
-def _differences(entries: Sequence[Entry], law: Law) -> tuple[Difference, ...]:
-    found = []
-    for high, low in combinations(entries, 2):
-        try:
-            paired = paired_difference(low.run.results, high.run.results, law=law)
-            if paired.mean < 0.0:  # on what both drove, the lower in the table is the better one
-                paired = paired_difference(high.run.results, low.run.results, law=law)
-                high, low = low, high
-        except InputError:
-            continue  # no scenario in common
-        found.append(Difference(high.line.id, low.line.id, paired, paired.p_value))
-    corrected = holm([item.p_corrected for item in found])
-    return tuple(replace(item, p_corrected=p) for item, p in zip(found, corrected, strict=True))
-
-
 def _imported_boards(runs: Sequence[ImportedRun], ids: Sequence[str]) -> list[Board]:
     names = distinct([run.name for run in runs], lambda place: runs[place].source.parent.name)
-    by_protocol: dict[str, list[Line]] = {}
+    groups: dict[tuple[str, str], list[Line]] = {}
     for run, id, name in zip(runs, ids, names, strict=True):
-        by_protocol.setdefault(run.protocol, []).append(imported_line(run, id=id, planner=name))
+        key = (HERE if run.results else CARLA, run.protocol)
+        groups.setdefault(key, []).append(imported_line(run, id=id, planner=name))
     return [
         Board(
-            CARLA,
+            world,
             protocol,
             "",
             "",
@@ -242,7 +157,7 @@ def _imported_boards(runs: Sequence[ImportedRun], ids: Sequence[str]) -> list[Bo
             tuple(sorted(lines, key=lambda line: -line.driving_score.mean)),
             source="checkpoint files of the CARLA leaderboard",
         )
-        for protocol, lines in sorted(by_protocol.items())
+        for (world, protocol), lines in sorted(groups.items())
     ]
 
 

@@ -44,6 +44,4 @@ def report(
     from plant_bench.cli.reporting import write_report
     from plant_bench.scoring.laws import law_of
 
-    write_report(
-        runs or [], out, law=law_of(law), paper=paper, replays=replays, workers=workers
-    )
+    write_report(runs or [], out, law=law_of(law), paper=paper, replays=replays, workers=workers)

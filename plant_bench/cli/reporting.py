@@ -58,9 +58,7 @@ def _steps(sources: Sources) -> int:
 def _say_who_leads(leaderboard: Leaderboard, say: Callable[[str], None]) -> None:
     """Say the order of each board, and whether the first two can be told apart."""
     for board in leaderboard.boards:
-        scores = [
-            f"{one_line(line.planner)} {line.driving_score.mean:.1f}" for line in board.lines
-        ]
+        scores = [f"{one_line(line.planner)} {line.driving_score.mean:.1f}" for line in board.lines]
         say(f"{board.protocol} ({board.world}): DS {', '.join(scores)}")
         top = {line.id for line in board.lines[:2]}
         for item in board.differences:

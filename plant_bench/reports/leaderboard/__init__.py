@@ -1,1 +1,1 @@
-"""The leaderboard: many runs in one table, with tests of their differences, as files and as a page."""
+"""The leaderboard: many runs in one table, their differences tested, as files and a page."""

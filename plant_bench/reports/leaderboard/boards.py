@@ -1,4 +1,4 @@
-"""Runs -> boards: one a protocol and suite, each with its lines and the differences between them."""
+"""Runs -> boards: one a protocol and suite, each with its lines and differences."""
 
 import re
 from collections.abc import Callable, Sequence
@@ -63,7 +63,9 @@ def make_leaderboard(
     boards += _imported_boards(imported, ids[len(runs) :])
     if paper:
         lines = paper_lines()
-        boards.append(Board(CARLA, "longest6", "longest6", "", "lb1.0", lines, source=lines[0].source))
+        boards.append(
+            Board(CARLA, "longest6", "longest6", "", "lb1.0", lines, source=lines[0].source)
+        )
     return Leaderboard(tuple(boards), tuple(notes))
 
 

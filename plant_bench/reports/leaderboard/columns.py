@@ -52,9 +52,7 @@ def episode_frame(leaderboard: Leaderboard) -> pd.DataFrame:
 
     `infractions` and `hazards` hold the record's lists as JSON.
     """
-    frames = [
-        _episodes(board, entry) for board in leaderboard.boards for entry in board.entries
-    ]
+    frames = [_episodes(board, entry) for board in leaderboard.boards for entry in board.entries]
     return pd.concat(frames, ignore_index=True) if frames else pd.DataFrame()
 
 

@@ -100,7 +100,7 @@ def run_line(
 
 
 def track_of(inputs: Iterable[str]) -> str:
-    """Return a planner's track as PlanT's Table 1 has it: all that is told of objects is privileged.
+    """Return a planner's track as in PlanT's Table 1: to be told of objects is privileged.
 
     >>> track_of(["objects", "route"]), track_of(["camera", "lidar"])
     ('privileged', 'sensor')

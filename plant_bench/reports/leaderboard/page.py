@@ -12,7 +12,18 @@ from plant_bench.reports.leaderboard.files import write_whole_text
 from plant_bench.reports.leaderboard.page_data import page_json
 
 PAGE = "leaderboard.html"
-_SCRIPTS = ("dom", "data", "sorting", "scores", "matrix", "plots", "heat", "breakdowns", "episodes", "main")
+_SCRIPTS = (
+    "dom",
+    "data",
+    "sorting",
+    "scores",
+    "matrix",
+    "plots",
+    "heat",
+    "breakdowns",
+    "episodes",
+    "main",
+)
 _REPORTS = files("plant_bench.reports")
 _ROOM = _REPORTS / "leaderboard"
 

@@ -13,13 +13,18 @@ from plant_bench.scoring.beyond import COLLISIONS
 from plant_bench.scoring.hazards_met import hazard_counts, survived
 from plant_bench.scoring.infractions import Infraction, InfractionKind, Status
 from plant_bench.scoring.metrics import Scores, Spread
-from plant_bench.scoring.results import HazardRecord
 from plant_bench.world.hazard import HazardKind, Phase
 from plant_bench.world.scene import ActorKind
 
 KINDS, HAZARD_KINDS, STATUSES = list(InfractionKind), list(HazardKind), list(Status)
 PHASES, ACTORS = list(Phase), list(ActorKind)
-_IN_A_SCRIPT = {"<": "\\u003c", ">": "\\u003e", "&": "\\u0026", "\u2028": "\\u2028", "\u2029": "\\u2029"}
+_IN_A_SCRIPT = {
+    "<": "\\u003c",
+    ">": "\\u003e",
+    "&": "\\u0026",
+    "\u2028": "\\u2028",
+    "\u2029": "\\u2029",
+}
 
 
 def page_json(leaderboard: Leaderboard, *, replays: bool) -> str:
@@ -125,7 +130,10 @@ def _difference(item: Difference, ids: Sequence[str]) -> list[object]:
 def _detail(entry: Entry) -> dict[str, object]:
     summary = entry.summary
     collisions = [
-        item for result in entry.run.results for item in result.infractions if item.kind in COLLISIONS
+        item
+        for result in entry.run.results
+        for item in result.infractions
+        if item.kind in COLLISIONS
     ]
     return {
         "towns": {town: _scores(scores) for town, scores in summary.towns.items()},
@@ -141,9 +149,7 @@ def _detail(entry: Entry) -> dict[str, object]:
             for kind, count in hazard_counts(entry.run.results).items()
         },
         "causes": [sum(item.cause == cause for item in collisions) for cause in ("ego", "other")],
-        "comfort": {
-            name: round(value, 4) for name, value in asdict(summary.beyond).items()
-        },
+        "comfort": {name: round(value, 4) for name, value in asdict(summary.beyond).items()},
     }
 
 

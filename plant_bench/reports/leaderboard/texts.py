@@ -1,4 +1,4 @@
-"""A leaderboard as Markdown and as LaTeX; names from outside are escaped, and cut where very long."""
+"""A leaderboard as Markdown and as LaTeX; names from outside are escaped."""
 
 import math
 import re
@@ -59,9 +59,9 @@ COLUMNS = (
 
 
 def one_line(text: str, longest: int = LONGEST) -> str:
-    """Return text from outside as one line of printable characters, cut where it is longer.
+    r"""Return text from outside as one line of printable characters, cut where it is longer.
 
-    >>> one_line("a\\nb" + "c" * 9, longest=6)
+    >>> one_line("a\nb" + "c" * 9, longest=6)
     'a bcc…'
     """
     plain = "".join(letter if letter.isprintable() else " " for letter in text)
@@ -222,7 +222,7 @@ def p_text(p: float) -> str:
     """
     if math.isnan(p):
         return "-"
-    return "< 0.001" if p < 0.001 else f"{p:.3f}"  # noqa: PLR2004
+    return "< 0.001" if p < 0.001 else f"{p:.3f}"
 
 
 def _best(column: Column, lines: Sequence[Line]) -> float:
@@ -260,5 +260,5 @@ def _compiling(letter: str) -> str:
     """Return a character of ASCII or Latin-1 as it is, another as its number."""
     if letter == "…":
         return r"\dots{}"
-    known = letter.isascii() or (letter.isalpha() and ord(letter) < 256)  # noqa: PLR2004
+    known = letter.isascii() or (letter.isalpha() and ord(letter) < 256)
     return letter if known else f"[U+{ord(letter):04X}]"

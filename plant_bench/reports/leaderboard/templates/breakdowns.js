@@ -30,7 +30,7 @@ function infractionTable(lines) {
 function endingTable(lines) {
   const statuses = DATA.statuses.filter((status) => lines.some((line) => line.detail.statuses[status]));
   const head = el("tr", {}, el("th", { scope: "col" }, "Planner"), statuses.map((status) => el("th", { scope: "col", class: "kind" }, status.replace("Failed - ", ""))),
-    el("th", { scope: "col", class: "kind" }, "collisions"), el("th", { scope: "col", class: "kind" }, "of these the ego's fault"));
+    el("th", { scope: "col", class: "kind" }, "collisions"), el("th", { scope: "col", class: "kind" }, "of these, ego into other"));
   const rows = lines.map((line) => {
     const [ego, other] = line.detail.causes;
     return el("tr", {}, el("th", { scope: "row" }, nameOf(line.planner, 28)),

@@ -45,15 +45,22 @@ function episodeRow(board, item) {
     el("td", { class: "replay" }, replayCell(board, item)));
 }
 
+const HAPPENINGS = 4; // infractions told before "more"
+
 function happenings(item) {
   const parts = item.infractions.map((part) => {
     const share = known(part.share) ? ` ${(100 * part.share).toFixed(1)} % of the way` : "";
     const who = part.actor && part.kind.startsWith("collision") ? ` (${part.actor}${part.cause === "other" ? ", ran into the ego" : ""})` : "";
     return el("li", {}, known(part.share) ? null : el("span", { class: "when" }, clock(part.time)), words(part.kind), share, who);
   });
-  const hurt = item.hazards.filter((hazard) => (hazard.phase === "done" || hazard.phase === "committed") && !hazard.survived);
-  if (hurt.length) parts.push(el("li", { class: "muted" }, `hazard: ${hurt.map((hazard) => words(hazard.kind)).join(", ")}`));
-  return parts.length ? el("ul", { class: "happenings" }, parts) : el("span", { class: "muted" }, "nothing");
+  const hurt = [...new Set(item.hazards.filter((hazard) => ["done", "committed"].includes(hazard.phase) && !hazard.survived).map((hazard) => words(hazard.kind)))];
+  const blamed = hurt.length ? el("li", { class: "muted" }, `hazard: ${hurt.join(", ")}`) : null;
+  if (!parts.length) return el("span", { class: "muted" }, "nothing");
+  const rest = parts.slice(HAPPENINGS);
+  return [
+    el("ul", { class: "happenings" }, parts.slice(0, HAPPENINGS), blamed),
+    rest.length ? el("details", { class: "rest" }, el("summary", {}, `${rest.length} more`), el("ul", { class: "happenings" }, rest)) : null,
+  ];
 }
 
 const replayAddress = (...ids) => `replay.html#${ids.map(encodeURI).join("&")}`;

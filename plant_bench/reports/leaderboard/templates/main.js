@@ -13,7 +13,7 @@ const LEGEND = [
 ];
 
 function boardSection(board) {
-  const state = { column: null, direction: 1 };
+  const state = { column: 1, direction: -1 }; // DS, the highest first
   const chosen = {};
   const own = board.details.length > 0;
   const table = el("div");
@@ -46,7 +46,7 @@ function boardSection(board) {
     add("towns", "Towns", "Driving score by town; the redder, the lower.", (body) => fill(body, scrolling("Towns", townHeat(board, shownLines(board)))));
     add("routes", "Routes", "Mean driving score on each route; the redder, the lower. A cell opens its episodes; arrow keys move between cells.", (body) =>
       fill(body, scrolling("Routes", routeHeat(board, shownLines(board), openEpisodes))));
-    add("spread", "Scores of episodes", "Each dot is an episode, the darker the more of them; the tick is the mean.", (body) => {
+    add("spread", "Scores of episodes", "The larger a dot, the more of the planner's episodes ended there; the tick is their mean.", (body) => {
       const place = el("div", { class: "plot" });
       fill(body, place);
       plotIn(place, "Driving scores of all episodes, a row a planner", (width) => episodePlot(board, shownLines(board), width))();
@@ -57,7 +57,7 @@ function boardSection(board) {
       plotIn(place, "Infractions per kilometre by kind, a bar a planner; the table below has the numbers", (width) => infractionPlot(shownLines(board), width))();
     });
     add("hazards", "Hazards", "Survived, of those met: no collision near it once it had begun. The redder, the fewer.", (body) => fill(body, scrolling("Hazards", hazardHeat(shownLines(board)))));
-    add("endings", "Endings and causes", "How episodes ended, and whose fault collisions were: the ego's where it ran into the other.", (body) => fill(body, scrolling("Endings", endingTable(shownLines(board)))));
+    add("endings", "Endings and causes", "How episodes ended, and in how many collisions the ego ran into the other, not the other into it.", (body) => fill(body, scrolling("Endings", endingTable(shownLines(board)))));
     add("comfort", "Near misses and comfort", "Not part of any score. Times are medians of each episode's least; – where the middle episode had no near miss.", (body) => fill(body, scrolling("Comfort", comfortTable(shownLines(board)))));
     if (board.rankings.length) {
       add("rankings", "Rankings (RFDS)", "The expert's driving score with only the first-ranked vehicle in sight.", (body) => fill(body, scrolling("Rankings", rankingTable(board))));

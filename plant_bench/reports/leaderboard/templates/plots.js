@@ -47,9 +47,10 @@ function forestPlot(board, lines, reference, width) {
     `p ${pText(row.pair.corrected)} after correction`;
   return Plot.plot({
     width,
-    height: 46 + 26 * rows.length,
+    height: 60 + 26 * rows.length,
     marginLeft: LABEL_WIDTH(),
     marginRight: 16,
+    marginBottom: 40,
     style: BARE,
     x: { label: `DS against ${cut(reference.planner, 24)}`, grid: true, nice: true, labelAnchor: "center" },
     y: { label: null, domain: names },
@@ -68,31 +69,44 @@ function forestPlot(board, lines, reference, width) {
   });
 }
 
-/** How the episodes of each planner scored: a dot each. */
+const BIN = 5; // DS of a bin of episodes
+
+/** How the episodes of each planner scored: a dot a bin, its area the share of episodes in it. */
 function episodePlot(board, lines, width) {
   const names = axisNames(lines, width < 560 ? 16 : 28);
-  const nameOfLine = new Map(lines.map((line, place) => [line, names[place]]));
-  const rows = board
-    .allEpisodes()
-    .filter((item) => nameOfLine.has(item.line) && (!FILTER.town || item.town === FILTER.town))
-    .map((item) => ({ name: nameOfLine.get(item.line), ds: item.ds, item }));
+  const rows = lines.flatMap((line, place) => episodeBins(board, line, names[place]));
   const means = lines.map((line, place) => ({ name: names[place], ds: scoresOf(line).ds[0] })).filter((row) => known(row.ds));
   return Plot.plot({
     width,
-    height: 46 + 34 * lines.length,
+    height: 56 + 34 * lines.length,
     marginLeft: LABEL_WIDTH(),
-    marginRight: 16,
+    marginRight: 24,
+    marginBottom: 40,
     style: BARE,
     x: { label: "driving score of an episode", domain: [0, 100], grid: true, labelAnchor: "center" },
     y: { label: null, domain: names },
+    r: { domain: [0, 1], range: [0, 22] },
     marks: [
-      Plot.dot(rows, {
-        x: "ds", y: (row) => row.name, r: 3, fill: "var(--accent)", fillOpacity: 0.28,
-        dy: (row, place) => 0,
-      }),
-      Plot.tickX(means, { x: "ds", y: "name", stroke: "var(--text)", strokeWidth: 2.5, insetTop: 4, insetBottom: 4 }),
+      Plot.dot(rows, { x: "ds", y: "name", r: "share", fill: "var(--accent)", fillOpacity: 0.35, stroke: "var(--accent)" }),
+      Plot.tickX(means, { x: "ds", y: "name", stroke: "var(--text)", strokeWidth: 2.5, insetTop: 5, insetBottom: 5 }),
+      Plot.tip(rows, Plot.pointer({ x: "ds", y: "name", fill: "var(--raised)", stroke: "var(--line-strong)", title: "title" })),
     ],
   });
+}
+
+function episodeBins(board, line, name) {
+  const scores = board.allEpisodes().filter((item) => item.line === line && (!FILTER.town || item.town === FILTER.town)).map((item) => item.ds);
+  const bins = new Map();
+  for (const score of scores) {
+    const low = BIN * Math.min(Math.floor(score / BIN), 100 / BIN - 1);
+    bins.set(low, (bins.get(low) ?? 0) + 1);
+  }
+  return [...bins].map(([low, count]) => ({
+    name,
+    ds: low + BIN / 2,
+    share: count / scores.length,
+    title: `${name}: ${count} of ${scores.length} episodes\nwith a driving score of ${low} to ${low + BIN}`,
+  }));
 }
 
 const KIND_COLOURS = {
@@ -114,9 +128,10 @@ function infractionPlot(lines, width) {
   const shown = kinds.filter((kind) => rows.some((row) => row.kind === words(kind)));
   return Plot.plot({
     width,
-    height: 46 + 26 * lines.length,
+    height: 60 + 26 * lines.length,
     marginLeft: LABEL_WIDTH(),
     marginRight: 16,
+    marginBottom: 40,
     style: BARE,
     x: { label: "infractions per km", grid: true, labelAnchor: "center" },
     y: { label: null, domain: names },

@@ -5,15 +5,17 @@ from pathlib import Path
 
 import typer
 from rich.markup import escape
-from rich.progress import TextColumn
+from rich.progress import Progress, TextColumn
 
 from plant_bench.cli.bars import progress_bars
 from plant_bench.reports.leaderboard.board import Leaderboard
 from plant_bench.reports.leaderboard.boards import make_leaderboard
 from plant_bench.reports.leaderboard.exports import write_exports
 from plant_bench.reports.leaderboard.page import write_page
+from plant_bench.reports.leaderboard.replays import replay_sources
 from plant_bench.reports.leaderboard.sources import Sources, find_sources
 from plant_bench.reports.leaderboard.texts import one_line, p_text
+from plant_bench.reports.replay.site import write_replays
 from plant_bench.scoring.laws import Law
 
 RUNS = Path("reports")  # where `plant-bench score` puts runs
@@ -44,10 +46,28 @@ def write_report(
         progress("page")
         write_page(leaderboard, out, replays=replays)
         bars.update(task, advance=1)
+        if replays:
+            _write_replays(leaderboard, out, workers, bars)
     for note in leaderboard.notes:
         typer.echo(note, err=True)
     _say_who_leads(leaderboard, typer.echo)
     typer.echo(f"Open {out / 'leaderboard.html'} in a browser.")
+
+
+def _write_replays(leaderboard: Leaderboard, out: Path, workers: int, bars: Progress) -> None:
+    """Make the replays that are not there yet, with a bar of their own.
+
+    Raises:
+        InputError: They cannot be written.
+    """
+    sources = replay_sources(leaderboard)
+    task = bars.add_task(f"{'replays':<{WIDTH}}", total=len(sources))
+    write_replays(
+        out,
+        sources,
+        workers=workers,
+        progress=lambda done, total: bars.update(task, completed=done, total=total),
+    )
 
 
 def _steps(sources: Sources) -> int:

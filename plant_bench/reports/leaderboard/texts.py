@@ -28,6 +28,9 @@ _LATEX = {
     "|": r"\textbar{}",
     "`": r"\textasciigrave{}",
     '"': r"\textquotedbl{}",
+    "[": "{[}",  # an optional argument of the row's end before it, otherwise
+    "]": "{]}",
+    "*": "{*}",
 }
 
 
@@ -83,7 +86,7 @@ def latex_escaped(text: str) -> str:
     r"""Return text that every LaTeX compiles; characters beyond Latin-1 are named by their number.
 
     >>> latex_escaped("plant_100%"), latex_escaped("ok 😀")
-    ('plant\\_100\\%', 'ok [U+1F600]')
+    ('plant\\_100\\%', 'ok {[}U+1F600{]}')
     """
     return "".join(_LATEX.get(letter, _compiling(letter)) for letter in one_line(text))
 
@@ -261,4 +264,4 @@ def _compiling(letter: str) -> str:
     if letter == "…":
         return r"\dots{}"
     known = letter.isascii() or (letter.isalpha() and ord(letter) < 256)
-    return letter if known else f"[U+{ord(letter):04X}]"
+    return letter if known else f"{{[}}U+{ord(letter):04X}{{]}}"

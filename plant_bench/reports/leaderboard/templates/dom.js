@@ -60,6 +60,7 @@ function roving(table) {
   return table;
 }
 
+const counted = (count, name) => `${count} ${name}${count === 1 ? "" : "s"}`;
 const words = (name) => name.replaceAll("_", " ");
 const known = (number) => number !== null && number !== undefined;
 const fixed = (number, digits) => (known(number) ? number.toFixed(digits) : "–");

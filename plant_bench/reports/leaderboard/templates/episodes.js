@@ -17,7 +17,7 @@ function episodeList(board, chosen, redraw) {
   const more = shown.length < found.length
     ? el("button", { type: "button", onclick: () => { chosen.most = shown.length + 5 * AT_ONCE; redraw(); } }, `Show more (${found.length - shown.length} left)`)
     : null;
-  const count = `${found.length} episode${found.length === 1 ? "" : "s"}, the lowest driving score first`;
+  const count = `${counted(found.length, "episode")}, the lowest driving score first`;
   return [episodeChoice(board, chosen, redraw), el("p", { class: "muted small", "aria-live": "polite" }, count), scrolling("Episodes", table), more];
 }
 
@@ -40,7 +40,7 @@ function episodeRow(board, item) {
     el("th", { scope: "row" }, nameOf(item.line.planner, 28)),
     el("td", {}, nameOf(item.route, 28), el("span", { class: "of" }, `repetition ${item.repetition + 1}`)),
     cells.map((text) => el("td", { class: "number" }, text)),
-    el("td", { class: failed ? "failed" : null }, item.status.replace("Failed - ", ""), item.reason ? el("span", { class: "of" }, cut(item.reason, 160)) : null),
+    el("td", { class: failed ? "failed" : null }, item.status.replace("Failed - ", ""), item.reason ? el("span", { class: "of reason" }, nameOf(item.reason, 160)) : null),
     el("td", {}, happenings(item)),
     el("td", { class: "replay" }, replayCell(board, item)));
 }
@@ -72,7 +72,7 @@ function replayCell(board, item) {
     type: "button", class: "small", "aria-pressed": String(PICKED.includes(item)), "aria-label": `Compare ${name}`,
     onclick: () => { togglePick(board, item); pick.setAttribute("aria-pressed", String(PICKED.includes(item))); },
   }, "Compare");
-  return [el("a", { href: replayAddress(item.id), "aria-label": `Replay of ${name}` }, "Watch"), " ", pick];
+  return [el("a", { href: replayAddress(item.id), "aria-label": `Watch ${name}` }, "Watch"), " ", pick];
 }
 
 /** Pick an episode, or drop it; of three the one picked first is dropped, of another scenario all are. */

@@ -65,7 +65,7 @@ function boardSection(board) {
     add("episodes", "Episodes", "What happened in each, with its replay. Pick two of one scenario to watch them side by side.", (body) => fill(body, episodeList(board, chosen, () => parts.at(-1).redraw())));
   }
 
-  const facts = [own ? `${board.lines.length} planners` : null, board.routes.length ? `${board.routes.length} routes` : null, board.law ? `law ${board.law}` : null, board.source || null];
+  const facts = [own ? counted(board.lines.length, "planner") : null, board.routes.length ? counted(board.routes.length, "route") : null, board.law ? `law ${board.law}` : null, board.source || null];
   const section = el("section", { class: own ? "board" : "board elsewhere", "aria-labelledby": id("title") },
     el("h2", { id: id("title") }, nameOf(board.title, 90)),
     el("p", { class: "muted small facts" }, nameOf(facts.filter(Boolean).join(" · "), 260)),

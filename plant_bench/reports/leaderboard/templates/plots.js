@@ -10,7 +10,8 @@ function plotIn(place, label, make) {
     width = place.clientWidth;
     if (!width) return;
     const plot = make(width);
-    plot.setAttribute("role", "img");
+    plot.querySelectorAll("[aria-label]").forEach((part) => part.removeAttribute("aria-label"));
+    plot.setAttribute("role", "img"); // one picture to those who cannot see it, not many parts
     plot.setAttribute("aria-label", label);
     plot.removeAttribute("aria-roledescription");
     fill(place, plot);

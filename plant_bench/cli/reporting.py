@@ -11,6 +11,7 @@ from plant_bench.cli.bars import progress_bars
 from plant_bench.reports.leaderboard.board import Leaderboard
 from plant_bench.reports.leaderboard.boards import make_leaderboard
 from plant_bench.reports.leaderboard.exports import write_exports
+from plant_bench.reports.leaderboard.figures import write_figures
 from plant_bench.reports.leaderboard.page import write_page
 from plant_bench.reports.leaderboard.replays import replay_sources
 from plant_bench.reports.leaderboard.sources import Sources, find_sources
@@ -43,6 +44,7 @@ def write_report(
         leaderboard = make_leaderboard(sources, law=law, paper=paper, progress=progress)
         progress("files")
         write_exports(leaderboard, out)
+        write_figures(leaderboard, out)
         progress("page")
         write_page(leaderboard, out, replays=replays)
         bars.update(task, advance=1)

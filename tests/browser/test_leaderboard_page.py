@@ -142,7 +142,8 @@ def test_it_is_accessible_and_fits_the_window(
     open_all(page)
     assert sideways(page) <= 0
     assert faults(page) == []
-    screenshot(page, f"leaderboard-{'phone' if size == PHONE else 'desktop'}-{dark and 'dark'}")
+    window, theme = "phone" if size == PHONE else "desktop", "dark" if dark else "light"
+    screenshot(page, f"leaderboard-{window}-{theme}")
 
 
 def test_the_switch_changes_the_theme(board, open_page):

@@ -125,4 +125,5 @@ const sections = BOARDS.map(boardSection);
 document.getElementById("boards").append(...sections.map((item) => item.section));
 document.getElementById("legend").append(...LEGEND.flatMap(([term, text]) => [el("dt", {}, term), el("dd", {}, text)]));
 setUpFilters(sections);
-document.documentElement.dataset.ready = "true";
+// For who measures: two frames on, all of the above has been painted.
+requestAnimationFrame(() => requestAnimationFrame(() => performance.mark("drawn")));

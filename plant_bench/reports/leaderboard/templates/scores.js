@@ -137,7 +137,7 @@ function closePairs(pairs) {
 function interval(pair) {
   if (!known(pair.low)) return "on too few routes for an interval";
   const [low, high] = pair.mean < 0 ? [-pair.high, -pair.low] : [pair.low, pair.high];
-  return `95 % interval ${fixed(low, 1)} to ${fixed(high, 1)}, p ${pText(pair.corrected)}`.replaceAll("-", "−");
+  return `95 % interval ${fixed(low, 1)} to ${fixed(high, 1)}, p ${pText(pair.corrected)} corrected for all pairs`.replaceAll("-", "−");
 }
 
 const pText = (p) => (!known(p) ? "not known" : p < 0.001 ? "< 0.001" : `= ${p.toFixed(3)}`);

@@ -18,7 +18,7 @@ def test_all_tensors_are_counted(weights):
 
 
 def test_the_shipped_planner_has_its_own():
-    assert parameter_count("plant") > 1_000_000
+    assert (parameter_count("plant") or 0) > 1_000_000
 
 
 @pytest.mark.parametrize("agent", ["expert", "plant@/gone", "x.py:A", "a@" + "x" * 10_000])

@@ -15,11 +15,10 @@ _LISTS = ("infractions", "hazards")
 
 def board_columns(board: Board) -> list[dict[str, object]]:
     """Return a row for each line of a board; what is not known is None or not a number."""
-    summaries = {entry.line.id: entry for entry in board.entries}
     facts = {
         name: getattr(board, name) for name in ("world", "protocol", "suite", "density", "law")
     }
-    return [facts | _line(line) | _rates(summaries.get(line.id)) for line in board.lines]
+    return [facts | _line(line) for line in board.lines]
 
 
 def leaderboard_frame(leaderboard: Leaderboard) -> pd.DataFrame:
@@ -82,14 +81,8 @@ def _line(line: Line) -> dict[str, object]:
         value = getattr(line, item.name)
         if item.name in _SPREADS:
             columns |= {f"{item.name}_mean": value.mean, f"{item.name}_std": value.std}
+        elif item.name == "rates":
+            columns |= {f"{kind}_per_km": rate for kind, rate in value.items()}
         else:
             columns[item.name] = " + ".join(value) if isinstance(value, tuple) else value
     return columns
-
-
-def _rates(entry: Entry | None) -> dict[str, object]:
-    if entry is None:
-        return {}
-    summary = entry.summary
-    rates = {f"{kind.value}_per_km": rate for kind, rate in summary.infractions_per_km.items()}
-    return {"km": summary.km, **rates, "ego_share": summary.ego_share}

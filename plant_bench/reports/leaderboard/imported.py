@@ -5,11 +5,14 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from plant_bench.reports.carla_checkpoint import ImportedRecord, ImportedRun
+from plant_bench.reports.carla_checkpoint_schema import NAMES
 from plant_bench.reports.leaderboard.lines import Line
+from plant_bench.scoring.infractions import InfractionKind
 from plant_bench.scoring.metrics import Spread
 from plant_bench.scoring.normalised import LEAST_KM
 
-VEHICLES = "collisions_vehicle"
+VEHICLES = NAMES[InfractionKind.COLLISION_VEHICLE]
+_KINDS = {name: kind.value for kind, name in NAMES.items()}
 
 
 def imported_line(run: ImportedRun, *, id: str, planner: str) -> Line:
@@ -29,6 +32,8 @@ def imported_line(run: ImportedRun, *, id: str, planner: str) -> Line:
         episodes=len(run.records),
         expected=run.expected,
         source=f"checkpoint file {run.source.name}",
+        rates={_KINDS.get(name, name): rate for name, rate in run.infractions_per_km.items()},
+        km=run.km,
     )
 
 

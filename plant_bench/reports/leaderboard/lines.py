@@ -1,8 +1,8 @@
 """A line of a leaderboard: what every table tells of a planner, whoever has scored it."""
 
 import math
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from datetime import UTC, datetime
 
 from plant_bench.agent import Input
@@ -43,6 +43,9 @@ class Line:
         expected: How many there should be.
         agent_checksum: Content hash of its code and weights.
         source: Where its numbers are from, in words.
+        rates: Infractions per kilometre by kind, all counts over all kilometres; for lanes left
+            kilometres outside per kilometre.
+        km: Kilometres driven along the routes.
     """
 
     id: str
@@ -66,6 +69,8 @@ class Line:
     expected: int = 0
     agent_checksum: str = ""
     source: str = ""
+    rates: Mapping[str, float] = field(default_factory=dict)
+    km: float = math.nan
 
 
 def run_line(
@@ -96,6 +101,8 @@ def run_line(
         expected=summary.expected,
         agent_checksum=summary.agent_checksum,
         source=run.folder.path.name,
+        rates={kind.value: rate for kind, rate in summary.infractions_per_km.items()},
+        km=summary.km,
     )
 
 

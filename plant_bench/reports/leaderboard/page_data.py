@@ -112,6 +112,8 @@ def _line(line: Line) -> dict[str, object]:
         "expected": line.expected,
         "checksum": line.agent_checksum[:12],
         "source": line.source,
+        "rates": {kind: round(rate, 5) for kind, rate in line.rates.items()},
+        "km": line.km,
     }
 
 
@@ -137,12 +139,10 @@ def _detail(entry: Entry) -> dict[str, object]:
     ]
     return {
         "towns": {town: _scores(scores) for town, scores in summary.towns.items()},
-        "rates": {kind.value: round(rate, 5) for kind, rate in summary.infractions_per_km.items()},
         "counts": {
             kind.value: sum(item.kind is kind for r in entry.run.results for item in r.infractions)
             for kind in KINDS
         },
-        "km": round(summary.km, 3),
         "statuses": {status.value: count for status, count in summary.statuses.items()},
         "hazards": {
             kind.value: [count.placed, count.met, count.survived, count.void]

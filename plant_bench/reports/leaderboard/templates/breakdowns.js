@@ -18,12 +18,14 @@ function drillDown(id, title, note, draw) {
 }
 
 function infractionTable(lines) {
-  const kinds = DATA.kinds.filter((kind) => lines.some((line) => line.detail.rates[kind]));
+  const kinds = [...new Set(lines.flatMap((line) => Object.keys(line.rates).filter((kind) => line.rates[kind])))]
+    .sort((a, b) => DATA.kinds.indexOf(a) - DATA.kinds.indexOf(b));
   const head = el("tr", {}, el("th", { scope: "col" }, "Planner"), el("th", { scope: "col", class: "number" }, "km"),
     kinds.map((kind) => el("th", { scope: "col", class: "kind" }, words(kind), kind === "outside_lanes" ? " (km)" : "")));
+  const total = (line, kind) => (line.detail ? el("span", { class: "of" }, `${line.detail.counts[kind]} in all`) : null);
   const rows = lines.map((line) => el("tr", {}, el("th", { scope: "row" }, nameOf(line.planner, 28)),
-    el("td", { class: "number" }, fixed(line.detail.km, 1)),
-    kinds.map((kind) => el("td", { class: "number" }, fixed(line.detail.rates[kind], 3), el("span", { class: "of" }, `${line.detail.counts[kind]} in all`)))));
+    el("td", { class: "number" }, fixed(line.km, 1)),
+    kinds.map((kind) => el("td", { class: "number" }, fixed(line.rates[kind], 3), total(line, kind)))));
   return el("table", {}, el("caption", { class: "hidden-text" }, "Infractions per kilometre"), el("thead", {}, head), el("tbody", {}, rows));
 }
 

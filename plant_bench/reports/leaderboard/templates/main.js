@@ -37,6 +37,12 @@ function boardSection(board) {
 
   const id = (name) => `${board.id}-${name}`;
   const add = (name, title, note, draw) => parts.push(drillDown(id(name), title, note, draw));
+  const addInfractions = () => add("infractions", "Infractions", "All counts over all kilometres.", (body) => {
+    const lines = shownLines(board);
+    const place = el("div", { class: "plot" });
+    fill(body, plotKey(lines), place, scrolling("Infractions", infractionTable(lines)));
+    plotIn(place, "Infractions per kilometre by kind, a bar a planner; the table below has the numbers", (width) => infractionPlot(lines, width))();
+  });
   const forest = own && board.pairs.length ? forestSection(board) : null;
   if (own) {
     if (board.pairs.length) {
@@ -51,11 +57,7 @@ function boardSection(board) {
       fill(body, place);
       plotIn(place, "Driving scores of all episodes, a row a planner", (width) => episodePlot(board, shownLines(board), width))();
     });
-    add("infractions", "Infractions", "All counts over all kilometres.", (body) => {
-      const place = el("div", { class: "plot" });
-      fill(body, plotKey(shownLines(board)), place, scrolling("Infractions", infractionTable(shownLines(board))));
-      plotIn(place, "Infractions per kilometre by kind, a bar a planner; the table below has the numbers", (width) => infractionPlot(shownLines(board), width))();
-    });
+    addInfractions();
     add("hazards", "Hazards", "Survived, of those met: no collision near it once it had begun. The redder, the fewer.", (body) => fill(body, scrolling("Hazards", hazardHeat(shownLines(board)))));
     add("endings", "Endings and causes", "How episodes ended, and in how many collisions the ego ran into the other, not the other into it.", (body) => fill(body, scrolling("Endings", endingTable(shownLines(board)))));
     add("comfort", "Near misses and comfort", "Not part of any score. Times are medians of each episode's least; – where the middle episode had no near miss.", (body) => fill(body, scrolling("Comfort", comfortTable(shownLines(board)))));
@@ -64,6 +66,8 @@ function boardSection(board) {
     }
     add("episodes", "Episodes", "What happened in each, with its replay. Pick two of one scenario to watch them side by side.", (body) => fill(body, episodeList(board, chosen, () => parts.at(-1).redraw())));
   }
+
+  if (!own && board.lines.some((line) => Object.keys(line.rates).length)) addInfractions();
 
   const facts = [own ? counted(board.lines.length, "planner") : null, board.routes.length ? counted(board.routes.length, "route") : null, board.law ? `law ${board.law}` : null, board.source || null];
   const section = el("section", { class: own ? "board" : "board elsewhere", "aria-labelledby": id("title") },

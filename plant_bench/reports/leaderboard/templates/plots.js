@@ -125,7 +125,7 @@ function infractionPlot(lines, width) {
   const names = axisNames(lines, width < 560 ? 16 : 28);
   const kinds = Object.keys(KIND_COLOURS);
   const rows = lines.flatMap((line, place) =>
-    kinds.map((kind) => ({ name: names[place], kind: words(kind), rate: line.detail.rates[kind] ?? 0 })).filter((row) => row.rate));
+    kinds.map((kind) => ({ name: names[place], kind: words(kind), rate: line.rates[kind] ?? 0 })).filter((row) => row.rate));
   const shown = kinds.filter((kind) => rows.some((row) => row.kind === words(kind)));
   return Plot.plot({
     width,
@@ -147,7 +147,7 @@ function infractionPlot(lines, width) {
 }
 
 function plotKey(lines) {
-  const kinds = Object.keys(KIND_COLOURS).filter((kind) => lines.some((line) => line.detail.rates[kind]));
+  const kinds = Object.keys(KIND_COLOURS).filter((kind) => lines.some((line) => line.rates[kind]));
   return el("ul", { class: "key small" }, kinds.map((kind) => {
     const swatch = el("span", { class: "swatch", "aria-hidden": "true" });
     swatch.style.background = KIND_COLOURS[kind];

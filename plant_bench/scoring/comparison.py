@@ -191,14 +191,16 @@ def _student(probability: float, freedom: int) -> float:
     )
 
 
-def _by_scenario(results: Sequence[EpisodeResult]) -> dict[str, EpisodeResult]:
-    found: dict[str, EpisodeResult] = {}
+def _by_scenario(results: Sequence[EpisodeResult]) -> dict[tuple[str, str], EpisodeResult]:
+    """Return episodes by what they must share to be paired: the scenario, the town as it was."""
+    found: dict[tuple[str, str], EpisodeResult] = {}
     for item in results:
-        if item.scenario in found:
+        key = item.scenario, item.town_checksum
+        if key in found:
             message = (
                 f"{item.agent}: scenario {item.scenario} (route {item.route}, seed {item.seed}) is "
                 "there twice. Give each once."
             )
             raise InputError(message)
-        found[item.scenario] = item
+        found[key] = item
     return found

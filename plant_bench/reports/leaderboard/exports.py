@@ -15,7 +15,8 @@ from plant_bench.reports.leaderboard.columns import (
     leaderboard_frame,
 )
 from plant_bench.reports.leaderboard.files import write_whole, write_whole_text
-from plant_bench.reports.leaderboard.texts import latex_text, markdown_text
+from plant_bench.reports.leaderboard.latex import latex_text
+from plant_bench.reports.leaderboard.markdown import markdown_text
 
 FORMAT = 1
 

@@ -26,7 +26,7 @@ function plotIn(place, label, make) {
 function axisNames(lines, letters) {
   const seen = new Map();
   return lines.map((line) => {
-    const name = cut(line.planner.replace(/\s+/g, " "), letters);
+    const name = cut(line.planner.replace(/\p{C}/gu, "").replace(/\s+/g, " "), letters);
     const count = (seen.get(name) ?? 0) + 1;
     seen.set(name, count);
     return count > 1 ? `${name} #${count}` : name;
@@ -35,7 +35,7 @@ function axisNames(lines, letters) {
 
 /** Differences of all planners from one of them, with intervals. */
 function forestPlot(board, lines, reference, width) {
-  const names = axisNames(lines, width < 560 ? 16 : 28);
+  const names = axisNames(lines, width < 560 ? 14 : 24);
   const rows = lines.map((line, place) => {
     const pair = line === reference ? null : differenceOf(board, line, reference);
     return { name: names[place], line, pair, side: !pair?.told ? "even" : pair.mean > 0 ? "ahead" : "behind" };
@@ -74,7 +74,7 @@ const BIN = 5; // DS of a bin of episodes
 
 /** How the episodes of each planner scored: a dot a bin, its area the share of episodes in it. */
 function episodePlot(board, lines, width) {
-  const names = axisNames(lines, width < 560 ? 16 : 28);
+  const names = axisNames(lines, width < 560 ? 14 : 24);
   const rows = lines.flatMap((line, place) => episodeBins(board, line, names[place]));
   const means = lines.map((line, place) => ({ name: names[place], ds: scoresOf(line).ds[0] })).filter((row) => known(row.ds));
   return Plot.plot({
@@ -122,7 +122,7 @@ const KIND_COLOURS = {
 
 /** Infractions per kilometre, kind by kind. */
 function infractionPlot(lines, width) {
-  const names = axisNames(lines, width < 560 ? 16 : 28);
+  const names = axisNames(lines, width < 560 ? 14 : 24);
   const kinds = Object.keys(KIND_COLOURS);
   const rows = lines.flatMap((line, place) =>
     kinds.map((kind) => ({ name: names[place], kind: words(kind), rate: line.rates[kind] ?? 0 })).filter((row) => row.rate));

@@ -4,12 +4,8 @@ import subprocess
 
 import pytest
 
-from plant_bench.reports.leaderboard.texts import (
-    latex_escaped,
-    latex_text,
-    markdown_escaped,
-    markdown_text,
-)
+from plant_bench.reports.leaderboard.latex import latex_escaped, latex_text
+from plant_bench.reports.leaderboard.markdown import markdown_escaped, markdown_text
 
 HOSTILE = (
     r"\input{/etc/passwd} $x$ 100% a_b #1 {x} ~^ & <script>|`[a](b)`",
@@ -45,9 +41,16 @@ def test_latex_has_no_command_from_outside(made):
     assert text.isprintable() or all(ord(letter) < 256 for letter in text)
 
 
-def test_the_best_is_bold():
+def test_what_means_something_is_escaped():
     assert latex_escaped("a_b") == r"a\_b"
     assert markdown_escaped("a*b") == r"a\*b"
+
+
+def test_the_best_of_a_table_is_bold(tmp_path, write_run, leaderboard):
+    runs = [write_run(tmp_path / name, name, worse=worse) for name, worse in (("a", 1), ("b", 3))]
+    rows = [line for line in latex_text(leaderboard(runs)).splitlines() if "objects" in line]
+    assert [row.split(" & ")[2].startswith(r"\textbf") for row in rows] == [True, False]
+    assert [row.split(" & ")[5].startswith(r"\textbf") for row in rows] == [True, False]
 
 
 @pytest.mark.skipif(shutil.which("pdflatex") is None, reason="pdflatex is not installed")

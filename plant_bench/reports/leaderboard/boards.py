@@ -20,12 +20,14 @@ from plant_bench.reports.leaderboard.sources import (
     read_ranking,
     read_run,
 )
+from plant_bench.reports.leaderboard.texts import one_line
 from plant_bench.runner.provenance import without_folders
 from plant_bench.scoring.laws import Law
 from plant_bench.scoring.metrics import Summary, summarise
 
 RANKERS = ("attention", "masking")  # a line tells the first there is
 LONGEST_ID = 40  # characters
+NAMELESS = "(no name)"
 
 
 _Key = tuple[str, str, str]  # protocol, suite, density
@@ -98,7 +100,7 @@ def _board(
     notes: list[str],
 ) -> Board:
     names = distinct(
-        [without_folders(run.provenance.agent) for _, run in group],
+        [_planner(run.provenance.agent) for _, run in group],
         lambda place: group[place][1].folder.path.name,
     )
     entries = []
@@ -116,6 +118,12 @@ def _board(
         differences_between(entries, law),
         tuple(sorted(rankings, key=lambda item: -item.score.score.mean)),
     )
+
+
+def _planner(agent: str) -> str:
+    """Return what an agent is called on a board: without folders, and never nothing."""
+    name = without_folders(agent)
+    return name if one_line(name) else NAMELESS
 
 
 def _summary(run: RunSource, law: Law) -> Summary:
@@ -144,7 +152,9 @@ def _ranking_of(
 
 
 def _imported_boards(runs: Sequence[ImportedRun], ids: Sequence[str]) -> list[Board]:
-    names = distinct([run.name for run in runs], lambda place: runs[place].source.parent.name)
+    names = distinct(
+        [_planner(run.name) for run in runs], lambda place: runs[place].source.parent.name
+    )
     groups: dict[tuple[str, str], list[Line]] = {}
     for run, id, name in zip(runs, ids, names, strict=True):
         key = (HERE if run.results else CARLA, run.protocol)

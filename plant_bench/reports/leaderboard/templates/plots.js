@@ -113,8 +113,8 @@ function episodeBins(board, line, name) {
 const KIND_COLOURS = {
   collision_pedestrian: "#c2382e",
   collision_vehicle: "#e08214",
-  collision_static: "#8c6bb1",
-  red_light: "#d6604d",
+  collision_static: "#4d9a5b",
+  red_light: "#7b3294",
   route_deviation: "#4393c3",
   blocked: "#737b87",
   timeout: "#a6aebb",

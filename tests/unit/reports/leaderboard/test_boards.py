@@ -101,6 +101,16 @@ def test_a_run_with_records_of_two_agents_is_an_error(tmp_path, write_run, leade
         leaderboard([path])
 
 
+@pytest.mark.parametrize("name", ["", " ", "\u200b\n"])
+def test_a_planner_without_a_name_is_called_so(tmp_path, write_run, leaderboard, name):
+    assert leaderboard([write_run(tmp_path / "a", name)]).boards[0].lines[0].planner == "(no name)"
+
+
+def test_a_planner_is_shown_without_folders(tmp_path, write_run, leaderboard):
+    path = write_run(tmp_path / "a", "plant@/home/me/models/mine")
+    assert leaderboard([path]).boards[0].lines[0].planner == "plant@mine"
+
+
 def test_missing_episodes_show(tmp_path, write_run, leaderboard):
     path = write_run(tmp_path / "a")
     next((path / "episodes").iterdir()).unlink()

@@ -155,6 +155,7 @@ def print_difference(
         f"({difference.pairs} pairs of episodes on {difference.routes} routes)"
     )
     if told:
+        _console.print(f"Sign-flip test over routes: p = {difference.p_value:.4f}")
         _console.print(
             f"So many pairs can tell differences of {difference.detectable:.1f} DS or more apart."
         )

@@ -114,12 +114,22 @@ def select_routes(routes: Sequence[Route], selection: str | None) -> list[Route]
     Raises:
         InputError: A part names no route.
     """
+    chosen = set(select_ids([route.id for route in routes], selection))
+    return [route for route in routes if route.id in chosen]
+
+
+def select_ids(ids: Sequence[str], selection: str | None) -> list[str]:
+    """Return the route ids that a selection names; as `select_routes`.
+
+    Raises:
+        InputError: A part names no route.
+    """
     if selection is None:
-        return list(routes)
+        return list(ids)
     chosen: set[int] = set()
     for part in selection.split(","):
-        chosen.update(_places([route.id for route in routes], part.strip()))
-    return [route for place, route in enumerate(routes) if place in chosen]
+        chosen.update(_places(list(ids), part.strip()))
+    return [name for place, name in enumerate(ids) if place in chosen]
 
 
 def _places(ids: list[str], part: str) -> range:

@@ -13,6 +13,7 @@ import numpy as np
 from plant_bench.errors import InputError
 from plant_bench.scoring.laws import Law
 from plant_bench.scoring.results import EpisodeResult
+from plant_bench.scoring.significance import sign_flip_test
 
 INTERVAL = (2.5, 97.5)  # percentiles of the bootstrap: a 95 % interval
 CONFIDENCE = 0.975  # two-sided 95 %
@@ -28,6 +29,7 @@ class PairedDifference:
         mean: Over all pairs.
         low: Lower end of the 95 % interval; not a number with fewer than `LEAST_ROUTES` routes.
         high: Upper end of it.
+        p_value: Of `sign_flip_test`, two-sided; not a number where there is no interval.
         detectable: The smallest difference that as many pairs on as many routes would find with
             80 % power at the 95 % level; not a number where there is no interval.
         pairs: Number of scenarios both drove.
@@ -39,6 +41,7 @@ class PairedDifference:
     mean: float
     low: float
     high: float
+    p_value: float
     detectable: float
     pairs: int
     routes: int
@@ -56,15 +59,15 @@ def paired_difference(
 ) -> PairedDifference:
     """Compare two agents on the scenarios (route, seed and density) that both drove.
 
-    The interval is a percentile bootstrap over routes; the repetitions of a route stay together,
-    since they are not independent.
+    The interval is a percentile bootstrap over routes, the test one of signs over routes; in both
+    the repetitions of a route stay together, since they are not independent.
 
     Args:
         a: Episodes of the first agent, the one to compare with.
         b: Episodes of the second agent.
         law: By which infractions become scores.
-        seed: Of the bootstrap.
-        samples: Of the bootstrap.
+        seed: Of bootstrap and test.
+        samples: Of each.
 
     Raises:
         InputError: Their protocols differ, a scenario is there twice, or none is common.
@@ -91,6 +94,7 @@ def paired_difference(
         mean=float(sums.sum() / counts.sum()),
         low=low,
         high=high,
+        p_value=math.nan if math.isnan(low) else sign_flip_test(sums, seed=seed, samples=samples),
         detectable=_detectable_in_pairs(sums / counts),
         pairs=len(common),
         routes=len(sums),
@@ -187,14 +191,16 @@ def _student(probability: float, freedom: int) -> float:
     )
 
 
-def _by_scenario(results: Sequence[EpisodeResult]) -> dict[str, EpisodeResult]:
-    found: dict[str, EpisodeResult] = {}
+def _by_scenario(results: Sequence[EpisodeResult]) -> dict[tuple[str, str], EpisodeResult]:
+    """Return episodes by what they must share to be paired: the scenario, the town as it was."""
+    found: dict[tuple[str, str], EpisodeResult] = {}
     for item in results:
-        if item.scenario in found:
+        key = item.scenario, item.town_checksum
+        if key in found:
             message = (
                 f"{item.agent}: scenario {item.scenario} (route {item.route}, seed {item.seed}) is "
                 "there twice. Give each once."
             )
             raise InputError(message)
-        found[item.scenario] = item
+        found[key] = item
     return found

@@ -67,13 +67,13 @@ def _draw_areas(town: Town, ax: Axes) -> None:
         stripe
         for area in town.areas
         if area.kind == "crossing"
-        for stripe in _zebra(np.array(area.outline))
+        for stripe in zebra(np.array(area.outline))
     ]
     ax.add_collection(PolyCollection(stripes, facecolors=ZEBRA, linewidths=0, zorder=8))
 
 
-def _zebra(outline: Shape) -> list[Shape]:
-    """The stripes of a crossing whose outline goes up one side and down the other."""
+def zebra(outline: Shape) -> list[Shape]:
+    """Return the stripes of a crossing whose outline goes up one side and down the other."""
     half = len(outline) // 2
     sides = outline[:half], outline[half:][::-1]
     count = max(1, int(arc_lengths(sides[0])[-1] // ZEBRA_STEP_M))
@@ -92,10 +92,10 @@ def _at_fractions(line: Shape, fractions: Shape) -> Shape:
 
 def _draw_surface(town: Town, ax: Axes) -> None:
     """The asphalt and its markings, the lower level first, bridges over it."""
-    outlines = [j.outline for j in town.junctions.values() if _is_flat(town, j.id) and j.outline]
+    outlines = [j.outline for j in town.junctions.values() if is_flat(town, j.id) and j.outline]
     ax.add_collection(PolyCollection(outlines, facecolors=ASPHALT, linewidths=0, zorder=2))
     for upper, zorder in ((False, 2), (True, 10)):
-        pieces = [(lane, line) for lane in town.lanes.values() for line in _level(lane, upper)]
+        pieces = [(lane, line) for lane in town.lanes.values() for line in stretches(lane, upper)]
         kerbs = [_ribbon(line, lane.width + 2 * KERB_M) for lane, line in pieces]
         roads = [_ribbon(line, lane.width + 0.3) for lane, line in pieces]
         if upper:
@@ -104,16 +104,18 @@ def _draw_surface(town: Town, ax: Axes) -> None:
             PolyCollection(roads, facecolors=ASPHALT, linewidths=0, zorder=zorder + 1)
         )
         _draw_markings(pieces, ax, zorder + 2)
-    _draw_stop_lines(town, ax)
+    bars = LineCollection(stop_bars(town), colors=MARKING, linewidths=1.1, zorder=9)
+    ax.add_collection(bars)
 
 
-def _is_flat(town: Town, junction: str) -> bool:
+def is_flat(town: Town, junction: str) -> bool:
+    """Tell whether all of a junction lies on the lower level."""
     heights = [lane.points[:, 2].max() for lane in town.lanes.values() if lane.junction == junction]
     return bool(heights) and bool(max(heights) < UPPER_LEVEL_M)
 
 
-def _level(lane: Lane, upper: bool) -> list[Shape]:
-    """The stretches of a lane on the upper or on the lower level, in the plane."""
+def stretches(lane: Lane, upper: bool) -> list[Shape]:
+    """Return the stretches of a lane on the upper or on the lower level, in the plane."""
     line = lane.points
     if np.ptp(line[:, 2]) > 0.1:
         line = resample(line, 4.0)
@@ -128,15 +130,21 @@ def _ribbon(line: Shape, width: float) -> Shape:
     return np.concatenate([offset(line, width / 2), offset(line, -width / 2)[::-1]])
 
 
+def lane_borders(lane: Lane, line: Shape) -> list[tuple[str, Shape]]:
+    """Return the lines painted beside a stretch of a lane: "middle", "edge" or "between", where."""
+    if lane.junction is not None:
+        return []
+    found = [("between" if lane.left else "middle", offset(line, lane.width / 2))]
+    if lane.right is None:
+        found.append(("edge", offset(line, -lane.width / 2 + 0.25)))
+    return found
+
+
 def _draw_markings(pieces: list[tuple[Lane, Shape]], ax: Axes, zorder: int) -> None:
     borders: dict[str, list[Shape]] = {"middle": [], "edge": [], "between": []}
     for lane, line in pieces:
-        if lane.junction is not None:
-            continue
-        left = "between" if lane.left else "middle"
-        borders[left].append(offset(line, lane.width / 2))
-        if lane.right is None:
-            borders["edge"].append(offset(line, -lane.width / 2 + 0.25))
+        for kind, border in lane_borders(lane, line):
+            borders[kind].append(border)
     styles = (("middle", MIDDLE, "-", 0.6), ("edge", MARKING, "-", 0.35))
     for kind, colour, style, width in (*styles, ("between", MARKING, (0, (5, 4)), 0.5)):
         lines = LineCollection(
@@ -145,15 +153,16 @@ def _draw_markings(pieces: list[tuple[Lane, Shape]], ax: Axes, zorder: int) -> N
         ax.add_collection(lines)
 
 
-def _draw_stop_lines(town: Town, ax: Axes) -> None:
-    """A bar across every lane at whose end one may have to stop."""
+def stop_bars(town: Town) -> list[Shape]:
+    """Return a bar across every lane at whose end one may have to stop."""
     bars = []
     for source, links in town.links_from.items():
         lane = town.lanes[source]
         if any(link.control in ("signal", "stop", "allway") for link in links):
             end = resample(lane.points[:, :2], 1.0)[-2:]
-            bars.append([offset(end, side * (lane.width / 2 - 0.2))[-1] for side in (1, -1)])
-    ax.add_collection(LineCollection(bars, colors=MARKING, linewidths=1.1, zorder=9))
+            ends = [offset(end, side * (lane.width / 2 - 0.2))[-1] for side in (1, -1)]
+            bars.append(np.array(ends))
+    return bars
 
 
 def _draw_signals(town: Town, ax: Axes) -> None:

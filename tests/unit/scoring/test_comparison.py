@@ -51,6 +51,13 @@ def test_same_seed_same_interval(episode):
     assert paired_difference(a, b, seed=1) == paired_difference(a[::-1], b, seed=1)
 
 
+def test_a_town_that_has_changed_is_no_partner(episode):
+    a, b = drives(episode, (0.5, 0.9)), drives(episode, (0.4, 0.2))
+    changed = b[1].model_copy(update={"town_checksum": "d" * 64})
+    difference = paired_difference(a, [b[0], changed])
+    assert (difference.pairs, difference.unmatched_a, difference.unmatched_b) == (1, 1, 1)
+
+
 def test_few_routes_have_no_interval(episode):
     a, b = drives(episode, (0.5, 0.9, 0.3, 0.1), 3), drives(episode, (0.4, 0.2, 0.6, 0.3), 3)
     difference = paired_difference(a, b)

@@ -1,0 +1,182 @@
+"""Reads checkpoint JSON of the CARLA leaderboard: other worlds' runs, and our own taken back.
+
+Nothing of the file's own global figures is believed: per-kilometre figures are all counts over all
+kilometres, where the file holds a sum of per-route rates (carla-simulator/leaderboard#117).
+"""
+
+import json
+import math
+from collections import Counter
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+from pydantic import ValidationError
+
+from plant_bench.errors import InputError
+from plant_bench.reports.carla_checkpoint_records import ImportedRecord, imported_record, shown
+from plant_bench.reports.carla_checkpoint_schema import (
+    ALL_NAMES,
+    OUTSIDE,
+    RATE_LABELS,
+    SCORE_LABELS,
+    Checkpoint,
+)
+from plant_bench.scoring.normalised import LEAST_KM
+from plant_bench.scoring.results import EpisodeResult
+
+LB1, LB2, BENCH2DRIVE = "carla-lb1.0", "carla-lb2", "carla-bench2drive"
+LARGEST = 256_000_000  # bytes of a file that is read
+
+
+@dataclass(frozen=True)
+class ImportedRun:
+    """A run that was read from a checkpoint file.
+
+    Attributes:
+        name: The planner's: the agent of our own runs, else the file's stem.
+        protocol: Its rules: our own, "carla-lb1.0", "carla-lb2" or "carla-bench2drive".
+        source: The file.
+        expected: How many episodes there should be.
+        records: The episodes, in the file's order.
+    """
+
+    name: str
+    protocol: str
+    source: Path
+    expected: int
+    records: tuple[ImportedRecord, ...]
+
+    @property
+    def results(self) -> tuple[EpisodeResult, ...]:
+        """The records that were exported, equal to what they were; empty for other programs'."""
+        return tuple(item.original for item in self.records if item.original is not None)
+
+    @property
+    def km(self) -> float:
+        """Kilometres driven along the routes."""
+        return math.fsum(item.km for item in self.records)
+
+    @property
+    def infractions_per_km(self) -> dict[str, float]:
+        """All counts over all kilometres, by the file's names; kilometres for outside lanes."""
+        km = max(self.km, LEAST_KM)
+        counts: Counter[str] = Counter()
+        for item in self.records:
+            counts.update(item.counts)
+        outside = math.fsum(item.outside_km for item in self.records)
+        names = sorted({*ALL_NAMES, *counts})
+        return {name: counts[name] / km for name in names} | {OUTSIDE: outside / km}
+
+
+def load_checkpoint(path: Path) -> ImportedRun:
+    """Read a checkpoint file, of CARLA or of `plant-bench export`.
+
+    Raises:
+        InputError: It is none, it is broken, or it says two different things.
+    """
+    try:
+        document = _document(path)
+        file = Checkpoint.model_validate(document)
+        return _run(file, path)
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = ".".join(map(str, first["loc"]))
+        raise _refusal(path, f"{shown(where)}: {first['msg']}") from error
+    except OSError as error:
+        raise _refusal(path, error.strerror or str(error)) from error
+    except RecursionError as error:
+        raise _refusal(path, "it is nested too deep") from error
+    except ValueError as error:
+        raise _refusal(path, shown(str(error))) from error
+
+
+def _refusal(path: Path, why: str) -> InputError:
+    return InputError(
+        f"Not a checkpoint of the CARLA leaderboard: {path} ({why}). Give the JSON that an "
+        "evaluation has written, or that of `plant-bench export`."
+    )
+
+
+def _document(path: Path) -> object:
+    """Return the file's JSON.
+
+    Raises:
+        OSError: It cannot be read.
+        ValueError: It is no JSON, is too large, or has a key twice, NaN or broken characters.
+    """
+    if path.stat().st_size > LARGEST:
+        message = f"it is larger than {LARGEST // 1_000_000} MB"
+        raise ValueError(message)
+    text = path.read_text(encoding="utf-8-sig")
+    document = json.loads(text, object_pairs_hook=_once, parse_constant=_no_constant)
+    json.dumps(document, ensure_ascii=False).encode()  # half a surrogate pair is no character
+    return document
+
+
+def _once(pairs: Iterable[tuple[str, object]]) -> dict[str, object]:
+    found: dict[str, object] = {}
+    for key, value in pairs:
+        if key in found:
+            message = f"the key {shown(key)!r} is there twice"
+            raise ValueError(message)
+        found[key] = value
+    return found
+
+
+def _no_constant(name: str) -> float:
+    message = f"{name} is no number"
+    raise ValueError(message)
+
+
+def _run(file: Checkpoint, path: Path) -> ImportedRun:
+    """Return the run of a file whose parts have the right types.
+
+    Raises:
+        ValueError: They do not fit together.
+    """
+    records = file.checkpoint.records
+    if not records:
+        message = "it holds no records"
+        raise ValueError(message)
+    seen: Counter[str] = Counter()
+    imported = []
+    for place, record in enumerate(records):
+        try:
+            imported.append(imported_record(record, seen))
+        except ValueError as error:
+            message = f"record {place}: {shown(str(error))}"
+            raise ValueError(message) from error
+    _check_different(imported)
+    originals = [item.original for item in imported if item.original is not None]
+    if originals and len(originals) < len(imported):
+        message = "some of its records are plant-bench's, some are not"
+        raise ValueError(message)
+    if len({(item.protocol, item.agent) for item in originals}) > 1:
+        message = "its records are of several agents or protocols"
+        raise ValueError(message)
+    return ImportedRun(
+        name=originals[0].agent if originals else path.stem,
+        protocol=originals[0].protocol if originals else _protocol(file),
+        source=path,
+        expected=max([len(imported), *file.checkpoint.progress[1:]]),
+        records=tuple(imported),
+    )
+
+
+def _check_different(records: Iterable[ImportedRecord]) -> None:
+    places = Counter((item.route, item.repetition) for item in records)
+    (route, repetition), count = places.most_common(1)[0]
+    if count > 1:
+        message = f"route {shown(route)}, repetition {repetition} is there {count} times"
+        raise ValueError(message)
+
+
+def _protocol(file: Checkpoint) -> str:
+    records = file.checkpoint.records
+    if any(item.scenario_name is not None and item.weather_id is not None for item in records):
+        return BENCH2DRIVE
+    more_labels = len(file.labels) > len(SCORE_LABELS) + len(RATE_LABELS)
+    if more_labels or any(item.num_infractions is not None for item in records):
+        return LB2
+    return LB1

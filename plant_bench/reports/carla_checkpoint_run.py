@@ -1,0 +1,80 @@
+"""What a run folder gives to its checkpoint file: its episodes, and how many there should be."""
+
+import shlex
+from dataclasses import dataclass
+from itertools import pairwise
+
+from pydantic import ValidationError
+
+from plant_bench.errors import InputError
+from plant_bench.reports.carla_checkpoint_writing import checkpoint
+from plant_bench.runner.jobs import select_ids
+from plant_bench.runner.provenance import Provenance
+from plant_bench.runner.run_folder import RunFolder
+from plant_bench.runner.timing import Timing
+from plant_bench.scoring.results import EpisodeResult
+
+
+@dataclass(frozen=True)
+class RunCheckpoint:
+    """A run as a checkpoint file.
+
+    Attributes:
+        content: Of the file, as JSON-able values.
+        episodes: How many episodes it holds.
+        expected: How many there should be.
+    """
+
+    content: dict[str, object]
+    episodes: int
+    expected: int
+
+
+def run_checkpoint(folder: RunFolder, repetition: int | None = None) -> RunCheckpoint:
+    """Return a run's checkpoint.
+
+    Args:
+        folder: The run.
+        repetition: The only one to write; None for all.
+
+    Raises:
+        InputError: The run is broken, or has no such episodes.
+    """
+    told = folder.provenance()
+    results = [item for item in folder.results() if repetition in (None, item.repetition)]
+    if told is None or not results:
+        what = "episodes" if repetition is None else f"episodes of repetition {repetition}"
+        message = f"{folder.path} has no {what}. Run 'plant-bench score' first."
+        raise InputError(message)
+    known = list(dict.fromkeys([*told.routes, *sorted(item.route for item in results)]))
+    numbers = {route: number for number, route in enumerate(known)}
+    asked = {place for place in _asked(told) if repetition in (None, place[1])}
+    expected = len(asked | {(item.route, item.repetition) for item in results})
+    content = checkpoint(results, numbers=numbers, expected=expected, walls=_walls(folder))
+    return RunCheckpoint(content, len(results), expected)
+
+
+def _asked(told: Provenance) -> set[tuple[str, int]]:
+    """Return the routes and repetitions that the run's last command asked for."""
+    words = shlex.split(told.command)
+    joined = [word.partition("=")[2] for word in words if word.startswith("--routes=")]
+    apart = [value for word, value in pairwise(words) if word == "--routes"]
+    selection = next(iter([*joined, *apart]), None)
+    chosen = select_ids(list(told.routes), selection)
+    return {(route, number) for route in chosen for number in range(told.repetitions)}
+
+
+def _walls(folder: RunFolder) -> dict[tuple[str, int], float]:
+    """Return the wall time of each route and repetition, seconds, where it was kept."""
+    walls = {}
+    for path in folder.record_files():
+        timing = folder.path / "timing" / path.name
+        if not timing.is_file():
+            continue
+        try:
+            wall = Timing.model_validate_json(timing.read_text(encoding="utf-8")).wall_s
+        except (OSError, ValidationError):
+            continue  # no score depends on it
+        result = EpisodeResult.load(path)
+        walls[result.route, result.repetition] = wall
+    return walls

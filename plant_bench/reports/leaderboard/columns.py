@@ -1,0 +1,88 @@
+"""A leaderboard as columns: the same in CSV, JSON and Parquet, read back equal by pandas."""
+
+import json
+from dataclasses import fields
+
+import pandas as pd
+
+from plant_bench.reports.leaderboard.board import Board, Difference, Entry, Leaderboard
+from plant_bench.reports.leaderboard.lines import Line
+from plant_bench.scoring.metrics import Spread, summary_frame
+
+_SPREADS = [item.name for item in fields(Line) if item.type in (Spread, "Spread")]
+_LISTS = ("infractions", "hazards")
+
+
+def board_columns(board: Board) -> list[dict[str, object]]:
+    """Return a row for each line of a board; what is not known is None or not a number."""
+    facts = {
+        name: getattr(board, name) for name in ("world", "protocol", "suite", "density", "law")
+    }
+    return [facts | _line(line) for line in board.lines]
+
+
+def leaderboard_frame(leaderboard: Leaderboard) -> pd.DataFrame:
+    """Return the lines of all boards; `protocol`, `suite` and `density` tell them apart."""
+    rows = [row for board in leaderboard.boards for row in board_columns(board)]
+    frame = pd.DataFrame(rows)
+    frame["parameters"] = frame["parameters"].astype("Int64")
+    return frame
+
+
+def difference_columns(item: Difference) -> dict[str, object]:
+    """Return the columns of a difference."""
+    paired = item.paired
+    return {
+        "better": item.better,
+        "worse": item.worse,
+        "difference": paired.mean,
+        "low": paired.low,
+        "high": paired.high,
+        "p_value": paired.p_value,
+        "p_corrected": item.p_corrected,
+        "detectable": paired.detectable,
+        "pairs": paired.pairs,
+        "routes": paired.routes,
+    }
+
+
+def episode_frame(leaderboard: Leaderboard) -> pd.DataFrame:
+    """Return every episode of our own runs: `summary.csv`'s columns and all else of its record.
+
+    `infractions` and `hazards` hold the record's lists as JSON.
+    """
+    frames = [_episodes(board, entry) for board in leaderboard.boards for entry in board.entries]
+    return pd.concat(frames, ignore_index=True) if frames else pd.DataFrame()
+
+
+def _episodes(board: Board, entry: Entry) -> pd.DataFrame:
+    order = sorted(
+        entry.run.episodes,
+        key=lambda item: (item.result.town, item.result.route, item.result.repetition),
+    )
+    frame = summary_frame([item.result for item in order], law=entry.summary.law)
+    frame.insert(0, "id", entry.line.id)
+    frame.insert(1, "episode", [item.name for item in order])
+    frame.insert(2, "protocol", board.protocol)
+    for name in ("agent_checksum", "town_checksum", "route_checksum", "format"):
+        frame[name] = [getattr(item.result, name) for item in order]
+    frame["completion"] = [item.result.completion for item in order]
+    for name in _LISTS:
+        frame[name] = [
+            json.dumps([part.model_dump(mode="json") for part in getattr(item.result, name)])
+            for item in order
+        ]
+    return frame
+
+
+def _line(line: Line) -> dict[str, object]:
+    columns: dict[str, object] = {}
+    for item in fields(Line):
+        value = getattr(line, item.name)
+        if item.name in _SPREADS:
+            columns |= {f"{item.name}_mean": value.mean, f"{item.name}_std": value.std}
+        elif item.name == "rates":
+            columns |= {f"{kind}_per_km": rate for kind, rate in value.items()}
+        else:
+            columns[item.name] = " + ".join(value) if isinstance(value, tuple) else value
+    return columns

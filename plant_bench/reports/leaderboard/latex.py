@@ -1,0 +1,111 @@
+"""A leaderboard as LaTeX tables (booktabs); names from outside are escaped."""
+
+import math
+from collections.abc import Sequence
+
+from plant_bench.reports.leaderboard.board import Board, Leaderboard
+from plant_bench.reports.leaderboard.lines import Line
+from plant_bench.reports.leaderboard.texts import (
+    COLUMNS,
+    Column,
+    board_title,
+    one_line,
+    spread_text,
+)
+
+_LATEX = {
+    "\\": r"\textbackslash{}",
+    "{": r"\{",
+    "}": r"\}",
+    "$": r"\$",
+    "&": r"\&",
+    "#": r"\#",
+    "%": r"\%",
+    "_": r"\_",
+    "^": r"\textasciicircum{}",
+    "~": r"\textasciitilde{}",
+    "<": r"\textless{}",
+    ">": r"\textgreater{}",
+    "|": r"\textbar{}",
+    "`": r"\textasciigrave{}",
+    '"': r"\textquotedbl{}",
+    "[": "{[}",  # an optional argument of the row's end before it, otherwise
+    "]": "{]}",
+    "*": "{*}",
+}
+
+
+def latex_text(leaderboard: Leaderboard) -> str:
+    """Return all boards as LaTeX tables, to be read in by a document that uses booktabs."""
+    parts = [r"% Needs \usepackage{booktabs} and \usepackage[T1]{fontenc}.", ""]
+    for board in leaderboard.boards:
+        best = [_best(column, board.lines) for column in COLUMNS]
+        heads = ["Method", "Input", *(_latex_head(column) for column in COLUMNS)]
+        parts += [
+            r"\begin{table}[t]",
+            r"  \centering\small",
+            rf"  \begin{{tabular}}{{ll{'r' * len(COLUMNS)}}}",
+            r"    \toprule",
+            f"    {' & '.join(heads)} \\\\",
+            r"    \midrule",
+            *(f"    {' & '.join(_latex_cells(line, best))} \\\\" for line in board.lines),
+            r"    \bottomrule",
+            r"  \end{tabular}",
+            rf"  \caption{{{latex_escaped_long(_caption(board))}}}",
+            r"\end{table}",
+            "",
+        ]
+    return "\n".join(parts)
+
+
+def latex_escaped(text: str) -> str:
+    r"""Return text that every LaTeX compiles; characters beyond Latin-1 are named by their number.
+
+    >>> latex_escaped("plant_100%"), latex_escaped("ok 😀")
+    ('plant\\_100\\%', 'ok {[}U+1F600{]}')
+    """
+    return "".join(_LATEX.get(letter, _compiling(letter)) for letter in one_line(text))
+
+
+def latex_escaped_long(text: str) -> str:
+    """As `latex_escaped`, of text that must not be cut as a whole; its words are."""
+    return " ".join(latex_escaped(word) for word in text.split())
+
+
+def _best(column: Column, lines: Sequence[Line]) -> float:
+    values = [value for line in lines if not math.isnan(value := column.value(line).mean)]
+    if not values or column.highest is None:
+        return math.nan
+    return max(values) if column.highest else min(values)
+
+
+def _latex_head(column: Column) -> str:
+    arrow = {True: r" $\uparrow$", False: r" $\downarrow$", None: ""}[column.highest]
+    return rf"\multicolumn{{1}}{{c}}{{\textbf{{{column.head}}}{arrow}}}"
+
+
+def _latex_cells(line: Line, best: Sequence[float]) -> list[str]:
+    inputs = " + ".join(line.inputs) or "-"
+    cells = [latex_escaped(line.planner), latex_escaped(inputs)]
+    for column, top in zip(COLUMNS, best, strict=True):
+        spread = column.value(line)
+        text = spread_text(spread, column.digits).replace(" ± ", r"{\scriptsize$\pm$") + "}" * (
+            not math.isnan(spread.std) and not math.isnan(spread.mean)
+        )
+        cells.append(rf"\textbf{{{text}}}" if spread.mean == top else text)
+    return cells
+
+
+def _caption(board: Board) -> str:
+    counts = sorted({line.repetitions for line in board.lines})
+    many = str(counts[0]) if len(counts) == 1 else f"{counts[0]} to {counts[-1]}"
+    text = f"{board_title(board)}. Mean and standard deviation over {many} repetitions."
+    return f"{text} Source: {board.source}." if board.source else text
+
+
+def _compiling(letter: str) -> str:
+    """Return a character of ASCII or Latin-1 as it is, another as its number."""
+    if letter == "…":
+        return r"\dots{}"
+    known = letter.isascii() or (letter.isalpha() and ord(letter) < 256)
+    return letter if known else f"{{[}}U+{ord(letter):04X}{{]}}"

@@ -1,0 +1,139 @@
+"""A line of a leaderboard: what every table tells of a planner, whoever has scored it."""
+
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+
+from plant_bench.agent import Input
+from plant_bench.reports.leaderboard.sources import RankingSource, RunSource
+from plant_bench.reports.leaderboard.weights import parameter_count
+from plant_bench.runner.speed import read_timings, speed_of
+from plant_bench.scoring.metrics import Spread, Summary
+
+PRIVILEGED, SENSOR = "privileged", "sensor"  # the tracks of PlanT's Table 1
+UNKNOWN = Spread(math.nan, math.nan)
+
+
+@dataclass(frozen=True)
+class Line:
+    """One planner's line.
+
+    What is not known is not a number, empty or None.
+
+    Attributes:
+        id: Short, of letters, digits and hyphens; unlike any other on the leaderboard.
+        planner: Its name, as shown.
+        track: `PRIVILEGED` or `SENSOR`; empty where not known.
+        inputs: What it was given.
+        driving_score: DS, 0 to 100.
+        route_completion: RC in percent.
+        infraction_score: IS, 0 to 1.
+        vehicle_collisions: CV, collisions with vehicles per kilometre.
+        normalised_score: NDS, 0 to 100.
+        inference_ms: IT, time of one forward pass.
+        inference_tokens: As IT, of the tokens of a pass.
+        processor: What IT was measured on.
+        rfds: Relative filtered driving score in percent.
+        ranker: By which of the planner's rankings.
+        parameters: Of its network.
+        date: Day of its newest episode, as in 2026-01-31.
+        repetitions: Of the routes.
+        episodes: How many there are.
+        expected: How many there should be.
+        agent_checksum: Content hash of its code and weights.
+        source: Where its numbers are from, in words.
+        rates: Infractions per kilometre by kind, all counts over all kilometres; for lanes left
+            kilometres outside per kilometre.
+        km: Kilometres driven along the routes.
+    """
+
+    id: str
+    planner: str
+    track: str
+    inputs: tuple[str, ...]
+    driving_score: Spread
+    route_completion: Spread
+    infraction_score: Spread
+    vehicle_collisions: Spread
+    normalised_score: Spread = UNKNOWN
+    inference_ms: float = math.nan
+    inference_tokens: float = math.nan
+    processor: str = ""
+    rfds: Spread = UNKNOWN
+    ranker: str = ""
+    parameters: int | None = None
+    date: str = ""
+    repetitions: int = 0
+    episodes: int = 0
+    expected: int = 0
+    agent_checksum: str = ""
+    source: str = ""
+    rates: Mapping[str, float] = field(default_factory=dict)
+    km: float = math.nan
+
+
+def run_line(
+    run: RunSource, summary: Summary, ranking: RankingSource | None, *, id: str, planner: str
+) -> Line:
+    """Return the line of a run of ours."""
+    speed = speed_of(read_timings(run.folder, (item.name for item in run.episodes)))
+    scores = summary.scores
+    return Line(
+        id=id,
+        planner=planner,
+        track=track_of(summary.inputs),
+        inputs=summary.inputs,
+        driving_score=scores.driving_score,
+        route_completion=scores.route_completion,
+        infraction_score=scores.infraction_score,
+        vehicle_collisions=scores.vehicle_collisions,
+        normalised_score=scores.normalised_score,
+        inference_ms=speed.inference_ms,
+        inference_tokens=speed.inference_tokens,
+        processor="; ".join(speed.processors),
+        rfds=UNKNOWN if ranking is None else ranking.score.score,
+        ranker="" if ranking is None else ranking.ranker,
+        parameters=parameter_count(run.provenance.agent),
+        date=_newest_day(run),
+        repetitions=len({item.result.repetition for item in run.episodes}),
+        episodes=summary.episodes,
+        expected=summary.expected,
+        agent_checksum=summary.agent_checksum,
+        source=run.folder.path.name,
+        rates={kind.value: rate for kind, rate in summary.infractions_per_km.items()},
+        km=summary.km,
+    )
+
+
+def track_of(inputs: Iterable[str]) -> str:
+    """Return a planner's track as in PlanT's Table 1: to be told of objects is privileged.
+
+    >>> track_of(["objects", "route"]), track_of(["camera", "lidar"])
+    ('privileged', 'sensor')
+    """
+    told = set(inputs)
+    return SENSOR if told and not told & {item.value for item in Input} else PRIVILEGED
+
+
+def distinct(names: Sequence[str], fallback: Callable[[int], str]) -> list[str]:
+    """Return names of which none is there twice: those that are get a further word, then a number.
+
+    Args:
+        names: What they are called.
+        fallback: The further word of the name at a place.
+    """
+    worded = [
+        f"{name} ({fallback(place)})" if names.count(name) > 1 else name
+        for place, name in enumerate(names)
+    ]
+    return [
+        f"{name} #{worded[: place + 1].count(name)}" if worded.count(name) > 1 else name
+        for place, name in enumerate(worded)
+    ]
+
+
+def _newest_day(run: RunSource) -> str:
+    """Return the day on which the newest record was written; records themselves hold no clock."""
+    newest = max(path.stat().st_mtime for path in run.folder.record_files())
+    return datetime.fromtimestamp(newest, tz=UTC).date().isoformat()

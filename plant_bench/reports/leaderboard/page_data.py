@@ -1,0 +1,207 @@
+"""What the page shows, as compact JSON: lines, differences, breakdowns, every episode."""
+
+import json
+from collections.abc import Sequence
+from dataclasses import asdict
+
+from plant_bench.reports.leaderboard.board import Board, Difference, Entry, Leaderboard
+from plant_bench.reports.leaderboard.exports import without_nan
+from plant_bench.reports.leaderboard.lines import Line
+from plant_bench.reports.leaderboard.sources import Episode
+from plant_bench.reports.leaderboard.texts import board_title
+from plant_bench.scoring.beyond import COLLISIONS
+from plant_bench.scoring.hazards_met import hazard_counts, survived
+from plant_bench.scoring.infractions import Infraction, InfractionKind, Status
+from plant_bench.scoring.metrics import Scores, Spread
+from plant_bench.world.hazard import HazardKind, Phase
+from plant_bench.world.scene import ActorKind
+
+KINDS, HAZARD_KINDS, STATUSES = list(InfractionKind), list(HazardKind), list(Status)
+PHASES, ACTORS = list(Phase), list(ActorKind)
+_IN_A_SCRIPT = {
+    "<": "\\u003c",
+    ">": "\\u003e",
+    "&": "\\u0026",
+    "\u2028": "\\u2028",
+    "\u2029": "\\u2029",
+}
+
+
+def page_json(leaderboard: Leaderboard, *, replays: bool) -> str:
+    """Return the page's data as JSON that may stand inside a script element.
+
+    Args:
+        leaderboard: What is shown.
+        replays: Whether episodes with a recording have a replay beside the page.
+    """
+    payload = {
+        "kinds": [kind.value for kind in KINDS],
+        "hazards": [kind.value for kind in HAZARD_KINDS],
+        "statuses": [status.value for status in STATUSES],
+        "phases": [phase.value for phase in PHASES],
+        "actors": [actor.name.lower() for actor in ACTORS],
+        "boards": [_board(board, replays) for board in leaderboard.boards],
+        "notes": leaderboard.notes,
+    }
+    return script_json(payload)
+
+
+def script_json(payload: object) -> str:
+    """Return JSON without any character that could end a script element; null where not known."""
+    text = json.dumps(without_nan(payload), ensure_ascii=False, separators=(",", ":"))
+    return "".join(_IN_A_SCRIPT.get(letter, letter) for letter in text)
+
+
+def _board(board: Board, replays: bool) -> dict[str, object]:
+    routes = {item.result.route: item.result.town for e in board.entries for item in e.run.episodes}
+    scenarios = {
+        key: place
+        for place, key in enumerate(
+            sorted({item.result.scenario for e in board.entries for item in e.run.episodes})
+        )
+    }
+    towns = sorted(set(routes.values()))
+    route_names = sorted(routes, key=lambda route: (routes[route], _natural(route)))
+    places = {route: place for place, route in enumerate(route_names)}
+    ids = [line.id for line in board.lines]
+    return {
+        "title": board_title(board),
+        "world": board.world,
+        "protocol": board.protocol,
+        "suite": board.suite,
+        "law": board.law,
+        "source": board.source,
+        "towns": towns,
+        "routes": [[route, towns.index(routes[route])] for route in route_names],
+        "lines": [_line(line) for line in board.lines],
+        "differences": [_difference(item, ids) for item in board.differences],
+        "rankings": [
+            [item.ranker, item.planner or "", *_spread(item.score.score, 2), item.score.episodes]
+            for item in board.rankings
+        ],
+        "details": [_detail(entry) for entry in board.entries],
+        "episodes": [
+            [_episode(item, entry, places, scenarios, replays) for item in entry.run.episodes]
+            for entry in board.entries
+        ],
+    }
+
+
+def _line(line: Line) -> dict[str, object]:
+    return {
+        "id": line.id,
+        "planner": line.planner,
+        "track": line.track,
+        "inputs": line.inputs,
+        "scores": [
+            _spread(line.driving_score, 3),
+            _spread(line.route_completion, 3),
+            _spread(line.infraction_score, 4),
+            _spread(line.vehicle_collisions, 4),
+        ],
+        "nds": _spread(line.normalised_score, 3),
+        "it": line.inference_ms,
+        "tokens": line.inference_tokens,
+        "processor": line.processor,
+        "rfds": _spread(line.rfds, 3),
+        "ranker": line.ranker,
+        "parameters": line.parameters,
+        "date": line.date,
+        "repetitions": line.repetitions,
+        "episodes": line.episodes,
+        "expected": line.expected,
+        "checksum": line.agent_checksum[:12],
+        "source": line.source,
+        "rates": {kind: round(rate, 5) for kind, rate in line.rates.items()},
+        "km": line.km,
+    }
+
+
+def _difference(item: Difference, ids: Sequence[str]) -> list[object]:
+    paired = item.paired
+    numbers = (paired.mean, paired.low, paired.high, paired.p_value, item.p_corrected)
+    return [
+        ids.index(item.better),
+        ids.index(item.worse),
+        *(round(number, 5) for number in numbers),
+        paired.pairs,
+        paired.routes,
+    ]
+
+
+def _detail(entry: Entry) -> dict[str, object]:
+    summary = entry.summary
+    collisions = [
+        item
+        for result in entry.run.results
+        for item in result.infractions
+        if item.kind in COLLISIONS
+    ]
+    return {
+        "towns": {town: _scores(scores) for town, scores in summary.towns.items()},
+        "counts": {
+            kind.value: sum(item.kind is kind for r in entry.run.results for item in r.infractions)
+            for kind in KINDS
+        },
+        "statuses": {status.value: count for status, count in summary.statuses.items()},
+        "hazards": {
+            kind.value: [count.placed, count.met, count.survived, count.void]
+            for kind, count in hazard_counts(entry.run.results).items()
+        },
+        "causes": [sum(item.cause == cause for item in collisions) for cause in ("ego", "other")],
+        "comfort": {name: round(value, 4) for name, value in asdict(summary.beyond).items()},
+    }
+
+
+def _scores(scores: Scores) -> list[list[float]]:
+    return [
+        _spread(scores.driving_score, 3),
+        _spread(scores.route_completion, 3),
+        _spread(scores.infraction_score, 4),
+        _spread(scores.vehicle_collisions, 4),
+    ]
+
+
+def _spread(spread: Spread, digits: int) -> list[float]:
+    return [round(spread.mean, digits), round(spread.std, digits)]
+
+
+def _episode(
+    item: Episode,
+    entry: Entry,
+    routes: dict[str, int],
+    scenarios: dict[str, int],
+    replays: bool,
+) -> list[object]:
+    """Return an episode as a list; `templates/data.js` names its places."""
+    result, law = item.result, entry.summary.law
+    return [
+        item.name,
+        routes[result.route],
+        result.repetition,
+        scenarios[result.scenario],
+        STATUSES.index(result.status),
+        round(result.driving_score_by(law), 2),
+        round(result.route_completion, 2),
+        round(result.infraction_score_by(law), 4),
+        round(result.duration, 1),
+        [_infraction(infraction) for infraction in result.infractions],
+        [
+            [HAZARD_KINDS.index(hazard.kind), PHASES.index(hazard.phase), round(hazard.time, 1)]
+            + [0] * (not survived(result, hazard))
+            for hazard in result.hazards
+        ],
+        int(replays and item.recording is not None),
+        result.reason,
+    ]
+
+
+def _infraction(item: Infraction) -> list[object]:
+    actor = -1 if item.actor_kind is None else ACTORS.index(item.actor_kind)
+    values = [KINDS.index(item.kind), round(item.time, 1), actor, item.cause or "", item.share]
+    return values if item.share is not None else values[:-1]
+
+
+def _natural(name: str) -> tuple[int, str]:
+    """Return a key that sorts town01-2 before town01-10."""
+    return len(name), name

@@ -1,0 +1,21 @@
+"""Which episodes of a leaderboard have a replay, and what it is called."""
+
+from plant_bench.reports.leaderboard.board import Leaderboard
+from plant_bench.reports.replay.source import ReplaySource
+
+
+def replay_sources(leaderboard: Leaderboard) -> list[ReplaySource]:
+    """Return a source for each episode that was recorded; its id is "<line>/<episode>"."""
+    return [
+        ReplaySource(
+            id=f"{entry.line.id}/{episode.name}",
+            title=entry.line.planner,
+            agent=entry.run.provenance.agent,
+            recording=episode.recording,
+            result=episode.result,
+        )
+        for board in leaderboard.boards
+        for entry in board.entries
+        for episode in entry.run.episodes
+        if episode.recording is not None
+    ]

@@ -1,0 +1,192 @@
+"""The folder of replays: one page, a script for each town and for each episode.
+
+replay.html                     opens replay.html#<id>, or #<id>&<id2> side by side
+replays/<run>/<episode>.js      one episode, read only when it is opened
+replays/index.js                what there is, for choosing
+towns/<town>.js                 what is drawn under it
+"""
+
+import hashlib
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+from plant_bench.agents.registry import agent_checksum
+from plant_bench.errors import InputError, PlantBenchError
+from plant_bench.reports.replay.episode import load_episode, missing_script, replay_script
+from plant_bench.reports.replay.packing import script_json
+from plant_bench.reports.replay.page import replay_page
+from plant_bench.reports.replay.source import ReplaySource
+from plant_bench.reports.replay.towns import town_script
+from plant_bench.runner.executors import Event, Finished, Lost, run_tasks
+from plant_bench.world.town import load_town, town_checksum
+
+STAMP = "// made from "
+
+
+@dataclass(frozen=True)
+class _Task:
+    source: ReplaySource
+    path: Path
+    stamp: str
+
+
+def write_replays(
+    out: Path,
+    sources: Sequence[ReplaySource],
+    *,
+    workers: int,
+    progress: Callable[[int, int], None],
+) -> None:
+    """Write the page, and the replays that are not there yet.
+
+    A replay that cannot be made does not stop the others: its page says why, and it is tried again
+    the next time.
+
+    Args:
+        out: Folder of the site.
+        sources: What to show.
+        workers: Processes; with one, all is done in this one.
+        progress: Told how many replays are done, and how many there are.
+
+    Raises:
+        InputError: Two sources have one id, or the folder cannot be written to.
+    """
+    doubled = len(sources) - len({source.id for source in sources})
+    if doubled:
+        message = f"{doubled} replays have the id of another: each episode needs its own."
+        raise InputError(message)
+    write_whole(out / "replay.html", replay_page())
+    write_whole(out / "replays" / "index.js", _index(sources))
+    for town in sorted({source.result.town for source in sources}):
+        _write_town(out, town)
+    tasks = [_Task(source, replay_path(out, source.id), _stamp(source)) for source in sources]
+    missing = [task for task in tasks if not _is_made(task)]
+    done = len(tasks) - len(missing)
+    progress(done, len(tasks))
+    if workers == 1 or len(missing) < 2:
+        for count, task in enumerate(missing, start=done + 1):
+            write_replay(task)
+            progress(count, len(tasks))
+        return
+    _write_with(workers, missing, lambda count: progress(done + count, len(tasks)))
+
+
+def replay_path(out: Path, replay_id: str) -> Path:
+    """Return where the script of a replay lies."""
+    return out / "replays" / f"{replay_id}.js"
+
+
+def write_replay(task: _Task, _report: Callable[[float], None] | None = None) -> None:
+    """Write one replay, or why there is none; the work of a worker."""
+    try:
+        text = f"{STAMP}{task.stamp}\n{replay_script(load_episode(task.source))}"
+    except PlantBenchError as error:
+        text = missing_script(task.source, str(error))
+    write_whole(task.path, text)
+
+
+def write_whole(path: Path, text: str) -> None:
+    """Write a text file, whole or not at all.
+
+    Raises:
+        InputError: It cannot be written.
+    """
+    part = path.with_name(f"{path.name}.part")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        part.write_text(text, encoding="utf-8", newline="\n")
+        part.replace(path)
+    except OSError as error:
+        message = f"Cannot write {path}: {error.strerror}. Choose another folder."
+        raise InputError(message) from error
+
+
+def _write_with(workers: int, tasks: list[_Task], progress: Callable[[int], None]) -> None:
+    ended = 0
+
+    def listen(event: Event) -> None:
+        nonlocal ended
+        if isinstance(event, Lost):
+            task = tasks[event.task]
+            write_whole(task.path, missing_script(task.source, event.reason))
+        if isinstance(event, Lost | Finished):
+            ended += 1
+            progress(ended)
+
+    run_tasks(tasks, write_replay, workers=workers, on_event=listen)
+
+
+def _write_town(out: Path, name: str) -> None:
+    """Write a town unless it is there as it is now; a town that is gone is left to the page."""
+    path = out / "towns" / f"{name}.js"
+    try:
+        stamp = f"{STAMP}{town_checksum(name)} {_code()}\n"
+        if not _begins(path, stamp):
+            write_whole(path, stamp + town_script(load_town(name), town_checksum(name)))
+    except InputError:
+        path.unlink(missing_ok=True)
+
+
+def _index(sources: Sequence[ReplaySource]) -> str:
+    entries = [
+        {
+            "id": source.id,
+            "title": source.title,
+            "route": source.result.route,
+            "repetition": source.result.repetition,
+            "scenario": source.result.scenario,
+            "status": source.result.status.value,
+            "drivingScore": round(source.result.driving_score, 2),
+            "infractions": len(source.result.infractions),
+        }
+        for source in sources
+    ]
+    return f"plantBenchIndex({script_json(entries)});\n"
+
+
+def _is_made(task: _Task) -> bool:
+    return _begins(task.path, f"{STAMP}{task.stamp}\n")
+
+
+def _begins(path: Path, text: str) -> bool:
+    try:
+        with path.open(encoding="utf-8", newline="\n") as file:
+            return file.read(len(text)) == text
+    except (OSError, UnicodeDecodeError):
+        return False
+
+
+def _stamp(source: ReplaySource) -> str:
+    """Return a hash of all that a replay depends on."""
+    digest = hashlib.sha256(f"{_code()}|{source.title}|{source.agent}|{_planner(source)}".encode())
+    digest.update(source.result.to_json().encode())
+    try:
+        with source.recording.open("rb") as file:
+            digest.update(hashlib.file_digest(file, "sha256").digest())
+    except OSError:
+        digest.update(b"no recording")
+    return digest.hexdigest()
+
+
+def _planner(source: ReplaySource) -> str:
+    """Return what the planner's attention depends on."""
+    try:
+        return _checksum(source.agent)
+    except PlantBenchError as error:
+        return str(error)
+
+
+@cache
+def _checksum(agent: str) -> str:
+    return agent_checksum(agent)
+
+
+@cache
+def _code() -> str:
+    """Return a hash of the code that makes replays."""
+    digest = hashlib.sha256()
+    for path in sorted(Path(__file__).parent.glob("*.py")):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]

@@ -1,0 +1,135 @@
+"""What a replay is made from, and the route that it was driven on."""
+
+import re
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+from plant_bench.data.recording import Recording
+from plant_bench.errors import InputError
+from plant_bench.runner.provenance import Provenance
+from plant_bench.scoring.results import EpisodeResult
+from plant_bench.world.route import Route, load_suite, suite_names
+from plant_bench.world.town import Town, load_town, town_checksum
+
+_ID = re.compile(r"[A-Za-z0-9_][\w.-]*/[A-Za-z0-9_][\w.-]*", re.ASCII)
+_NAME = re.compile(r"[A-Za-z0-9_][\w.-]*", re.ASCII)
+
+
+@dataclass(frozen=True)
+class ReplaySource:
+    """One episode that is to be shown.
+
+    Attributes:
+        id: "<run>/<episode name>", of letters, digits, ".", "_" and "-"; names the replay's file.
+        title: What people are told the planner is called.
+        agent: The planner as it was asked for, as `load_agent` reads it.
+        recording: The file with every tick.
+        result: The episode's record.
+
+    Raises:
+        InputError: The id cannot name a file, or the town's name cannot.
+    """
+
+    id: str
+    title: str
+    agent: str
+    recording: Path
+    result: EpisodeResult
+
+    def __post_init__(self) -> None:
+        """Refuse ids that would lead out of the folder of replays."""
+        if not _ID.fullmatch(self.id) or len(self.id) > 200:
+            message = (
+                f"Replay id {self.id[:80]!r}: '<run>/<episode>' of letters, digits, '.', '_' and "
+                "'-' is wanted, since it names a file."
+            )
+            raise InputError(message)
+        if not _NAME.fullmatch(self.result.town):
+            message = f"Town {self.result.town[:80]!r} cannot name a file. Score the route again."
+            raise InputError(message)
+
+
+def load_recording(source: ReplaySource) -> Recording:
+    """Return the recording of a source.
+
+    Raises:
+        InputError: It is missing, broken, thinned, empty or of another episode.
+    """
+    if not source.recording.is_file():
+        message = (
+            f"No recording {source.recording.name}: the run was scored without them. Run the same "
+            "`plant-bench score` again with --recordings --overwrite."
+        )
+        raise InputError(message)
+    recording = Recording.load(source.recording)
+    if not len(recording) or len(recording.whole) < len(recording):
+        message = (
+            f"The recording {source.recording.name} is thinned: it holds the others at "
+            f"{len(recording.whole)} of {len(recording)} ticks, as `plant-bench collect` writes "
+            "them. A replay needs them all: drive the route with `plant-bench score --recordings`."
+        )
+        raise InputError(message)
+    if recording.metadata.get("scenario") != source.result.scenario:
+        message = (
+            f"The recording {source.recording.name} is of scenario "
+            f"{recording.metadata.get('scenario')}, its record of {source.result.scenario}. "
+            "Score the route again."
+        )
+        raise InputError(message)
+    return recording
+
+
+def load_route(source: ReplaySource) -> Route:
+    """Return the route of a source: from the suite that its run names, or one of ours.
+
+    Raises:
+        InputError: No suite has the route as it was driven.
+    """
+    wanted = source.result.route_checksum
+    for suite in (*_suite_of(source), *suite_names()):
+        route = _routes(suite).get(wanted)
+        if route is not None:
+            return route
+    message = (
+        f"The route {source.result.route} is not in any suite here as it was driven "
+        f"({wanted[:12]}): it has changed since. Score it again."
+    )
+    raise InputError(message)
+
+
+def load_town_of(source: ReplaySource) -> Town:
+    """Return the town of a source.
+
+    Raises:
+        InputError: There is no such town, or it is not as it was.
+    """
+    name = source.result.town
+    if _checksum(name) != source.result.town_checksum:
+        message = f"The town {name} has changed since the episode was driven. Score it again."
+        raise InputError(message)
+    return _town(name)
+
+
+def _suite_of(source: ReplaySource) -> list[str]:
+    run_file = source.recording.parent.parent / "run.json"
+    return [Provenance.load(run_file).suite] if run_file.is_file() else []
+
+
+@lru_cache(maxsize=8)
+def _routes(suite: str) -> dict[str, Route]:
+    """Return the routes of a suite by checksum; none where it is gone."""
+    try:
+        return {route.checksum: route for route in load_suite(suite)}
+    except InputError:
+        return {}
+
+
+@lru_cache(maxsize=8)
+def _town(name: str) -> Town:
+    return load_town(name)
+
+
+@lru_cache(maxsize=32)
+def _checksum(name: str) -> str:
+    return town_checksum(name)

@@ -1,0 +1,115 @@
+// The time line: speed, limit and acceleration, infractions and hazards, and where one is.
+
+const CHART = { left: 40, right: 12, top: 22, row: 92, gap: 24 }; // px
+const HARD = 6; // m/s2 at the edge of the band of accelerations
+
+function chartHeight(episodes) {
+  return CHART.top + episodes.length * (CHART.row + CHART.gap) - CHART.gap + 6;
+}
+
+function drawChart(context, size, episodes, seconds, duration, colours) {
+  const { width, height, ratio } = size;
+  context.setTransform(ratio, 0, 0, ratio, 0, 0);
+  context.clearRect(0, 0, width, height);
+  const x = (time) => CHART.left + (time / duration) * (width - CHART.left - CHART.right);
+  const most = Math.max(...episodes.map((episode) => Math.max(...episode.facts.limits.map(([, limit]) => limit)))) * 1.15;
+  episodes.forEach((episode, row) => {
+    const top = CHART.top + row * (CHART.row + CHART.gap);
+    drawChartRow(context, episode, { x, top, width, most }, colours, episodes.length > 1);
+  });
+  context.strokeStyle = colours.label;
+  context.lineWidth = 2;
+  context.beginPath();
+  context.moveTo(x(seconds), 4);
+  context.lineTo(x(seconds), height - 2);
+  context.stroke();
+}
+
+function drawChartRow(context, episode, place, colours, named) {
+  const { x, top, width, most } = place;
+  const bottom = top + CHART.row;
+  const speedY = (speed) => bottom - (Math.max(speed, 0) / most) * CHART.row;
+  const middle = top + CHART.row / 2;
+  context.font = "11px system-ui, sans-serif";
+  context.textBaseline = "middle";
+  context.fillStyle = colours.chartText;
+  context.textAlign = "right";
+  const step = most > 25 ? 50 : 20;
+  for (let kmh = 0; kmh / 3.6 < most; kmh += step) {
+    context.fillText(String(kmh), CHART.left - 6, speedY(kmh / 3.6));
+    context.strokeStyle = colours.grid;
+    context.lineWidth = 1;
+    context.beginPath();
+    context.moveTo(CHART.left, speedY(kmh / 3.6));
+    context.lineTo(width - CHART.right, speedY(kmh / 3.6));
+    context.stroke();
+  }
+  context.textAlign = "left";
+  context.fillText(named ? `km/h  ${short(episode.facts.title)}` : "km/h", CHART.left + 4, top - 12);
+  const frames = episode.frames;
+  const line = (value, colour, thickness, dashes) => plotLine(context, episode, { x, value, colour, thickness, dashes, frames });
+  line((frame) => middle - (clamped(episode.ego.acceleration[frame], HARD) / HARD) * (CHART.row / 2), colours.acceleration, 1, []);
+  line((frame) => speedY(limitAt(episode, frame)), colours.limit, 1.2, [4, 3]);
+  line((frame) => speedY(episode.ego.speed[frame]), colours.speed, 2, []);
+  for (const mark of marksOf(episode)) drawChartMark(context, x(mark.time), top, bottom, mark, colours);
+}
+
+const clamped = (value, most) => Math.min(Math.max(value, -most), most);
+const short = (text) => (text.length > 40 ? `${text.slice(0, 39)}…` : text);
+
+function plotLine(context, episode, { x, value, colour, thickness, dashes, frames }) {
+  context.strokeStyle = colour;
+  context.lineWidth = thickness;
+  context.setLineDash(dashes);
+  context.beginPath();
+  const step = Math.max(1, Math.floor(frames / 1500));
+  for (let frame = 0; frame < frames; frame += step) context.lineTo(x(frame * episode.facts.step), value(frame));
+  context.stroke();
+  context.setLineDash([]);
+}
+
+function drawChartMark(context, x, top, bottom, mark, colours) {
+  const y = top - 12;
+  context.strokeStyle = context.fillStyle = mark.infraction ? colours.infraction : colours.hazard;
+  context.lineWidth = mark.infraction ? 1.5 : 1;
+  context.globalAlpha = mark.infraction ? 1 : 0.8;
+  context.beginPath();
+  context.moveTo(x, top - 5);
+  context.lineTo(x, bottom);
+  if (mark.infraction) context.stroke();
+  context.globalAlpha = 1;
+  context.beginPath();
+  if (mark.infraction) {
+    context.lineWidth = 2.6;
+    for (const side of [-1, 1]) {
+      context.moveTo(x - 5, y - 5 * side);
+      context.lineTo(x + 5, y + 5 * side);
+    }
+    context.stroke();
+  } else {
+    context.moveTo(x, y - 5.5);
+    context.lineTo(x + 5.5, y);
+    context.lineTo(x, y + 5.5);
+    context.lineTo(x - 5.5, y);
+    context.fill();
+  }
+}
+
+// What lies on the time line, in order of time.
+function marksOf(episode) {
+  const { infractions, hazards } = episode.facts;
+  const marks = infractions.map((item) => ({ time: item.time, infraction: true, name: infractionName(item), detail: infractionDetail(item) }));
+  for (const item of hazards) {
+    if (item.phase !== "void") marks.push({ time: item.time, infraction: false, name: hazardName(item), detail: hazardDetail(item), title: item.sentence });
+  }
+  return marks.sort((one, other) => one.time - other.time);
+}
+
+// The time under a place of the chart; near a mark that of the mark.
+function chartTime(place, width, episodes, duration) {
+  const scale = (width - CHART.left - CHART.right) / duration;
+  const time = clamped((place - CHART.left) / scale, duration);
+  const near = episodes.flatMap(marksOf).filter((mark) => Math.abs(mark.time - time) * scale < 7);
+  near.sort((one, other) => other.infraction - one.infraction || Math.abs(one.time - time) - Math.abs(other.time - time));
+  return { time: Math.max(time, 0), mark: near[0] ?? null };
+}

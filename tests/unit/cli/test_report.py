@@ -1,0 +1,53 @@
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from plant_bench.cli import app
+from plant_bench.errors import InputError
+
+FILES = {
+    *(f"leaderboard.{kind}" for kind in ("csv", "html", "json", "md", "parquet", "png", "svg")),
+    "leaderboard.tex",
+    "episodes.csv",
+    "episodes.parquet",
+}
+
+
+def report(*arguments):
+    return CliRunner().invoke(app, ["report", *map(str, arguments)])
+
+
+def test_all_files_are_written_and_the_order_is_said(tmp_path, write_run):
+    runs = [
+        write_run(tmp_path / name, name, worse=worse, routes=12, checksum=name * 64)
+        for name, worse in (("a", 1), ("b", 40))
+    ]
+    done = report(*runs, "--no-replays", "--out", tmp_path / "out")
+    assert done.exit_code == 0, done.output
+    assert "DS b 98.3, a 60.0" in done.output
+    assert "first against second: +38.3 DS" in done.output
+    assert {path.name for path in (tmp_path / "out").iterdir()} == FILES
+
+
+def test_without_runs_those_of_the_working_folder_are_taken(tmp_path, write_run, monkeypatch):
+    write_run(tmp_path / "reports" / "a", "a")
+    monkeypatch.chdir(tmp_path)
+    assert report("--no-replays").exit_code == 0
+    assert Path("reports/leaderboard/leaderboard.html").is_file()
+    assert report("--no-replays").exit_code == 0, "the leaderboard itself is no run"
+
+
+def test_what_is_no_run_is_an_input_error(tmp_path):
+    done = report(tmp_path, "--out", tmp_path / "out")
+    assert isinstance(done.exception, InputError)
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("law", ["lb1.0", "lb2.1"])
+def test_the_law_is_told(tmp_path, write_run, law):
+    done = report(
+        write_run(tmp_path / "a"), "--no-replays", "--law", law, "--out", tmp_path / "out"
+    )
+    assert done.exit_code == 0
+    assert f'"law": "{law}"' in (tmp_path / "out" / "leaderboard.json").read_text(encoding="utf-8")

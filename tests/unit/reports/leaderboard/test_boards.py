@@ -1,0 +1,150 @@
+import json
+import math
+
+import pytest
+
+from plant_bench.errors import InputError
+from plant_bench.reports.leaderboard.board import CARLA
+from plant_bench.reports.leaderboard.boards import make_leaderboard
+from plant_bench.reports.leaderboard.lines import distinct
+from plant_bench.reports.leaderboard.published import paper_lines
+
+
+def add_ranking(path, agent, mean):
+    spread = {"mean": mean, "std": None}
+    payload = {
+        "agent": agent,
+        "protocol": "longest6-sumo-v1",
+        "law": "lb1.0",
+        "score": spread,
+        "filtered": spread,
+        "whole": spread,
+        "repetitions": [mean],
+        "episodes": 12,
+        "unmatched": 0,
+    }
+    (path / "rfds.json").write_text(json.dumps(payload), encoding="utf-8")
+    return path
+
+
+def test_the_highest_score_comes_first(tmp_path, write_run, leaderboard):
+    runs = [write_run(tmp_path / name, name, worse=worse) for name, worse in (("a", 1), ("b", 3))]
+    (board,) = leaderboard(runs).boards
+    assert [line.planner for line in board.lines] == ["b", "a"]
+    assert board.lines[1].driving_score.mean == pytest.approx(60.0)
+    assert [entry.line for entry in board.entries] == list(board.lines)
+
+
+@pytest.mark.parametrize(
+    "other",
+    [{"protocol": "longest6-sumo-v0"}, {"suite": "unseen"}, {"density": "empty"}],
+    ids=["protocol", "suite", "density"],
+)
+def test_what_cannot_be_compared_shares_no_table(tmp_path, write_run, leaderboard, other):
+    runs = [write_run(tmp_path / "a", "a"), write_run(tmp_path / "b", "b", **other)]
+    found = leaderboard(runs).boards
+    assert [[line.planner for line in board.lines] for board in found] in (
+        [["a"], ["b"]],
+        [["b"], ["a"]],
+    )
+    assert not any(board.differences for board in found)
+
+
+def test_differences_are_tested_and_corrected(tmp_path, write_run, leaderboard):
+    runs = [
+        write_run(tmp_path / name, name, worse=worse, routes=12)
+        for name, worse in (("a", 1), ("b", 40), ("c", 40))
+    ]
+    (board,) = leaderboard(runs).boards
+    found = {(item.better, item.worse): item for item in board.differences}
+    assert len(found) == 3
+    real = [item for pair, item in found.items() if pair[1] == "a"]
+    assert [item.paired.mean for item in real] == pytest.approx([23 * 40.0 / 24] * 2)
+    assert all(item.p_corrected <= 0.05 for item in real)
+    same = next(item for pair, item in found.items() if "a" not in pair)
+    assert same.p_corrected == 1.0
+    assert all(item.p_corrected >= item.paired.p_value for item in found.values())
+
+
+def test_runs_of_one_agent_are_both_shown_and_said(tmp_path, write_run, leaderboard):
+    made = leaderboard([write_run(tmp_path / "a"), write_run(tmp_path / "b")])
+    assert [line.planner for line in made.boards[0].lines] == ["scripted (a)", "scripted (b)"]
+    assert len({line.id for line in made.boards[0].lines}) == 2
+    assert "of the same agent" in made.notes[0]
+
+
+def test_rfds_goes_to_its_planner(tmp_path, write_run, leaderboard):
+    runs = [write_run(tmp_path / "a", "plant"), write_run(tmp_path / "b", "idm")]
+    ranking = add_ranking(write_run(tmp_path / "r"), "expert-filtered@attention:plant", 96.5)
+    random = add_ranking(write_run(tmp_path / "s"), "expert-filtered@random", 4.5)
+    (board,) = leaderboard([*runs, ranking, random]).boards
+    rfds = {line.planner: line.rfds.mean for line in board.lines}
+    assert rfds["plant"] == 96.5
+    assert math.isnan(rfds["idm"])
+    assert [item.ranker for item in board.rankings] == ["attention", "random"]
+
+
+def test_rfds_of_a_name_that_several_runs_have_is_nobodys(tmp_path, write_run, leaderboard):
+    runs = [write_run(tmp_path / name, "plant", checksum=name * 64) for name in "ab"]
+    ranking = add_ranking(write_run(tmp_path / "r"), "expert-filtered@attention:plant", 96.5)
+    made = leaderboard([*runs, ranking])
+    assert not any(line.ranker for line in made.boards[0].lines)
+    assert "several runs" in made.notes[0]
+
+
+def test_a_run_with_records_of_two_agents_is_an_error(tmp_path, write_run, leaderboard):
+    path = write_run(tmp_path / "a", "a")
+    other = write_run(tmp_path / "b", "b", routes=7)
+    stray = max((other / "episodes").iterdir())
+    stray.rename(path / "episodes" / stray.name)
+    with pytest.raises(InputError, match="a: Episodes of two agents"):
+        leaderboard([path])
+
+
+@pytest.mark.parametrize("name", ["", " ", "\u200b\n"])
+def test_a_planner_without_a_name_is_called_so(tmp_path, write_run, leaderboard, name):
+    assert leaderboard([write_run(tmp_path / "a", name)]).boards[0].lines[0].planner == "(no name)"
+
+
+def test_a_planner_is_shown_without_folders(tmp_path, write_run, leaderboard):
+    path = write_run(tmp_path / "a", "plant@/home/me/models/mine")
+    assert leaderboard([path]).boards[0].lines[0].planner == "plant@mine"
+
+
+def test_missing_episodes_show(tmp_path, write_run, leaderboard):
+    path = write_run(tmp_path / "a")
+    next((path / "episodes").iterdir()).unlink()
+    line = leaderboard([path]).boards[0].lines[0]
+    assert (line.episodes, line.expected) == (11, 12)
+
+
+def test_the_papers_figures_are_another_world(tmp_path, write_run, leaderboard):
+    board = leaderboard([write_run(tmp_path / "a")], paper=True).boards[-1]
+    assert board.world == CARLA
+    assert "PlanT" in board.source
+    assert {line.planner: line.driving_score.mean for line in board.lines}["PlanT"] == 81.36
+    assert not board.entries
+
+
+def test_the_papers_lines_have_their_source():
+    assert all("Table 1" in line.source for line in paper_lines())
+
+
+def test_equal_names_get_a_word_and_then_a_number():
+    words = ["x", "x", "y", ""]
+    assert distinct(["p", "p", "p", "q"], lambda place: words[place]) == [
+        "p (x) #1",
+        "p (x) #2",
+        "p (y)",
+        "q",
+    ]
+
+
+def test_progress_is_told_of_each_source(tmp_path, write_run):
+    from plant_bench.reports.leaderboard.sources import find_sources
+    from plant_bench.scoring.laws import Law
+
+    sources = find_sources([write_run(tmp_path / "a")], below=tmp_path)
+    told: list[str] = []
+    make_leaderboard(sources, law=Law.LB1_0, paper=False, progress=told.append)
+    assert told == ["a", "differences"]

@@ -1,0 +1,72 @@
+import json
+
+import pytest
+
+from plant_bench.errors import InputError
+from plant_bench.reports.leaderboard.sources import find_sources, read_ranking, read_run
+
+
+def add_ranking(path, agent):
+    spread = {"mean": 97.0, "std": None}
+    facts = {"agent": agent, "protocol": "longest6-sumo-v1", "law": "lb1.0"}
+    numbers = {"score": spread, "filtered": spread, "whole": spread}
+    counts = {"repetitions": [97.0], "episodes": 12, "unmatched": 0}
+    (path / "rfds.json").write_text(json.dumps(facts | numbers | counts), encoding="utf-8")
+
+
+def test_without_paths_all_runs_below_are_found(tmp_path, write_run):
+    write_run(tmp_path / "a")
+    write_run(tmp_path / "rfds" / "attention")
+    add_ranking(tmp_path / "rfds" / "attention", "expert-filtered@attention:plant")
+    (tmp_path / "leaderboard").mkdir()
+    found = find_sources([], below=tmp_path)
+    assert [path.name for path in found.runs] == ["a"]
+    assert [path.name for path in found.rankings] == ["attention"]
+
+
+def test_a_run_without_episodes_is_left_out_and_said(tmp_path, write_run):
+    write_run(tmp_path / "a")
+    write_run(tmp_path / "b", routes=0)
+    found = find_sources([], below=tmp_path)
+    assert [path.name for path in found.runs] == ["a"]
+    assert "no finished episodes" in found.notes[0]
+
+
+def test_such_a_run_that_was_asked_for_is_an_error(tmp_path, write_run):
+    with pytest.raises(InputError, match="no finished episodes"):
+        find_sources([write_run(tmp_path / "b", routes=0)], below=tmp_path)
+
+
+def test_what_is_no_run_is_an_error(tmp_path):
+    with pytest.raises(InputError, match=r"has no run\.json"):
+        find_sources([tmp_path], below=tmp_path)
+    with pytest.raises(InputError, match="does not exist"):
+        find_sources([tmp_path / "gone"], below=tmp_path)
+
+
+def test_nothing_to_report_is_an_error(tmp_path):
+    with pytest.raises(InputError, match="Score a planner first"):
+        find_sources([], below=tmp_path)
+
+
+def test_episodes_know_whether_they_were_recorded(tmp_path, write_run):
+    assert all(
+        item.recording for item in read_run(write_run(tmp_path / "a", recorded=True)).episodes
+    )
+    assert not any(item.recording for item in read_run(write_run(tmp_path / "b")).episodes)
+
+
+def test_a_ranking_names_its_ranker_and_planner(tmp_path, write_run):
+    path = write_run(tmp_path / "x")
+    add_ranking(path, "expert-filtered@attention:plant@models/mine")
+    found = read_ranking(path)
+    assert (found.ranker, found.planner) == ("attention", "plant@models/mine")
+    add_ranking(path, "expert-filtered@distance")
+    assert read_ranking(path).planner is None
+
+
+def test_a_broken_ranking_is_an_error(tmp_path, write_run):
+    path = write_run(tmp_path / "x")
+    (path / "rfds.json").write_text("{}", encoding="utf-8")
+    with pytest.raises(InputError, match=r"rfds\.json"):
+        read_ranking(path)

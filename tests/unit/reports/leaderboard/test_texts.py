@@ -1,0 +1,67 @@
+import re
+import shutil
+import subprocess
+
+import pytest
+
+from plant_bench.reports.leaderboard.latex import latex_escaped, latex_text
+from plant_bench.reports.leaderboard.markdown import markdown_escaped, markdown_text
+
+HOSTILE = (
+    r"\input{/etc/passwd} $x$ 100% a_b #1 {x} ~^ & <script>|`[a](b)`",
+    "😀 名前 \u202eabc\u2028",
+    "x" * 10_000,
+    "line\nline",
+)
+
+
+@pytest.fixture
+def made(tmp_path, write_run, leaderboard):
+    runs = [write_run(tmp_path / str(n), name, worse=2 + n) for n, name in enumerate(HOSTILE)]
+    return leaderboard(runs, paper=True)
+
+
+def test_markdown_rows_keep_their_cells(made):
+    rows = [line for line in markdown_text(made).splitlines() if line.startswith("| ")]
+    scores = [row for row in rows if "privileged" in row]
+    assert len(scores) == 4 + 6
+    assert {len(re.findall(r"(?<!\\)\|", row)) for row in scores} == {12}
+    assert "<script" not in markdown_text(made)
+
+
+def test_long_names_are_cut(made):
+    assert max(map(len, markdown_text(made).splitlines())) < 500
+    assert "xxx…" in markdown_text(made)
+
+
+def test_latex_has_no_command_from_outside(made):
+    text = latex_text(made)
+    assert r"\input" not in text
+    assert "U+1F600" in text
+    assert text.isprintable() or all(ord(letter) < 256 for letter in text)
+
+
+def test_what_means_something_is_escaped():
+    assert latex_escaped("a_b") == r"a\_b"
+    assert markdown_escaped("a*b") == r"a\*b"
+
+
+def test_the_best_of_a_table_is_bold(tmp_path, write_run, leaderboard):
+    runs = [write_run(tmp_path / name, name, worse=worse) for name, worse in (("a", 1), ("b", 3))]
+    rows = [line for line in latex_text(leaderboard(runs)).splitlines() if "objects" in line]
+    assert [row.split(" & ")[2].startswith(r"\textbf") for row in rows] == [True, False]
+    assert [row.split(" & ")[5].startswith(r"\textbf") for row in rows] == [True, False]
+
+
+@pytest.mark.skipif(shutil.which("pdflatex") is None, reason="pdflatex is not installed")
+def test_latex_compiles(made, tmp_path):
+    document = tmp_path / "document.tex"
+    body = latex_text(made)
+    document.write_text(
+        "\\documentclass{article}\\usepackage{booktabs}\\usepackage[T1]{fontenc}\n"
+        f"\\begin{{document}}\n{body}\n\\end{{document}}\n",
+        encoding="utf-8",
+    )
+    command = ["pdflatex", "-interaction=nonstopmode", "-halt-on-error", document.name]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout[-2000:]

@@ -159,14 +159,12 @@ class _Look:
             facts = tick.simulation.privileged()
         else:
             facts = None
-        ranking = any(
-            scene.tick in window and scene.tick >= window.ranked_from for window in self._windows
-        )
+        ranking = any(window.ranked_from <= scene.tick <= window.last for window in self._windows)
         for item in asks:
             item.ask(scene, self._place, facts, ranking=ranking and item is planner)
-        if planner in asks and planner.last is not None:
-            if not same_answer(planner.last, self._actions[tick.row]):
-                planner.drop(_otherwise(scene))
+        asked = planner.last if planner in asks else None
+        if asked is not None and not same_answer(asked, self._actions[tick.row]):
+            planner.drop(_otherwise(scene))
 
     def _moment(self, scene: Scene, control: Control) -> Moment:
         place = self._place

@@ -16,7 +16,7 @@ class Window:
     Attributes:
         first: Its first tick.
         last: Its last tick.
-        ranked_from: The tick from which on the planner is asked who matters.
+        ranked_from: The tick from which on the planner is asked who matters; may be an earlier one.
     """
 
     first: int

@@ -1,4 +1,4 @@
-"""Planners that are asked while somebody else drives: they answer, and nobody does what they say."""
+"""Planners that are asked while somebody else drives: they answer, and nobody obeys."""
 
 import copy
 from dataclasses import dataclass
@@ -20,7 +20,6 @@ from plant_bench.agent import (
 )
 from plant_bench.agents.control import control_of
 from plant_bench.agents.masking import Masking
-from plant_bench.errors import AgentError
 from plant_bench.runner.asking import asked
 from plant_bench.runner.observing import observe
 from plant_bench.world.route import Route

@@ -125,7 +125,8 @@ class _Look:
             action = self._actions[tick.row]
             self._plan = action if isinstance(action, Plan) else None
             self._planned_at = scene.ego
-        self._ask(tick)
+        if tick.row < len(self._actions) - 1:  # nobody is asked at the last scene of an episode
+            self._ask(tick)
         if any(scene.tick in window for window in self._windows):
             self._moments[scene.tick] = self._moment(scene, tick.control)
 

@@ -1,12 +1,14 @@
 """A picture of an incident: moments before it from above, and speeds and accelerations below."""
 
 import textwrap
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.font_manager import FontProperties, findfont, get_font
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
@@ -28,9 +30,9 @@ from plant_bench.reports.why.verdicts import verdict
 from plant_bench.runner.moments import Hindsight, Moment
 
 PANELS = 4
-SIZE_IN = (13.0, 8.2)
+SIZE_IN = (13.0, 9.6)
 DOTS = 110  # an inch
-LINE = 165  # characters of text
+LINE = 150  # characters of text
 OWN = "#495057"
 
 
@@ -56,7 +58,7 @@ def _figure(finding: Finding, hindsight: Hindsight) -> Figure:
         *textwrap.wrap(_plain(verdict(finding, hindsight)), LINE),
     ]
     figure.suptitle("\n".join(lines), x=0.01, ha="left", fontsize=10, color=INK)
-    top, below = np.ravel(figure.subfigures(2, 1, height_ratios=(1.5, 1.0)))  # pyright: ignore
+    top, below = np.ravel(figure.subfigures(2, 1, height_ratios=(2.3, 1.0)))  # pyright: ignore
     shown = spread_moments(finding, PANELS)
     for ax, moment in zip(top.subplots(1, PANELS).ravel(), shown, strict=False):
         draw_moment(ax, moment, finding, hindsight)
@@ -64,7 +66,7 @@ def _figure(finding: Finding, hindsight: Hindsight) -> Figure:
         ax.set_title(f"{before:.1f} s before" if before else "then", fontsize=10)
     for ax in top.axes[len(shown) :]:
         ax.set_axis_off()
-    top.legend(handles=_legend(), loc="outside lower center", ncols=8, fontsize=8, frameon=False)
+    top.legend(handles=_legend(), loc="outside lower center", ncols=9, fontsize=8, frameon=False)
     speeds, accelerations = below.subplots(1, 2)
     _draw_speeds(speeds, finding)
     _draw_accelerations(accelerations, finding)
@@ -73,9 +75,16 @@ def _figure(finding: Finding, hindsight: Hindsight) -> Figure:
     return figure
 
 
+@lru_cache(maxsize=1)
+def _drawable() -> frozenset[int]:
+    """Return the code points that the font of pictures has."""
+    return frozenset(get_font(findfont(FontProperties())).get_charmap())
+
+
 def _plain(text: str) -> str:
     """Return text that matplotlib takes as it is: a dollar begins no formula."""
-    return text.replace("$", r"\$")
+    known = "".join(letter if ord(letter) in _drawable() else "?" for letter in text)
+    return known.replace("$", r"\$")
 
 
 def _legend() -> list[Patch | Line2D]:
@@ -86,6 +95,7 @@ def _legend() -> list[Patch | Line2D]:
         Patch(fc="white", ec=INK, hatch="//////", label="the one hit"),
         Patch(fc=OTHER, label="vehicle"),
         Patch(fc=WALKER, label="pedestrian"),
+        Line2D([], [], color=INK, lw=1, ls="--", label="where it went"),
         Line2D([], [], color=PLAN, marker="o", label="plan"),
         Line2D([], [], color=ROUTE, lw=3, alpha=0.55, label="route"),
     ]
@@ -135,4 +145,4 @@ def _frame(ax: Axes, finding: Finding, shown: list[Moment]) -> None:
     ax.set_xlim(-finding.incident.seconds, 0.02 * finding.incident.seconds)
     ax.set_xlabel("seconds before")
     ax.spines[["top", "right"]].set_visible(False)
-    ax.legend(loc="lower left", fontsize=8, frameon=False)
+    ax.legend(loc="best", fontsize=8, frameon=False)

@@ -18,8 +18,8 @@ from plant_bench.runner.moments import Hindsight, Moment
 from plant_bench.world.scene import EGO_LENGTH, EGO_WIDTH, ActorKind, Light
 from plant_bench.world.town import Town, load_town
 
-REACH = 28.0  # m shown to each side of the ego
-AHEAD = 10.0  # m by which the ego stands below the middle
+SIDE, BEHIND, AHEAD = 19.0, 13.0, 44.0  # m shown beside, behind and before the ego
+LABEL = 4.0  # m from the edge within which nothing is labelled
 SPEED_LINE = 0.5  # s that the line before an actor looks ahead
 GROUND, STREET, EDGE = "#eceee8", "#c9ccd0", "#f6f6f4"
 ROUTE, PLAN = "#2f9e44", "#e8590c"
@@ -32,8 +32,8 @@ Points = Float[np.ndarray, "points 2"]
 
 def draw_moment(ax: Axes, moment: Moment, finding: Finding, hindsight: Hindsight) -> None:
     """Draw one moment into a panel."""
-    ax.set_xlim(-REACH, REACH)
-    ax.set_ylim(-REACH + AHEAD, REACH + AHEAD)
+    ax.set_xlim(-SIDE, SIDE)
+    ax.set_ylim(-BEHIND, AHEAD)
     ax.set_aspect("equal")
     ax.set_xticks([])
     ax.set_yticks([])
@@ -41,6 +41,7 @@ def draw_moment(ax: Axes, moment: Moment, finding: Finding, hindsight: Hindsight
     _draw_streets(ax, moment, load_town(hindsight.result.town))
     _draw_route(ax, moment)
     _draw_light(ax, moment, hindsight)
+    _draw_way(ax, moment, finding)
     _draw_actors(ax, moment, finding)
     _draw_plan(ax, moment)
     _draw_ego(ax)
@@ -66,7 +67,7 @@ def _streets(town: str) -> tuple[list[shapely.Polygon], shapely.STRtree]:
 def _draw_streets(ax: Axes, moment: Moment, town: Town) -> None:
     areas, index = _streets(town.name)
     ego = moment.scene.ego
-    near = index.query(shapely.Point(ego.x, ego.y).buffer(2.0 * REACH))
+    near = index.query(shapely.Point(ego.x, ego.y).buffer(SIDE + AHEAD))
     rings = [_turned(np.array(areas[place].exterior.coords), moment) for place in near]
     ax.add_collection(
         PolyCollection(rings, facecolors=STREET, edgecolors=EDGE, linewidths=0.6, zorder=1)
@@ -89,6 +90,17 @@ def _draw_plan(ax: Axes, moment: Moment) -> None:
         dots[:, 0], dots[:, 1], color=PLAN, lw=1.2, marker="o", ms=4.0, mec="white", mew=0.6,
         zorder=8,
     )  # fmt: skip
+
+
+def _draw_way(ax: Axes, moment: Moment, finding: Finding) -> None:
+    """Draw where the one hit went from here until then."""
+    later = [item.scene for item in finding.moments if item.scene.tick >= moment.scene.tick]
+    way = [
+        scene.actors.poses[scene.actors.ids == finding.incident.infraction.actor, :2]
+        for scene in later
+    ]
+    line = _turned(np.concatenate([np.zeros((0, 2)), *way]), moment)
+    ax.plot(line[:, 0], line[:, 1], color=INK, lw=1.0, ls=(0, (4, 3)), zorder=6)
 
 
 def _draw_light(ax: Axes, moment: Moment, hindsight: Hindsight) -> None:
@@ -138,7 +150,7 @@ def _hatched(box: Points) -> Polygon:
 
 
 def _label(ax: Axes, actor: int, x: float, y: float) -> None:
-    if abs(x) < REACH - 3.0 and abs(y - AHEAD) < REACH - 3.0:
+    if abs(x) < SIDE - LABEL and LABEL - BEHIND < y < AHEAD - LABEL:
         ax.annotate(
             str(actor), (x, y), xytext=(7, 7), textcoords="offset points", fontsize=7, color=INK,
             zorder=10, bbox={"boxstyle": "round,pad=0.15", "fc": "white", "ec": "none",

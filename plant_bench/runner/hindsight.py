@@ -157,7 +157,7 @@ class _Look:
             planner.drop(_otherwise(scene))
             asks = [item for item in asks if item is not planner]
         if any(item.shadow is not None and item.shadow.privileged for item in asks):
-            facts = tick.simulation.privileged()
+            facts = tick.facts()
         else:
             facts = None
         ranking = any(window.ranked_from <= scene.tick <= window.last for window in self._windows)

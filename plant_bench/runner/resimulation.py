@@ -4,12 +4,12 @@ An episode is deterministic, so the simulator comes to the recorded scenes again
 no recording holds: the privileged facts. Whether it did is checked at every tick, not believed.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
-from plant_bench.agent import Control, Input
+from plant_bench.agent import Control, Input, Privileged
 from plant_bench.agents.control import control_of
 from plant_bench.data.recording import Recording
 from plant_bench.errors import InputError
@@ -29,7 +29,8 @@ class Tick:
         difference: What of the simulated scene is another; empty where both are equal.
         control: What is executed now: the recorded answer, held until the next one.
         decided: Whether the planner was asked at this tick.
-        simulation: In the state of this scene; its facts are the scene's if nothing differs.
+        facts: Tells what only the simulator knows of this scene; true of it if nothing differs, and
+            to be asked before the next tick.
     """
 
     row: int
@@ -37,7 +38,7 @@ class Tick:
     difference: str
     control: Control
     decided: bool
-    simulation: Simulation
+    facts: Callable[[], Privileged]
 
 
 def scenario_of(result: EpisodeResult, route: Route) -> Scenario:
@@ -87,7 +88,7 @@ def simulate_again(
             if action is not None:
                 control = control_of(action, scene.ego)
             difference = scene_difference(scene, simulation.scene)
-            yield Tick(row, scene, difference, control, action is not None, simulation)
+            yield Tick(row, scene, difference, control, action is not None, simulation.privileged)
             if row < last:
                 simulation.step(control)
 

@@ -13,11 +13,12 @@ from plant_bench.agent import NOBODY, Cause, Reason
 from plant_bench.geometry.box import corners
 from plant_bench.reports.why.braking import BRAKES, Braking, braking_for, decisions, own_braking
 from plant_bench.reports.why.incidents import Incident
+from plant_bench.reports.why.red_light import RedLight, red_light_of
 from plant_bench.reports.why.standing import Standing, standing_of
 from plant_bench.runner.moments import Hindsight, Moment
 from plant_bench.runner.shadows import Answer
 from plant_bench.scoring.infractions import InfractionKind
-from plant_bench.world.scene import EGO_EXTENT, ActorKind, Light, Scene
+from plant_bench.world.scene import EGO_EXTENT, ActorKind, Scene
 
 FIRST_FEW = 3  # who ranks among so many is noticed
 
@@ -50,7 +51,7 @@ class Finding:
         asked: Whether the expert was asked in the window at all.
         planner: The planner's own braking, from the expert's on or in the whole window.
         noticed: How the one hit ranked in the same time; None without a ranking.
-        red_for: Seconds that the light has been red at a red light; None elsewhere.
+        red_light: For a red light.
         standing: For a block.
     """
 
@@ -62,7 +63,7 @@ class Finding:
     asked: bool
     planner: Braking | None
     noticed: Noticed | None
-    red_for: float | None
+    red_light: RedLight | None
     standing: Standing | None
 
 
@@ -90,7 +91,7 @@ def find(incident: Incident, hindsight: Hindsight) -> Finding:
         asked=bool(answers),
         planner=own_braking(later, incident),
         noticed=None if item.actor is None else _noticed(later, item.actor),
-        red_for=_red_for(moments, incident) if light else None,
+        red_light=red_light_of(incident, moments, hindsight.route) if light else None,
         standing=standing_of(moments, answers) if item.kind is InfractionKind.BLOCKED else None,
     )
 
@@ -133,17 +134,6 @@ def _noticed(moments: Sequence[Moment], actor: int) -> Noticed | None:
         times=sum(place <= FIRST_FEW for place in places),
         of=len(rankings),
     )
-
-
-def _red_for(moments: Sequence[Moment], incident: Incident) -> float:
-    """Return how long the light has been red when it is run, as far as the window tells."""
-    since = incident.tick
-    for moment in reversed(moments):
-        light = moment.seen.light
-        if light is None or light.state is not Light.RED:
-            break
-        since = moment.scene.tick
-    return incident.before(since)
 
 
 def _kinds(moments: Sequence[Moment]) -> dict[int, ActorKind]:

@@ -156,10 +156,11 @@ def _top(moment: Moment, finding: Finding) -> str:
 
 
 def _distance(moment: Moment, finding: Finding) -> str:
-    foe, light = finding.incident.infraction.actor, moment.seen.light
+    foe = finding.incident.infraction.actor
     if foe is not None:
         gap = gap_to(moment.scene, foe)
         return "out of sight" if gap is None else f"{gap:.1f}"
-    if subject(finding) and light is not None:
-        return f"{light.distance:.1f} ({light.state.name.lower()})"
-    return ""
+    if finding.red_light is None:
+        return ""
+    state, distance = finding.red_light.seen_at(moment)
+    return f"{distance:.1f} ({state.name.lower()})"

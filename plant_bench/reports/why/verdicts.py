@@ -30,7 +30,7 @@ def verdict(finding: Finding, hindsight: Hindsight) -> str:
     if kind is InfractionKind.OUTSIDE_LANES:
         share = finding.incident.infraction.share or 0.0
         return f"{share:.2%} of the distance was driven outside the lanes or against the direction."
-    parts = [_red(finding), _of_expert(finding), _of_planner(finding)]
+    parts = [_of_light(finding), _of_expert(finding), _of_planner(finding)]
     if finding.noticed is not None:
         parts.append(_of_ranking(finding, finding.noticed, hindsight.ranked_itself))
     elif finding.incident.infraction.actor is not None and hindsight.planner_note:
@@ -91,11 +91,17 @@ def _of_ranking(finding: Finding, noticed: Noticed, itself: bool) -> str:
     return f"It did not rank {what} among its {few}{best}{how}."
 
 
-def _red(finding: Finding) -> str:
-    if finding.red_for is None:
+def _of_light(finding: Finding) -> str:
+    found = finding.red_light
+    if found is None:
         return ""
-    longer = " or longer" if finding.red_for >= finding.incident.seconds else ""
-    return f"The light had been red for {finding.red_for:.1f} s{longer}."
+    seconds = finding.incident.seconds
+    longer = " or longer" if found.red_for >= seconds else ""
+    red = f"The light had been red for {found.red_for:.1f} s{longer} when the rear crossed its line"
+    if found.front_before is None:
+        return f"{red}; the front had crossed it more than {seconds:.1f} s before."
+    state = found.front_state.name.lower()
+    return f"{red}; the front had crossed it {found.front_before:.1f} s before, at {state}."
 
 
 def _of_standing(found: Standing, kinds: dict[int, ActorKind]) -> str:

@@ -20,12 +20,12 @@ from plant_bench.runner.moments import Hindsight, Moment
 from plant_bench.runner.shadows import Answer
 from plant_bench.scoring.infractions import Infraction, InfractionKind, Status
 from plant_bench.scoring.results import EpisodeResult
-from plant_bench.world.route import LaneSpan, Route
+from plant_bench.world.route import LaneSpan, Passage, Route
 from plant_bench.world.scene import TICK, ActorKind, Actors, EgoState, Light, Scene
 from plant_bench.world.town import load_town
 
 FOE, BYSTANDER = 17, 500_001
-SPEED, START, FOE_AT = 10.0, 20.0, 60.1  # m/s, m, m
+SPEED, START, FOE_AT, LINE = 10.0, 20.0, 60.1, 50.0  # m/s, m
 HIT = 71  # the tick at which the boxes overlap
 PLAN = Plan(np.array([[5.0, 0.0], [10.0, 0.0], [15.0, 0.0], [20.0, 0.0]]))
 
@@ -45,7 +45,7 @@ def route(metres: int = 100) -> Route:
         speed_limits=np.full(count, 8.33),
         edges=(lane.edge,),
         lanes=(LaneSpan(lane.id, 0.0, float(metres)),),
-        passages=(),
+        passages=(Passage("j", LINE, LINE + 20.0, "straight", "signal", "s", 0),),
         lane_changes=(),
         manoeuvres={},
     )
@@ -72,7 +72,7 @@ def record(*infractions: Infraction, **changes: Any) -> EpisodeResult:
     return EpisodeResult(**(known | changes))
 
 
-def scene(tick: int, *, speed: float = SPEED) -> Scene:
+def scene(tick: int, *, speed: float = SPEED, light: Light = Light.UNKNOWN) -> Scene:
     """The ego on its way to car 17, a pedestrian at the side."""
     x = START + SPEED * tick * TICK if speed else FOE_AT - 8.0
     ego = EgoState(x, 0.0, 0.0, speed)
@@ -83,13 +83,13 @@ def scene(tick: int, *, speed: float = SPEED) -> Scene:
         np.array([[4.5, 1.8], [0.5, 0.5]], np.float32),
         np.array([ActorKind.CAR, ActorKind.PEDESTRIAN], np.uint8),
     )
-    return Scene(tick, ego, actors, np.zeros(0, np.uint8))
+    return Scene(tick, ego, actors, np.array([light], np.uint8))
 
 
 def moment(tick: int, expert: Answers, **changes: Any) -> Moment:
     """One moment; the planner asks for nothing and ranks the pedestrian first."""
-    at = scene(tick, speed=changes.pop("speed", SPEED))
-    light = changes.pop("light", None)
+    light = changes.pop("light", Light.UNKNOWN)
+    at = scene(tick, speed=changes.pop("speed", SPEED), light=light)
     line = route()
     behind = int(at.ego.x)
     ahead = RouteAhead(
@@ -97,8 +97,7 @@ def moment(tick: int, expert: Answers, **changes: Any) -> Moment:
         line.speed_limits[behind:],
     )  # fmt: skip
     seen = Observation(
-        at.time, at.ego, 8.33, at.actors, ahead,
-        None if light is None else NextLight(light, 55.0 - at.ego.x),
+        at.time, at.ego, 8.33, at.actors, ahead, NextLight(light, LINE - at.ego.x - 2.45),
     )  # fmt: skip
     pull, reason = expert(tick)
     ranking = changes.pop("ranking", (BYSTANDER, FOE))

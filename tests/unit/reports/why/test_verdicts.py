@@ -126,10 +126,13 @@ def test_a_red_light_is_measured_from_when_it_turned():
 
     text = said(moments, infraction(InfractionKind.RED_LIGHT))
 
-    assert "The light had been red for 1.5 s." in text
+    assert (
+        "The light had been red for 1.5 s when the rear crossed its line; the front had crossed it "
+        "0.8 s before, at red." in text
+    )
     assert "The expert would have braked for the light from 2.2 s before" in text
-    always = [replace(one, seen=replace(one.seen, light=moments[-1].seen.light)) for one in moments]
-    assert "red for 3.0 s or longer." in said(always, infraction(InfractionKind.RED_LIGHT))
+    always = [moment(tick, braking_from(0), light=Light.RED) for tick in WINDOW]
+    assert "red for 3.0 s or longer when" in said(always, infraction(InfractionKind.RED_LIGHT))
 
 
 def test_a_block_is_explained_by_who_stands_ahead_and_what_the_expert_would_do():
@@ -158,7 +161,14 @@ def test_gaps_are_between_boxes_and_there_is_none_to_who_is_out_of_sight():
     assert gap_to(scene(0), 999) is None
 
 
-def test_lights_that_are_not_red_at_the_line_have_not_been_red():
-    moments = [moment(tick, braking_from(0), light=Light.GREEN) for tick in WINDOW]
+def test_a_front_that_crossed_at_green_is_told():
+    def state(tick):
+        return Light.GREEN if tick < HIT - 4 else Light.RED
 
-    assert "red for 0.0 s." in said(moments, infraction(InfractionKind.RED_LIGHT))
+    moments = [moment(tick, braking_from(999), light=state(tick)) for tick in WINDOW]
+
+    text = said(moments, infraction(InfractionKind.RED_LIGHT))
+    assert "red for 0.2 s when the rear" in text
+    assert "the front had crossed it 0.8 s before, at green." in text
+    late = [one for one in moments if one.scene.tick > HIT - 10]
+    assert "crossed it more than 3.0 s before." in said(late, infraction(InfractionKind.RED_LIGHT))

@@ -7,6 +7,7 @@ from plant_bench.agent import Reason
 from plant_bench.reports.why.incidents import Incident
 from plant_bench.runner.moments import Moment
 from plant_bench.runner.shadows import Answer
+from plant_bench.scoring.endings import BLOCKED_SPEED
 
 BRAKES = -0.5  # m/s2 and below count as braking
 
@@ -69,14 +70,20 @@ def braking_for(
 
 
 def own_braking(moments: Sequence[Moment], incident: Incident) -> Braking | None:
-    """Return the braking that was executed in some moments; None without any."""
-    brakes = [moment.control.acceleration <= BRAKES for moment in moments]
+    """Return the braking that was executed in some moments; None without any.
+
+    Who stands does not brake, whatever is asked for.
+    """
+    brakes = [
+        moment.control.acceleration <= BRAKES and moment.scene.ego.speed >= BLOCKED_SPEED
+        for moment in moments
+    ]
     if not any(brakes):
         return None
     first = brakes.index(True)
     return Braking(
         before=incident.before(moments[first].scene.tick),
-        hardest=min(moment.control.acceleration for moment in moments),
+        hardest=min(moment.control.acceleration for moment in moments[first:]),
         times=sum(brakes[first:]),
         of=len(brakes) - first,
         at_once=first == 0,

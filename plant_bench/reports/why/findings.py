@@ -17,8 +17,9 @@ from plant_bench.reports.why.red_light import RedLight, red_light_of
 from plant_bench.reports.why.standing import Standing, standing_of
 from plant_bench.runner.moments import Hindsight, Moment
 from plant_bench.runner.shadows import Answer
+from plant_bench.scoring.endings import BLOCKED_SPEED
 from plant_bench.scoring.infractions import InfractionKind
-from plant_bench.world.scene import EGO_EXTENT, ActorKind, Scene
+from plant_bench.world.scene import EGO_EXTENT, TICK, ActorKind, Scene
 
 FIRST_FEW = 3  # who ranks among so many is noticed
 
@@ -50,6 +51,7 @@ class Finding:
         expert_else: The first other thing that it brakes for in the window, and how.
         asked: Whether the expert was asked in the window at all.
         planner: The planner's own braking, from the expert's on or in the whole window.
+        stood: Seconds of the same time that the ego stood.
         noticed: How the one hit ranked in the same time; None without a ranking.
         red_light: For a red light.
         standing: For a block.
@@ -62,6 +64,7 @@ class Finding:
     expert_else: tuple[Reason, Braking] | None
     asked: bool
     planner: Braking | None
+    stood: float
     noticed: Noticed | None
     red_light: RedLight | None
     standing: Standing | None
@@ -90,6 +93,7 @@ def find(incident: Incident, hindsight: Hindsight) -> Finding:
         expert_else=_something_else(answers, for_it, incident),
         asked=bool(answers),
         planner=own_braking(later, incident),
+        stood=TICK * sum(moment.scene.ego.speed < BLOCKED_SPEED for moment in later),
         noticed=None if item.actor is None else _noticed(later, item.actor),
         red_light=red_light_of(incident, moments, hindsight.route) if light else None,
         standing=standing_of(moments, answers) if item.kind is InfractionKind.BLOCKED else None,

@@ -80,6 +80,7 @@ def surroundings(finding: Finding, hindsight: Hindsight) -> str:
     moment = _near(finding)
     seen, light = moment.seen, moment.seen.light
     parts = [f"{len(moment.scene.actors)} others in sight", f"limit {seen.speed_limit:.1f} m/s"]
+    parts += _junction(moment, hindsight)
     if light is not None and light.state is not Light.UNKNOWN:
         parts.append(f"light {light.state.name.lower()}, {light.distance:.0f} m to its line")
     time = finding.incident.infraction.time
@@ -91,6 +92,18 @@ def surroundings(finding: Finding, hindsight: Hindsight) -> str:
     hazards = f". Hazards shortly before: {', '.join(near)}" if near else ""
     before = finding.incident.before(moment.scene.tick)
     return f"{before:.1f} s before: {', '.join(parts)}{hazards}."
+
+
+def _junction(moment: Moment, hindsight: Hindsight) -> list[str]:
+    """Return where the route goes at the next junction, or at the one that the ego is on."""
+    route = moment.seen.route
+    at = 0.0 if route is None else route.progress
+    for item in hindsight.route.passages:
+        if item.exit > at:
+            way = "straight on" if item.turn == "straight" else f"{item.turn} turn"
+            left = item.entry - at
+            return [f"{way} on this junction" if left <= 0.0 else f"{way} in {left:.0f} m"]
+    return []
 
 
 def spread_moments(finding: Finding, rows: int = ROWS) -> list[Moment]:

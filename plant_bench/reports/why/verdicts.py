@@ -77,9 +77,10 @@ def _of_expert(finding: Finding) -> str:
 
 def _of_planner(finding: Finding) -> str:
     own = finding.planner
+    stood = f" The ego stood for {finding.stood:.1f} s." if finding.stood else ""
     if own is None:
-        return "The planner did not brake."
-    return f"The planner braked from {own.before:.1f} s before ({own.hardest:.1f} m/s2)."
+        return f"The planner did not brake.{stood}"
+    return f"The planner braked from {own.before:.1f} s before ({own.hardest:.1f} m/s2).{stood}"
 
 
 def _of_ranking(finding: Finding, noticed: Noticed, itself: bool) -> str:

@@ -82,6 +82,15 @@ def test_the_planners_own_braking_is_timed():
     assert "The planner braked from 0.4 s before (-6.0 m/s2)." in said(late)
 
 
+def test_who_stands_does_not_brake():
+    stood = [
+        moment(tick, braking_from(HIT - 40), speed=0.0, control=Control(-1.0, 0.0))
+        for tick in WINDOW
+    ]
+
+    assert "The planner did not brake. The ego stood for 2.1 s." in said(stood)
+
+
 @pytest.mark.parametrize(
     ("ranking", "words"),
     [

@@ -68,6 +68,7 @@ def test_an_episode_is_told_with_a_table_that_ends_at_the_incident(printed):
     ]
     assert rows[-1][-1] == "0.0"
     assert "pedestrian 500001, car 17" in out
+    assert "3.0 s before: 2 others in sight, limit 8.3 m/s, straight on in 24 m" in out
 
 
 def test_scenes_that_differ_are_said_to(printed):

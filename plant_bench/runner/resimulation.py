@@ -27,7 +27,8 @@ class Tick:
         row: Of the recording.
         recorded: The scene as it was recorded.
         difference: What of the simulated scene is another; empty where both are equal.
-        control: What is executed now: the recorded answer, held until the next one.
+        control: What is executed now: the recorded answer, held until the next one; what was driven
+            last where SUMO's own driver drives.
         decided: Whether the planner was asked at this tick.
         facts: Tells what only the simulator knows of this scene; true of it if nothing differs, and
             to be asked before the next tick.
@@ -85,7 +86,9 @@ def simulate_again(
     with Simulation(scenario, self_driving=self_driving) as simulation:
         for row in range(last + 1):
             scene, action = recording[row], actions[row]
-            if action is not None:
+            if self_driving:  # what the planner asks for goes unheard
+                control = Control(scene.ego.acceleration, scene.ego.steering)
+            elif action is not None:
                 control = control_of(action, scene.ego)
             difference = scene_difference(scene, simulation.scene)
             yield Tick(row, scene, difference, control, action is not None, simulation.privileged)

@@ -69,13 +69,22 @@ def braking_for(
     )
 
 
-def own_braking(moments: Sequence[Moment], incident: Incident) -> Braking | None:
+def own_braking(
+    moments: Sequence[Moment], incident: Incident, *, like_expert: bool
+) -> Braking | None:
     """Return the braking that was executed in some moments; None without any.
 
     Who stands does not brake, whatever is asked for.
+
+    Args:
+        moments: In order.
+        incident: Which they lead to.
+        like_expert: Count only braking that is at least half as hard as the expert's is then; a
+            planner may slow down a little for other reasons.
     """
     brakes = [
-        moment.control.acceleration <= BRAKES and moment.scene.ego.speed >= BLOCKED_SPEED
+        moment.control.acceleration <= (_half_of_experts(moment) if like_expert else BRAKES)
+        and moment.scene.ego.speed >= BLOCKED_SPEED
         for moment in moments
     ]
     if not any(brakes):
@@ -88,3 +97,8 @@ def own_braking(moments: Sequence[Moment], incident: Incident) -> Braking | None
         of=len(brakes) - first,
         at_once=first == 0,
     )
+
+
+def _half_of_experts(moment: Moment) -> float:
+    expert = moment.expert
+    return BRAKES if expert is None else min(0.5 * expert.control.acceleration, BRAKES)

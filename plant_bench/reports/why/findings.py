@@ -50,7 +50,8 @@ class Finding:
         expert: The expert's braking for the one hit, or for the light; None where it never brakes.
         expert_else: The first other thing that it brakes for in the window, and how.
         asked: Whether the expert was asked in the window at all.
-        planner: The planner's own braking, from the expert's on or in the whole window.
+        planner: The planner's own braking: from the expert's on, where it is at least half as hard;
+            in the whole window where the expert does not brake.
         stood: Seconds of the same time that the ego stood.
         noticed: How the one hit ranked in the same time; None without a ranking.
         red_light: For a red light.
@@ -92,7 +93,7 @@ def find(incident: Incident, hindsight: Hindsight) -> Finding:
         expert=expert,
         expert_else=_something_else(answers, for_it, incident),
         asked=bool(answers),
-        planner=own_braking(later, incident),
+        planner=own_braking(later, incident, like_expert=expert is not None),
         stood=TICK * sum(moment.scene.ego.speed < BLOCKED_SPEED for moment in later),
         noticed=None if item.actor is None else _noticed(later, item.actor),
         red_light=red_light_of(incident, moments, hindsight.route) if light else None,

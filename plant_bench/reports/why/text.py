@@ -133,7 +133,7 @@ def _seconds_table(finding: Finding) -> Table:
     table.add_column("before", justify="right")
     table.add_column("m/s", justify="right")
     table.add_column("planner m/s2", justify="right")
-    table.add_column("ranks first")
+    table.add_column("ranks first, or why")
     table.add_column("expert m/s2", justify="right")
     table.add_column("because of")
     what = subject(finding)
@@ -157,10 +157,14 @@ def _cells(moment: Moment, finding: Finding) -> Sequence[str]:
 
 
 def _top(moment: Moment, finding: Finding) -> str:
-    """Return whom the planner ranks first, and where the one hit ranks if not among these."""
-    ranking = None if moment.planner is None else moment.planner.ranking
+    """Return whom the planner ranks first, and where the one hit ranks if not among these.
+
+    A planner without a ranking that explains itself tells its reason.
+    """
+    planner = moment.planner
+    ranking = None if planner is None else planner.ranking
     if not ranking:
-        return "-"
+        return reason_text(None if planner is None else planner.reason, finding.kinds)
     names = [actor_name(actor, finding.kinds.get(actor)) for actor in ranking[:TOP]]
     foe = finding.incident.infraction.actor
     if foe in ranking[TOP:]:

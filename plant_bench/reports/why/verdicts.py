@@ -76,11 +76,14 @@ def _of_expert(finding: Finding) -> str:
 
 
 def _of_planner(finding: Finding) -> str:
-    own = finding.planner
+    own, half = finding.planner, finding.expert is not None
     stood = f" The ego stood for {finding.stood:.1f} s." if finding.stood else ""
     if own is None:
-        return f"The planner did not brake.{stood}"
-    return f"The planner braked from {own.before:.1f} s before ({own.hardest:.1f} m/s2).{stood}"
+        how = "never braked half as hard" if half else "did not brake"
+        return f"The planner {how}.{stood}"
+    how = "at least half as hard " if half else ""
+    since = f"from {own.before:.1f} s before ({own.hardest:.1f} m/s2)"
+    return f"The planner braked {how}{since}.{stood}"
 
 
 def _of_ranking(finding: Finding, noticed: Noticed, itself: bool) -> str:

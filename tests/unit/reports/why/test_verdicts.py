@@ -39,7 +39,7 @@ def test_the_first_braking_for_the_one_hit_counts_with_its_share_of_decisions():
         "The expert would have braked for car 17 from 1.5 s before (30 of 31 decisions, -3.5 m/s2 "
         "at the hardest)." in text
     )
-    assert "The planner did not brake." in text
+    assert "The planner never braked half as hard." in text
 
 
 def test_braking_from_the_windows_beginning_may_have_begun_earlier():
@@ -79,7 +79,11 @@ def test_the_planners_own_braking_is_timed():
         for one in moments
     ]
 
-    assert "The planner braked from 0.4 s before (-6.0 m/s2)." in said(late)
+    assert "The planner braked at least half as hard from 0.4 s before (-6.0 m/s2)." in said(late)
+    gently = [replace(one, control=Control(-1.0, 0.0)) for one in moments]
+    assert "The planner never braked half as hard." in said(gently)
+    free = [replace(one, expert=moment(0, braking_from(99)).expert) for one in gently]
+    assert "The planner braked from 3.0 s before (-1.0 m/s2)." in said(free)
 
 
 def test_who_stands_does_not_brake():
@@ -88,7 +92,7 @@ def test_who_stands_does_not_brake():
         for tick in WINDOW
     ]
 
-    assert "The planner did not brake. The ego stood for 2.1 s." in said(stood)
+    assert "The planner never braked half as hard. The ego stood for 2.1 s." in said(stood)
 
 
 @pytest.mark.parametrize(

@@ -19,6 +19,7 @@ from plant_bench.cli.runs import compare_runs, rescore_run
 from plant_bench.cli.score import score
 from plant_bench.cli.towns import towns_app
 from plant_bench.cli.train import train_app
+from plant_bench.cli.why import explain_run
 from plant_bench.errors import InputError, PlantBenchError
 
 EXIT_FAILED = 1
@@ -38,6 +39,7 @@ app.command("compare")(compare_runs)
 app.command("rfds")(score_rfds)
 app.command("report")(report)
 app.command("export")(export_run)
+app.command("why")(explain_run)
 app.command("agents")(list_agents)
 app.command("collect")(collect)
 app.add_typer(data_app, name="data")

@@ -14,7 +14,7 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from plant_bench.errors import InputError
-from plant_bench.reports.carla_checkpoint_records import ImportedRecord, imported_record, shown
+from plant_bench.reports.carla_checkpoint_records import ImportedRecord, imported_record
 from plant_bench.reports.carla_checkpoint_schema import (
     ALL_NAMES,
     OUTSIDE,
@@ -22,6 +22,7 @@ from plant_bench.reports.carla_checkpoint_schema import (
     SCORE_LABELS,
     Checkpoint,
 )
+from plant_bench.reports.foreign_text import one_line
 from plant_bench.scoring.normalised import LEAST_KM
 from plant_bench.scoring.results import EpisodeResult
 
@@ -82,13 +83,13 @@ def load_checkpoint(path: Path) -> ImportedRun:
     except ValidationError as error:
         first = error.errors()[0]
         where = ".".join(map(str, first["loc"]))
-        raise _refusal(path, f"{shown(where)}: {first['msg']}") from error
+        raise _refusal(path, f"{one_line(where)}: {first['msg']}") from error
     except OSError as error:
         raise _refusal(path, error.strerror or str(error)) from error
     except RecursionError as error:
         raise _refusal(path, "it is nested too deep") from error
     except ValueError as error:
-        raise _refusal(path, shown(str(error))) from error
+        raise _refusal(path, one_line(str(error))) from error
 
 
 def _refusal(path: Path, why: str) -> InputError:
@@ -118,7 +119,7 @@ def _once(pairs: Iterable[tuple[str, object]]) -> dict[str, object]:
     found: dict[str, object] = {}
     for key, value in pairs:
         if key in found:
-            message = f"the key {shown(key)!r} is there twice"
+            message = f"the key {one_line(key)!r} is there twice"
             raise ValueError(message)
         found[key] = value
     return found
@@ -145,7 +146,7 @@ def _run(file: Checkpoint, path: Path) -> ImportedRun:
         try:
             imported.append(imported_record(record, seen))
         except ValueError as error:
-            message = f"record {place}: {shown(str(error))}"
+            message = f"record {place}: {one_line(str(error))}"
             raise ValueError(message) from error
     _check_different(imported)
     originals = [item.original for item in imported if item.original is not None]
@@ -168,7 +169,7 @@ def _check_different(records: Iterable[ImportedRecord]) -> None:
     places = Counter((item.route, item.repetition) for item in records)
     (route, repetition), count = places.most_common(1)[0]
     if count > 1:
-        message = f"route {shown(route)}, repetition {repetition} is there {count} times"
+        message = f"route {one_line(route)}, repetition {repetition} is there {count} times"
         raise ValueError(message)
 
 

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 from pydantic import ValidationError
 
 from plant_bench.reports.carla_checkpoint_schema import ALL_NAMES, OUTSIDE, Record
+from plant_bench.reports.foreign_text import one_line
 from plant_bench.scoring.results import EpisodeResult
 
 SCORE_TOLERANCE = 0.1  # of DS against RC x IS: forks round to three digits
-SHOWN = 80  # characters of foreign text in a message
 
 
 @dataclass(frozen=True)
@@ -50,12 +50,6 @@ class ImportedRecord:
     duration: float
     wall: float
     original: EpisodeResult | None = None
-
-
-def shown(text: str) -> str:
-    """Return foreign text as it may stand in a message: one short line."""
-    line = "".join(letter if letter.isprintable() else " " for letter in text)
-    return line if len(line) <= SHOWN else f"{line[:SHOWN]}..."
 
 
 def imported_record(record: Record, seen: Counter[str]) -> ImportedRecord:
@@ -131,6 +125,6 @@ def _outside_metres(text: str) -> float:
     """
     found = re.search(r"\d{1,12}(?:\.\d+)?", text)
     if found is None:
-        message = f"how many metres were driven outside the lanes? {shown(text)!r} does not tell"
+        message = f"how many metres were driven outside the lanes? {one_line(text)!r} does not tell"
         raise ValueError(message)
     return float(found[0])

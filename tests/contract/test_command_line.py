@@ -32,7 +32,7 @@ def test_version(tmp_path):
     "command",
     ["", "score", "rescore", "compare", "agents", "towns", "towns build", "towns list"]
     + ["routes", "routes build", "routes list", "rfds", "collect", "data", "data describe"]
-    + ["data check", "train", "train plant", "ablate"],
+    + ["data check", "train", "train plant", "ablate", "why", "export"],
 )
 def test_help_teaches(command, tmp_path):
     done = plant_bench(*command.split(), "--help", cwd=tmp_path)

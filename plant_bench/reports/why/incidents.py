@@ -1,0 +1,79 @@
+"""Which moments of an episode want an explanation, and how they are called."""
+
+from dataclasses import dataclass
+
+from plant_bench.agent import MOST_INTERVAL
+from plant_bench.runner.moments import Window
+from plant_bench.scoring.endings import BLOCKED_TIME
+from plant_bench.scoring.infractions import Infraction, InfractionKind
+from plant_bench.scoring.results import EpisodeResult
+from plant_bench.world.scene import TICK, ActorKind
+
+FIRST_PARKED = 1_000_000  # ids from here on are those of parked cars
+KIND_NAMES: dict[InfractionKind, str] = {
+    InfractionKind.COLLISION_PEDESTRIAN: "collision with a pedestrian",
+    InfractionKind.COLLISION_VEHICLE: "collision with a vehicle",
+    InfractionKind.COLLISION_STATIC: "collision with an object",
+    InfractionKind.RED_LIGHT: "red light",
+    InfractionKind.OUTSIDE_LANES: "outside the lanes",
+    InfractionKind.ROUTE_DEVIATION: "off the route",
+    InfractionKind.BLOCKED: "blocked",
+    InfractionKind.TIMEOUT: "out of time",
+}
+
+
+@dataclass(frozen=True)
+class Incident:
+    """One infraction and the time that led to it.
+
+    Attributes:
+        number: Its place in the episode's list, from 1.
+        infraction: What is held against the planner.
+        tick: When.
+        window: What is looked at.
+    """
+
+    number: int
+    infraction: Infraction
+    tick: int
+    window: Window
+
+    def before(self, tick: int) -> float:
+        """Return how many seconds before the incident a tick is."""
+        return (self.tick - tick) * TICK
+
+    @property
+    def seconds(self) -> float:
+        """How long the window is."""
+        return self.before(self.window.first)
+
+
+def incidents(result: EpisodeResult, before: float) -> list[Incident]:
+    """Return an episode's incidents, in order of time.
+
+    For a block the whole time of standing is looked at.
+
+    Args:
+        result: The episode's record.
+        before: Seconds to look at before each.
+    """
+    found = []
+    for number, item in enumerate(result.infractions, start=1):
+        tick = round(item.time / TICK)
+        near = tick - round(before / TICK)
+        stood = round(BLOCKED_TIME / TICK) if item.kind is InfractionKind.BLOCKED else 0
+        window = Window(
+            first=max(near - stood, 0), last=tick, ranked_from=max(near - MOST_INTERVAL, 0)
+        )
+        found.append(Incident(number, item, tick, window))
+    return found
+
+
+def actor_name(actor: int, kind: ActorKind | None) -> str:
+    """Return how an actor is called: its kind and its id.
+
+    >>> actor_name(17, ActorKind.CAR), actor_name(1000002, ActorKind.VAN)
+    ('car 17', 'parked van 1000002')
+    """
+    parked = "parked " if actor >= FIRST_PARKED else ""
+    return f"{parked}{'actor' if kind is None else kind.name.lower()} {actor}"

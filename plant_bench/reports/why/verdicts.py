@@ -1,0 +1,124 @@
+"""Findings as sentences; they state what was measured, and nothing else."""
+
+from plant_bench.agent import NOBODY, Cause, Reason
+from plant_bench.reports.why.braking import Braking
+from plant_bench.reports.why.findings import FIRST_FEW, Finding, Noticed
+from plant_bench.reports.why.incidents import actor_name
+from plant_bench.reports.why.standing import Standing
+from plant_bench.runner.moments import Hindsight
+from plant_bench.scoring.infractions import InfractionKind
+from plant_bench.world.scene import ActorKind
+
+CAUSES: dict[Cause, str] = {
+    Cause.FREE: "free",
+    Cause.LIMIT: "limit or curve",
+    Cause.LIGHT: "light",
+    Cause.LEADER: "leader",
+    Cause.CONFLICT: "conflict",
+    Cause.JUNCTION: "no room beyond",
+}
+
+
+def verdict(finding: Finding, hindsight: Hindsight) -> str:
+    """Return what was found out about an incident, in a few sentences."""
+    kind = finding.incident.infraction.kind
+    if not finding.asked:
+        why = hindsight.expert_note or "it was not asked"
+        return f"What the expert would have done is not known: {why}."
+    if kind is InfractionKind.BLOCKED and finding.standing is not None:
+        return _of_standing(finding.standing, finding.kinds)
+    if kind is InfractionKind.OUTSIDE_LANES:
+        share = finding.incident.infraction.share or 0.0
+        return f"{share:.2%} of the distance was driven outside the lanes or against the direction."
+    parts = [_of_light(finding), _of_expert(finding), _of_planner(finding)]
+    if finding.noticed is not None:
+        parts.append(_of_ranking(finding, finding.noticed, hindsight.ranked_itself))
+    elif finding.incident.infraction.actor is not None and hindsight.planner_note:
+        parts.append(f"Its ranking is not known: {hindsight.planner_note}.")
+    return " ".join(part for part in parts if part)
+
+
+def subject(finding: Finding) -> str:
+    """Return what the expert should have minded: the one hit, or the light."""
+    item = finding.incident.infraction
+    if item.kind is InfractionKind.RED_LIGHT:
+        return "the light"
+    return "" if item.actor is None else actor_name(item.actor, item.actor_kind)
+
+
+def reason_text(reason: Reason | None, kinds: dict[int, ActorKind]) -> str:
+    """Return a reason in a few words, with whom it is about."""
+    if reason is None:
+        return "-"
+    if reason.actor == NOBODY:
+        return CAUSES[reason.cause]
+    return f"{CAUSES[reason.cause]}: {actor_name(reason.actor, kinds.get(reason.actor))}"
+
+
+def _since(braking: Braking) -> str:
+    return f"{braking.before:.1f} s before" + (" or earlier" if braking.at_once else "")
+
+
+def _of_expert(finding: Finding) -> str:
+    what = subject(finding)
+    if finding.expert is not None:
+        found = finding.expert
+        return (
+            f"The expert would have braked for {what} from {_since(found)} "
+            f"({found.times} of {found.of} decisions, {found.hardest:.1f} m/s2 at the hardest)."
+        )
+    never = f" for {what}" if what else ""
+    first = f"The expert would not have braked{never} in these {finding.incident.seconds:.1f} s"
+    if finding.expert_else is None:
+        return f"{first}."
+    reason, found = finding.expert_else
+    return f"{first}, but from {_since(found)} ({reason_text(reason, finding.kinds)})."
+
+
+def _of_planner(finding: Finding) -> str:
+    own, half = finding.planner, finding.expert is not None
+    stood = f" The ego stood for {finding.stood:.1f} s." if finding.stood else ""
+    if own is None:
+        how = "never braked half as hard" if half else "did not brake"
+        return f"The planner {how}.{stood}"
+    how = "at least half as hard " if half else ""
+    since = f"from {own.before:.1f} s before ({own.hardest:.1f} m/s2)"
+    return f"The planner braked {how}{since}.{stood}"
+
+
+def _of_ranking(finding: Finding, noticed: Noticed, itself: bool) -> str:
+    what, how = subject(finding), "" if itself else " (by masking)"
+    few = f"first {FIRST_FEW}"
+    if noticed.times:
+        return f"It had {what} among its {few} in {noticed.times} of {noticed.of} decisions{how}."
+    best = "" if noticed.best is None else f" (number {noticed.best} at best)"
+    return f"It did not rank {what} among its {few}{best}{how}."
+
+
+def _of_light(finding: Finding) -> str:
+    found = finding.red_light
+    if found is None:
+        return ""
+    seconds = finding.incident.seconds
+    longer = " or longer" if found.red_for >= seconds else ""
+    red = f"The light had been red for {found.red_for:.1f} s{longer} when the rear crossed its line"
+    if found.front_before is None:
+        return f"{red}; the front had crossed it more than {seconds:.1f} s before."
+    state = found.front_state.name.lower()
+    return f"{red}; the front had crossed it {found.front_before:.1f} s before, at {state}."
+
+
+def _of_standing(found: Standing, kinds: dict[int, ActorKind]) -> str:
+    ahead = "Nobody stands on the route ahead"
+    if found.ahead is not None:
+        name = actor_name(found.ahead, kinds.get(found.ahead))
+        ahead = f"{name[0].upper()}{name[1:]} stands {max(found.gap, 0.0):.1f} m ahead on the route"
+    parts = [f"It stood for {found.seconds:.0f} s. {ahead}."]
+    if found.wishes:
+        parts.append(f"The expert would have gone in {found.wishes} of {found.of} decisions.")
+    else:
+        parts.append(f"The expert would not have gone, either, in any of {found.of} decisions.")
+    if found.reason is not None:
+        about = reason_text(found.reason, kinds)
+        parts.append(f"What kept it most often was {about} ({found.times} decisions).")
+    return " ".join(parts)

@@ -1,0 +1,134 @@
+"""A recorded episode once more: equal scenes, and the answers that `collect --driver` gets."""
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from plant_bench.agents.registry import agent_checksum
+from plant_bench.data.recording import Recorder, Recording
+from plant_bench.errors import InputError
+from plant_bench.runner.episode import run_episode
+from plant_bench.runner.hindsight import look_back
+from plant_bench.runner.jobs import Job
+from plant_bench.runner.moments import Window
+from plant_bench.runner.resimulation import simulate_again
+from plant_bench.runner.takeover import Takeover
+from plant_bench.scoring.results import EpisodeResult
+from plant_bench.world.route import Route, load_suite
+
+pytestmark = pytest.mark.sumo
+DRIVER = "idm"
+
+
+def beginning(metres: int) -> Route:
+    """The first metres of a route."""
+    whole = next(route for route in load_suite("longest6") if route.id == "town03-1")
+    return replace(
+        whole,
+        id=f"town03-1-{metres}",
+        points=whole.points[: metres + 1],
+        elevations=whole.elevations[: metres + 1],
+        speed_limits=whole.speed_limits[: metres + 1],
+        passages=tuple(passage for passage in whole.passages if passage.exit < metres),
+        hazards=tuple(hazard for hazard in whole.hazards if hazard.at < metres),
+    )
+
+
+@pytest.fixture(scope="module")
+def route() -> Route:
+    return beginning(120)
+
+
+@pytest.fixture(scope="module")
+def driven(route: Route, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, EpisodeResult]:
+    file = tmp_path_factory.mktemp("driven") / "episode.parquet"
+    return file, run_episode(job(DRIVER, route), recording=file).result
+
+
+def job(agent: str, route: Route) -> Job:
+    return Job(agent, agent_checksum(agent), route, 0, 5, "dense")
+
+
+def test_every_scene_is_simulated_again_number_for_number(
+    driven: tuple[Path, EpisodeResult], route: Route
+) -> None:
+    file, result = driven
+    recording = Recording.load(file)
+
+    again = list(simulate_again(recording, result, route))
+
+    assert len(again) == len(recording) > 100
+    assert {tick.difference for tick in again} == {""}
+    assert max(len(tick.recorded.actors) for tick in again) > 5
+
+
+def test_another_control_is_noticed_at_the_next_tick(
+    driven: tuple[Path, EpisodeResult], route: Route, tmp_path: Path
+) -> None:
+    file, result = driven
+    recording = Recording.load(file)
+    recorder = Recorder(tmp_path / "changed.parquet", recording.metadata)
+    for row, (scene, action) in enumerate(zip(recording, recording.actions, strict=True)):
+        recorder.add(scene, replace(action, acceleration=-1.0) if row == 30 else action)  # pyright: ignore
+    recorder.close()
+    changed = Recording.load(tmp_path / "changed.parquet")
+
+    found = [tick.row for tick in simulate_again(changed, result, route) if tick.difference]
+
+    assert found[0] == 31
+
+
+def test_the_expert_answers_as_it_does_where_another_planner_drives_to_collect_data(
+    driven: tuple[Path, EpisodeResult], route: Route, tmp_path: Path
+) -> None:
+    collected = tmp_path / "collected.parquet"
+    run_episode(job("expert", route), recording=collected, override=Takeover(DRIVER, route))
+    told = Recording.load(collected)
+    file, result = driven
+    recording = Recording.load(file)
+    last = len(recording) - 1
+
+    looked = look_back(recording, result, route, [Window(0, last, last)])
+
+    same = np.all(told.egos[: last + 1] == recording.egos[: len(told)], axis=1)
+    assert same.all()  # nobody was relieved
+    answers = {row: action for row, action in enumerate(told.actions) if action is not None}
+    asked = {
+        tick: moment.expert
+        for tick, moment in looked.moments.items()
+        if moment.expert is not None and moment.expert.tick == tick
+    }
+    assert sorted(asked) == sorted(answers)
+    for tick, answer in asked.items():
+        assert answer.action == answers[tick]
+        assert answer.reason == told.reasons[tick]
+    assert len({answer.reason for answer in asked.values()}) > 1
+    assert looked.planner_note == ""
+    ranked = looked.moments[last].planner
+    assert ranked is not None
+    assert math.isfinite(ranked.control.acceleration)
+
+
+def test_a_planner_that_has_changed_is_not_believed(
+    driven: tuple[Path, EpisodeResult], route: Route
+) -> None:
+    file, result = driven
+    other = result.model_copy(update={"agent": "cruise"})
+
+    looked = look_back(Recording.load(file), other, route, [Window(0, 40, 0)])
+
+    assert "answers otherwise than recorded" in looked.planner_note
+    assert looked.moments[40].planner is None
+    assert looked.moments[40].expert is not None
+
+
+def test_a_route_that_has_changed_is_refused(
+    driven: tuple[Path, EpisodeResult], route: Route
+) -> None:
+    file, result = driven
+
+    with pytest.raises(InputError, match="is not what it was"):
+        next(simulate_again(Recording.load(file), result, beginning(90)))

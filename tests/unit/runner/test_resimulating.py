@@ -1,0 +1,136 @@
+"""Scenes are equal or it is said in what they differ; who needs facts drops out without them."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from plant_bench.agent import Control, Privileged
+from plant_bench.data.recording import Recorder, Recording
+from plant_bench.errors import InputError
+from plant_bench.runner import hindsight
+from plant_bench.runner.moments import Window
+from plant_bench.runner.resimulation import Tick, scenario_of, scene_difference, simulate_again
+from plant_bench.scoring.infractions import Status
+from plant_bench.scoring.results import EpisodeResult
+from plant_bench.world.route import Route, Scenario
+from plant_bench.world.scene import Actors, EgoState, Scene
+
+
+def scene(tick: int = 0, **changes: Any) -> Scene:
+    actors = Actors(
+        np.array([1, 2]),
+        np.array([[20.0, 0.0, 0.0], [30.0, 3.0, 0.0]], np.float32),
+        np.zeros(2, np.float32),
+        np.full((2, 2), 2.0, np.float32),
+        np.zeros(2, np.uint8),
+    )
+    ego = EgoState(0.1 * tick, 0.0, 0.0, 2.0)
+    return replace(Scene(tick, ego, actors, np.zeros(1, np.uint8)), **changes)
+
+
+def moved(by: float) -> Actors:
+    actors = scene().actors
+    return replace(actors, poses=actors.poses + np.float32(by))
+
+
+@pytest.mark.parametrize(
+    ("other", "words"),
+    [
+        (scene(), ""),
+        (scene(3), "tick 0, again 3"),
+        (scene(ego=EgoState(1e-12, 0.0, 0.0, 2.0)), "the ego"),
+        (scene(actors=scene().actors.only(np.array([0]))), "who is in sight (2)"),
+        (scene(actors=moved(1e-6)), "the actors' poses"),
+        (scene(lights=np.ones(1, np.uint8)), "the lights"),
+    ],
+)
+def test_the_first_difference_is_named(other: Scene, words: str):
+    assert scene_difference(scene(), other) == words
+
+
+def result(route: Route, **changes: Any) -> EpisodeResult:
+    known: dict[str, Any] = {
+        "protocol": "longest6-sumo-v1", "agent": "cruise", "agent_checksum": "c0ffee",
+        "inputs": (), "route": route.id, "town": route.town,
+        "scenario": Scenario(route, 7, "dense", hazards=True).key, "repetition": 0, "seed": 7,
+        "density": "dense", "town_checksum": "aa", "route_checksum": route.checksum,
+        "status": Status.COMPLETED, "route_length": route.length, "completion": 1.0,
+        "distance": 40.0, "duration": 2.0,
+    }  # fmt: skip
+    return EpisodeResult(**(known | changes))
+
+
+def test_the_scenario_is_found_again_with_and_without_hazards(route):
+    one = route("a")
+    bare = Scenario(one, 7, "dense", hazards=False)
+
+    assert scenario_of(result(one), one).hazards
+    assert scenario_of(result(one, scenario=bare.key), one) == bare
+    with pytest.raises(InputError, match="is not what it was"):
+        scenario_of(result(one), route("a", 50))
+
+
+def recorded(folder: Path, count: int = 12, every: int = 1) -> Recording:
+    recorder = Recorder(folder / "a.parquet", {}, every=every)
+    for tick in range(count):
+        action = Control(2.5, 0.0) if tick < count - 1 else None
+        recorder.add(scene(tick), action)
+    recorder.close()
+    return Recording.load(folder / "a.parquet")
+
+
+def test_a_thinned_recording_cannot_be_simulated_again(route, tmp_path: Path):
+    thinned = recorded(tmp_path, every=5)
+
+    with pytest.raises(InputError, match="thinned"):
+        next(simulate_again(thinned, result(route("a")), route("a")))
+
+
+def facts() -> Privileged:
+    zeros = np.zeros(2)
+    paths = np.zeros((2, 121, 3))
+    paths[..., 0] = np.arange(121.0) + np.array([[20.0], [30.0]])
+    return Privileged(paths, zeros, zeros + 10.0, zeros + np.inf, zeros)
+
+
+def looked(monkeypatch, folder: Path, line: Route, differs_at: int | None, agent: str):
+    """Look at a recording whose simulation is told by hand."""
+    recording = recorded(folder)
+
+    def again(recording: Recording, *_: Any, until: int):
+        for row in range(until + 1):
+            differs = differs_at is not None and row >= differs_at
+            difference = "the ego" if differs else ""
+            decided = row < len(recording) - 1
+            yield Tick(row, recording[row], difference, Control(2.5, 0.0), decided, facts)
+
+    monkeypatch.setattr(hindsight, "simulate_again", again)
+    told = result(line, agent=agent)
+    return hindsight.look_back(recording, told, line, [Window(2, 11, 2)])
+
+
+def test_the_expert_is_not_asked_after_the_first_difference(monkeypatch, route, tmp_path: Path):
+    found = looked(monkeypatch, tmp_path, route("a"), 6, "cruise")
+
+    assert (found.differs_at, found.difference) == (6, "the ego")
+    assert found.moments[5].expert is not None
+    assert all(found.moments[tick].expert is None for tick in range(6, 12))
+    assert "the ego differ from what was recorded" in found.expert_note
+
+
+def test_a_planner_that_answers_otherwise_is_asked_no_more(monkeypatch, route, tmp_path: Path):
+    found = looked(monkeypatch, tmp_path, route("a"), None, "idm")
+
+    assert "answers otherwise than recorded" in found.planner_note
+    assert found.moments[11].planner is None
+    assert found.differs_at is None
+
+
+def test_an_agent_that_is_not_there_any_more_is_said_to_be(monkeypatch, route, tmp_path: Path):
+    found = looked(monkeypatch, tmp_path, route("a"), None, "gone.py:Agent")
+
+    assert "There is no file" in found.planner_note
+    assert found.moments[11].expert is not None

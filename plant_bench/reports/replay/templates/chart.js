@@ -1,10 +1,15 @@
 // The time line: speed, limit and acceleration, infractions and hazards, and where one is.
 
-const CHART = { left: 40, right: 12, top: 22, row: 92, gap: 24 }; // px
+const CHART = { left: 40, right: 12, top: 22, row: 104, name: 16, gap: 24, band: 34 }; // px; the band of accelerations is a part of the row
 const HARD = 6; // m/s2 at the edge of the band of accelerations
 
 function chartHeight(episodes) {
-  return CHART.top + episodes.length * (CHART.row + CHART.gap) - CHART.gap + 6;
+  return rowTop(episodes, episodes.length) - CHART.gap + 6;
+}
+
+function rowTop(episodes, row) {
+  const name = episodes.length > 1 ? CHART.name : 0;
+  return CHART.top + name + row * (CHART.row + CHART.gap + name);
 }
 
 function drawChart(context, size, episodes, seconds, duration, colours) {
@@ -14,8 +19,7 @@ function drawChart(context, size, episodes, seconds, duration, colours) {
   const x = (time) => CHART.left + (time / duration) * (width - CHART.left - CHART.right);
   const most = Math.max(...episodes.map((episode) => Math.max(...episode.facts.limits.map(([, limit]) => limit)))) * 1.15;
   episodes.forEach((episode, row) => {
-    const top = CHART.top + row * (CHART.row + CHART.gap);
-    drawChartRow(context, episode, { x, top, width, most }, colours, episodes.length > 1);
+    drawChartRow(context, episode, { x, top: rowTop(episodes, row), width, most }, colours, episodes.length > 1);
   });
   context.strokeStyle = colours.label;
   context.lineWidth = 2;
@@ -28,8 +32,9 @@ function drawChart(context, size, episodes, seconds, duration, colours) {
 function drawChartRow(context, episode, place, colours, named) {
   const { x, top, width, most } = place;
   const bottom = top + CHART.row;
-  const speedY = (speed) => bottom - (Math.max(speed, 0) / most) * CHART.row;
-  const middle = top + CHART.row / 2;
+  const floor = bottom - CHART.band - 8;
+  const speedY = (speed) => floor - (Math.max(speed, 0) / most) * (floor - top);
+  const middle = bottom - CHART.band / 2;
   context.font = "11px system-ui, sans-serif";
   context.textBaseline = "middle";
   context.fillStyle = colours.chartText;
@@ -37,21 +42,28 @@ function drawChartRow(context, episode, place, colours, named) {
   const step = most > 25 ? 50 : 20;
   for (let kmh = 0; kmh / 3.6 < most; kmh += step) {
     context.fillText(String(kmh), CHART.left - 6, speedY(kmh / 3.6));
-    context.strokeStyle = colours.grid;
-    context.lineWidth = 1;
-    context.beginPath();
-    context.moveTo(CHART.left, speedY(kmh / 3.6));
-    context.lineTo(width - CHART.right, speedY(kmh / 3.6));
-    context.stroke();
+    level(context, width, speedY(kmh / 3.6), colours);
   }
+  level(context, width, middle, colours);
+  context.fillText("m/s²", CHART.left - 6, middle);
+  context.fillText("km/h", CHART.left - 6, top - 10);
   context.textAlign = "left";
-  context.fillText(named ? `km/h  ${short(episode.facts.title)}` : "km/h", CHART.left + 4, top - 12);
+  if (named) context.fillText(short(episode.facts.title), CHART.left, top - 12 - CHART.name);
   const frames = episode.frames;
   const line = (value, colour, thickness, dashes) => plotLine(context, episode, { x, value, colour, thickness, dashes, frames });
-  line((frame) => middle - (clamped(episode.ego.acceleration[frame], HARD) / HARD) * (CHART.row / 2), colours.acceleration, 1, []);
+  line((frame) => middle - (clamped(episode.ego.acceleration[frame], HARD) / HARD) * (CHART.band / 2), colours.acceleration, 1, []);
   line((frame) => speedY(limitAt(episode, frame)), colours.limit, 1.2, [4, 3]);
   line((frame) => speedY(episode.ego.speed[frame]), colours.speed, 2, []);
   for (const mark of marksOf(episode)) drawChartMark(context, x(mark.time), top, bottom, mark, colours);
+}
+
+function level(context, width, y, colours) {
+  context.strokeStyle = colours.grid;
+  context.lineWidth = 1;
+  context.beginPath();
+  context.moveTo(CHART.left, y);
+  context.lineTo(width - CHART.right, y);
+  context.stroke();
 }
 
 const clamped = (value, most) => Math.min(Math.max(value, -most), most);

@@ -132,6 +132,9 @@ function drawLights(context, lights, view, colours) {
     context.beginPath();
     context.roundRect(head[0] - 7, head[1] - 18, 14, 36, 4);
     context.fill();
+    context.strokeStyle = colours.paint;
+    context.lineWidth = 1;
+    context.stroke();
     lamps.forEach((lamp, row) => {
       context.fillStyle = lamp === lit ? colours[lamp] : colours.lampOff;
       context.beginPath();
@@ -175,27 +178,32 @@ function drawDiamond(context, x, y, letter, colours) {
   context.restore();
 }
 
+// A cross in a disc; while it is recent beside a ring, so that the ring leaves free what happened.
 function drawCross(context, x, y, recent, colours) {
-  const radius = recent ? 15 : 9;
   context.save();
-  context.globalAlpha = recent ? 1 : 0.75;
-  context.lineWidth = recent ? 4 : 2.5;
-  context.strokeStyle = colours.labelBack;
+  context.strokeStyle = colours.infraction;
+  if (recent) {
+    context.lineWidth = 4;
+    context.beginPath();
+    context.arc(x, y, 34, 0, 2 * Math.PI);
+    context.stroke();
+  }
+  const [left, up] = recent ? [x + 25, y - 25] : [x, y];
+  const radius = recent ? 12 : 8;
+  context.lineWidth = 2;
+  context.strokeStyle = "#ffffff";
   context.fillStyle = colours.infraction;
   context.beginPath();
-  context.arc(x, y, radius, 0, 2 * Math.PI);
-  if (recent) context.globalAlpha = 0.35;
+  context.arc(left, up, radius, 0, 2 * Math.PI);
   context.fill();
-  context.globalAlpha = 1;
-  context.strokeStyle = recent ? colours.infraction : colours.labelBack;
-  if (recent) context.stroke();
-  const arm = recent ? 6 : 4;
-  context.strokeStyle = "#ffffff";
+  context.stroke();
+  const arm = radius / 2.2;
+  context.lineWidth = 2.5;
   context.beginPath();
-  context.moveTo(x - arm, y - arm);
-  context.lineTo(x + arm, y + arm);
-  context.moveTo(x + arm, y - arm);
-  context.lineTo(x - arm, y + arm);
+  for (const side of [-1, 1]) {
+    context.moveTo(left - arm, up - arm * side);
+    context.lineTo(left + arm, up + arm * side);
+  }
   context.stroke();
   context.restore();
 }

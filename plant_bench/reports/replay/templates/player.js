@@ -2,7 +2,8 @@
 
 const SPEEDS = [0.25, 0.5, 1, 2, 4, 8];
 const SCALES = [1, 40]; // px a metre, least and most
-const REACH = 78; // m across a stage of ordinary size at first
+const REACH = 105; // m across a stage at first
+const LEAST_FIRST = 6; // px a metre at first
 
 class Player {
   constructor(episodes, stages, panels) {
@@ -28,6 +29,7 @@ class Player {
     this.observer.observe(this.chart);
     this.chart.style.height = `${chartHeight(this.episodes)}px`;
     this.scale = clampedScale(this.stages[0].canvas.clientWidth / REACH);
+    this.scale = Math.max(this.scale, LEAST_FIRST);
     this.measure();
   }
 

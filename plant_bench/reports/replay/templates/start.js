@@ -39,7 +39,7 @@ function showEpisodes(episodes) {
   const panels = episodes.map((episode) => panelFor(episode, (mark) => player.goTo(mark)));
   byId("stages").replaceChildren(...stages.map((stage) => stage.figure));
   byId("facts").replaceChildren(...panels.map((panel) => panel.node));
-  byId("deck").classList.toggle("two", episodes.length > 1);
+  byId("player").classList.toggle("two", episodes.length > 1);
   for (const stage of stages) connectStage(stage.canvas);
   player = new Player(episodes, stages, panels);
   player.listeners.push(showControls);

@@ -11,6 +11,7 @@ from plant_bench.cli.agents import list_agents
 from plant_bench.cli.collect import collect
 from plant_bench.cli.data import data_app
 from plant_bench.cli.hazards import hazards_app
+from plant_bench.cli.replay import replay, serve
 from plant_bench.cli.rfds import score_rfds
 from plant_bench.cli.routes import routes_app
 from plant_bench.cli.runs import compare_runs, rescore_run
@@ -34,6 +35,8 @@ app.command("score")(score)
 app.command("rescore")(rescore_run)
 app.command("compare")(compare_runs)
 app.command("rfds")(score_rfds)
+app.command("replay")(replay)
+app.command("serve")(serve)
 app.command("agents")(list_agents)
 app.command("collect")(collect)
 app.add_typer(data_app, name="data")

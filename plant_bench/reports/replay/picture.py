@@ -1,9 +1,7 @@
 """Scenes of a replay as pictures, in the look of the page."""
 
 from collections.abc import Sequence
-from pathlib import Path
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -18,12 +16,13 @@ from plant_bench.reports.replay.moments import Moment, moment_of
 from plant_bench.reports.replay.overlay import place_at, stop_line
 from plant_bench.reports.replay.page import palette
 from plant_bench.reports.replay.shapes import BODIES, GLASS, Polygon, placed, shown_extent
-from plant_bench.reports.replay.towns import KINDS, Piece, town_pieces
+from plant_bench.reports.replay.towns import Piece, town_pieces
 from plant_bench.world.hazard import HAZARDS, Phase
 from plant_bench.world.scene import EGO_EXTENT, ActorKind, Light
 
 ACROSS = 90.0  # m that a picture shows from left to right
 DPI = 100
+GAP = 4  # px between scenes
 RECENT = 2.5  # s for which an infraction stands out
 NEAR = 200.0  # m around the ego within which the town is drawn
 DASH = (3.0, 4.0)  # m of paint and m without
@@ -164,7 +163,9 @@ class ScenePainter:
     def _draw_ego(self, moment: Moment) -> None:
         colours, pose = self._colours, moment.ego[:3]
         frame = corners(pose[None], np.array([EGO_EXTENT]))
-        triangle = placed([np.array([(0.5, 0.0), (-0.5, 0.5), (-0.5, -0.5)])], pose, np.array(EGO_EXTENT))
+        triangle = placed(
+            [np.array([(0.5, 0.0), (-0.5, 0.5), (-0.5, -0.5)])], pose, np.array(EGO_EXTENT)
+        )
         for shapes, fill, edge in (
             (frame, "none", colours["ego"]),
             (triangle, colours["ego"], colours["outline"]),
@@ -225,7 +226,12 @@ class ScenePainter:
                 continue
             recent = seconds - item.time < RECENT
             if recent:
-                ring = {"marker": "o", "markersize": 44, "fillstyle": "none", "markeredgewidth": 2.5}
+                ring = {
+                    "marker": "o",
+                    "markersize": 44,
+                    "fillstyle": "none",
+                    "markeredgewidth": 2.5,
+                }
                 (drawn,) = self._ax.plot(
                     item.x, item.y, color=colours["infraction"], zorder=22, **ring
                 )
@@ -265,28 +271,52 @@ class ScenePainter:
         self._keep(drawn)
 
 
-def save_picture(
-    episodes: Sequence[EpisodeReplay], times: Sequence[float], path: Path, *, dark: bool = False
-) -> None:
-    """Write one picture: a row an episode, a column a moment.
+class Panels:
+    """A grid of scenes in one figure: a row an episode, a column a moment; mutable.
 
     Args:
         episodes: To draw.
-        times: Moments, seconds.
-        path: A PNG file.
+        columns: How many moments stand side by side.
         dark: In dark colours.
     """
-    figure = Figure(figsize=(min(9.0, 24.0 / len(times)) * len(times), 6.0 * len(episodes)), dpi=DPI)
-    FigureCanvasAgg(figure)
-    for row, episode in enumerate(episodes):
-        for column, seconds in enumerate(times):
-            place = (column / len(times), 1.0 - (row + 1) / len(episodes))
-            size = (1.0 / len(times), 1.0 / len(episodes))
-            ScenePainter(figure.add_axes((*place, *size)), episode, dark=dark).draw(seconds)
-    part = path.with_name(f"{path.name}.part")
-    with mpl.rc_context({"path.simplify": True}):
-        figure.savefig(part, format="png", metadata={"Software": None})
-    part.replace(path)
+
+    def __init__(self, episodes: Sequence[EpisodeReplay], columns: int, *, dark: bool) -> None:
+        rows = len(episodes)
+        width, height = _panel_size(rows, columns)
+        size = (columns * width + GAP, rows * height + GAP)  # px
+        self._figure = Figure(figsize=(size[0] / DPI, size[1] / DPI), dpi=DPI)
+        self._figure.set_facecolor(palette()["dark" if dark else "light"]["labelBack"])
+        self._canvas = FigureCanvasAgg(self._figure)
+        self._painters: list[list[ScenePainter]] = []
+        for row, episode in enumerate(episodes):
+            bottom = (rows - 1 - row) * height + GAP
+            boxes = [
+                (
+                    (column * width + GAP) / size[0],
+                    bottom / size[1],
+                    (width - GAP) / size[0],
+                    (height - GAP) / size[1],
+                )
+                for column in range(columns)
+            ]
+            self._painters.append(
+                [ScenePainter(self._figure.add_axes(box), episode, dark=dark) for box in boxes]
+            )
+
+    def draw(self, times: Sequence[float]) -> np.ndarray:
+        """Show moments, one a column, and return the pixels: uint8 (height, width, 3)."""
+        for row in self._painters:
+            for painter, seconds in zip(row, times, strict=True):
+                painter.draw(seconds)
+        self._canvas.draw()
+        return np.asarray(self._canvas.buffer_rgba())[..., :3].copy()
+
+
+def _panel_size(rows: int, columns: int) -> tuple[int, int]:
+    """Return width and height of one scene, even numbers of pixels."""
+    if columns == 1:
+        return (960, 540) if rows == 1 else (960, 430)
+    return 480, 360
 
 
 def _shortened(text: str) -> str:

@@ -78,8 +78,6 @@ def placed(
     return [(shape * extent) @ turn + pose[:2] for shape in shapes]
 
 
-def shown_extent(
-    kind: ActorKind, extent: Float[np.ndarray, " 2"]
-) -> Float[np.ndarray, " 2"]:
+def shown_extent(kind: ActorKind, extent: Float[np.ndarray, " 2"]) -> Float[np.ndarray, " 2"]:
     """Return the size at which an actor is drawn: the slight ones a little larger."""
     return extent * max(1.0, SLIGHT.get(kind, 0.0) / max(float(extent[0]), 1e-3))

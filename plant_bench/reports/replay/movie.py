@@ -160,7 +160,7 @@ def save_mp4(episodes: Sequence[EpisodeReplay], wanted: Wanted, path: Path, told
         writer = imageio_ffmpeg.write_frames(
             str(part),
             (width, height),
-            fps=wanted.rate("mp4"),
+            fps=wanted.rate("mp4"),  # pyright: ignore[reportArgumentType]  fractions work
             codec="libx264",
             macro_block_size=2,
             output_params=["-f", "mp4", "-crf", "20", "-movflags", "+faststart"],

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import LineCollection, PolyCollection
@@ -20,7 +21,7 @@ from plant_bench.reports.replay.towns import Piece, town_pieces
 from plant_bench.world.hazard import HAZARDS, Phase
 from plant_bench.world.scene import EGO_EXTENT, ActorKind, Light
 
-ACROSS = 90.0  # m that a picture shows from left to right
+ACROSS, STRIP_ACROSS = 90.0, 56.0  # m that a scene shows from left to right
 DPI = 100
 GAP = 4  # px between scenes
 RECENT = 2.5  # s for which an infraction stands out
@@ -37,22 +38,23 @@ class ScenePainter:
     Args:
         ax: Where; its size and the figure's must not change any more.
         episode: What.
+        across: Metres from left to right.
         dark: In the colours of the page's dark mode.
     """
 
-    def __init__(self, ax: Axes, episode: EpisodeReplay, *, dark: bool = False) -> None:
+    def __init__(self, ax: Axes, episode: EpisodeReplay, *, across: float, dark: bool) -> None:
         self._ax = ax
         self._episode = episode
         self._colours = palette()["dark" if dark else "light"]
         box = ax.get_window_extent()
-        self._across, self._up = ACROSS, ACROSS * box.height / box.width
-        self._metre = box.width / ACROSS * 72.0 / ax.figure.dpi  # in points
+        self._across, self._up = across, across * box.height / box.width
+        self._metre = box.width / across * 72.0 / ax.figure.dpi  # in points
         self._pieces = town_pieces(episode.town)
         middles = [piece.points for piece in self._pieces]
         self._lows = np.array([points.min(axis=0) for points in middles])
         self._highs = np.array([points.max(axis=0) for points in middles])
         self._drawn_at = np.full(2, np.inf)
-        self._fleeting: list = []
+        self._fleeting: list[Artist] = []
 
     def draw(self, seconds: float) -> None:
         """Show the scene of a moment."""
@@ -108,11 +110,16 @@ class ScenePainter:
         )
 
     def _draw_route(self) -> None:
-        points = self._episode.route.points
-        line = {"color": self._colours["route"], "solid_capstyle": "round"}
-        self._ax.plot(*points.T, linewidth=0.9 * self._metre, alpha=0.55, zorder=8, **line)
+        self._ax.plot(
+            *self._episode.route.points.T,
+            color=self._colours["route"],
+            linewidth=0.9 * self._metre,
+            alpha=0.55,
+            solid_capstyle="round",
+            zorder=8,
+        )
 
-    def _keep(self, artist) -> None:
+    def _keep(self, artist: Artist) -> None:
         self._fleeting.append(artist)
 
     def _draw_attention(self, moment: Moment) -> None:
@@ -287,6 +294,7 @@ class Panels:
         self._figure = Figure(figsize=(size[0] / DPI, size[1] / DPI), dpi=DPI)
         self._figure.set_facecolor(palette()["dark" if dark else "light"]["labelBack"])
         self._canvas = FigureCanvasAgg(self._figure)
+        across = ACROSS if columns == 1 else STRIP_ACROSS
         self._painters: list[list[ScenePainter]] = []
         for row, episode in enumerate(episodes):
             bottom = (rows - 1 - row) * height + GAP
@@ -300,7 +308,10 @@ class Panels:
                 for column in range(columns)
             ]
             self._painters.append(
-                [ScenePainter(self._figure.add_axes(box), episode, dark=dark) for box in boxes]
+                [
+                    ScenePainter(self._figure.add_axes(box), episode, across=across, dark=dark)
+                    for box in boxes
+                ]
             )
 
     def draw(self, times: Sequence[float]) -> np.ndarray:

@@ -50,13 +50,14 @@ function showEpisodes(episodes) {
 
 async function offerComparison(episodes) {
   const { facts } = episodes[0];
-  let all;
+  let index;
   try {
-    all = await load("replays/index.js");
+    index = await load("replays/index.js");
   } catch {
     return; // one can do without
   }
-  const fitting = all.filter((item) => item.scenario === facts.scenario && item.id !== facts.id && ID.test(item.id));
+  byId("leaderboard").hidden = !index.leaderboard;
+  const fitting = index.replays.filter((item) => item.scenario === facts.scenario && item.id !== facts.id && ID.test(item.id));
   byId("compare-group").hidden = !fitting.length;
   const options = fitting.map((item) => element("option", { value: item.id }, `${short(item.title)} (DS ${item.drivingScore.toFixed(1)})`));
   const nobody = element("option", { value: "" }, "no other");
@@ -70,7 +71,8 @@ function compareWith(id) {
 }
 
 async function showChoices() {
-  const all = await load("replays/index.js");
+  const { replays: all, leaderboard } = await load("replays/index.js");
+  byId("leaderboard").hidden = !leaderboard;
   byId("heading").textContent = "Replays";
   byId("about").textContent = `${all.length} here`;
   const items = all.filter((item) => ID.test(item.id)).map((item) => {

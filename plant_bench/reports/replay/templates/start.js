@@ -7,15 +7,21 @@ async function open() {
   player?.stop();
   player = null;
   byId("player").hidden = byId("choice").hidden = byId("message").hidden = true;
+  const main = document.querySelector("main");
+  main.setAttribute("aria-busy", "true");
   try {
     const ids = wantedIds();
-    if (!ids.length) return await showChoices();
-    showMessage("Loading …", false);
+    if (ids.length) showMessage("Loading …", false);
     const episodes = await Promise.all(ids.map(loadEpisode));
-    if (mine === opening) showEpisodes(episodes);
+    const index = ids.length ? null : await load("replays/index.js");
+    if (mine !== opening) return;
+    if (index) showChoices(index);
+    else showEpisodes(episodes);
   } catch (error) {
-    if (mine === opening) showMessage(error.message, true);
+    if (mine !== opening) return;
+    showMessage(error.message, true);
   }
+  main.setAttribute("aria-busy", "false");
 }
 
 function showMessage(text, bad) {
@@ -70,8 +76,7 @@ function compareWith(id) {
   location.hash = id ? `${first}&${id}` : first;
 }
 
-async function showChoices() {
-  const { replays: all, leaderboard } = await load("replays/index.js");
+function showChoices({ replays: all, leaderboard }) {
   byId("leaderboard").hidden = !leaderboard;
   byId("heading").textContent = "Replays";
   byId("about").textContent = `${all.length} here`;

@@ -10,7 +10,7 @@ from PIL import Image
 
 from plant_bench.errors import InputError
 from plant_bench.reports.replay.episode import EpisodeReplay
-from plant_bench.reports.replay.picture import Panels
+from plant_bench.reports.replay.panels import Panels
 
 STRIP = 5  # moments of a strip
 MOST_GIF = 600  # pictures: more would take hundreds of megabytes

@@ -1,35 +1,23 @@
 """Scenes of a replay as pictures, in the look of the page."""
 
-from collections.abc import Sequence
-
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import to_rgb
-from matplotlib.figure import Figure
 
 from plant_bench.agent import NOBODY
 from plant_bench.geometry.box import corners
 from plant_bench.reports.replay.episode import EpisodeReplay
+from plant_bench.reports.replay.ground import Ground
 from plant_bench.reports.replay.moments import Moment, moment_of
 from plant_bench.reports.replay.overlay import place_at, stop_line
 from plant_bench.reports.replay.page import palette
 from plant_bench.reports.replay.shapes import BODIES, GLASS, Polygon, placed, shown_extent
-from plant_bench.reports.replay.towns import Piece, town_pieces
 from plant_bench.world.hazard import HAZARDS, Phase
 from plant_bench.world.scene import EGO_EXTENT, ActorKind, Light
 
-ACROSS, STRIP_ACROSS = 90.0, 56.0  # m that a scene shows from left to right
-DPI = 100
-GAP = 4  # px between scenes
 RECENT = 2.5  # s for which an infraction stands out
-NEAR = 200.0  # m around the ego within which the town is drawn
-DASH = (3.0, 4.0)  # m of paint and m without
-AREAS = ("pavement", "junction", "zebra")
-PAINT_WIDTH = {"edge": 0.14, "between": 0.13, "middle": 0.17, "stop": 0.4}  # m
-COLOUR_OF = {"junction": "road", "edge": "paint", "between": "paint", "stop": "paint"}
 
 
 class ScenePainter:
@@ -49,22 +37,19 @@ class ScenePainter:
         box = ax.get_window_extent()
         self._across, self._up = across, across * box.height / box.width
         self._metre = box.width / across * 72.0 / ax.figure.dpi  # in points
-        self._pieces = town_pieces(episode.town)
-        middles = [piece.points for piece in self._pieces]
-        self._lows = np.array([points.min(axis=0) for points in middles])
-        self._highs = np.array([points.max(axis=0) for points in middles])
-        self._drawn_at = np.full(2, np.inf)
+        town, route = episode.town, episode.route
+        self._ground = Ground(ax, town, route, self._colours, self._metre)
         self._fleeting: list[Artist] = []
 
     def draw(self, seconds: float) -> None:
         """Show the scene of a moment."""
         moment = moment_of(self._episode, seconds)
         x, y = float(moment.ego[0]), float(moment.ego[1])
-        if np.hypot(*(self._drawn_at - (x, y))) > NEAR - 0.6 * max(self._across, self._up):
-            self._draw_town(np.array([x, y]))
         for artist in self._fleeting:
             artist.remove()
         self._fleeting.clear()
+        if not self._ground.has_drawn(moment.ego[:2], max(self._across, self._up) / 2):
+            self._ground.draw(moment.ego[:2])
         self._ax.set_xlim(x - self._across / 2, x + self._across / 2)
         self._ax.set_ylim(y - self._up / 2, y + self._up / 2)
         self._draw_attention(moment)
@@ -73,51 +58,6 @@ class ScenePainter:
         self._draw_lights(moment)
         self._draw_marks(seconds)
         self._draw_caption(moment)
-
-    def _draw_town(self, middle: np.ndarray) -> None:
-        self._ax.clear()
-        self._ax.set_facecolor(self._colours["ground"])
-        self._ax.set(xticks=[], yticks=[])
-        self._ax.spines[:].set_visible(False)
-        self._fleeting.clear()
-        self._drawn_at = middle
-        near = ((self._lows < middle + NEAR) & (self._highs > middle - NEAR)).all(axis=1)
-        groups: dict[tuple[bool, str], list[Piece]] = {}
-        for place in np.flatnonzero(near).tolist():
-            piece = self._pieces[place]
-            groups.setdefault((piece.upper, piece.kind), []).append(piece)
-        for (upper, kind), pieces in groups.items():
-            self._draw_pieces(kind, pieces, _level(upper, kind))
-        self._draw_route()
-
-    def _draw_pieces(self, kind: str, pieces: list[Piece], zorder: float) -> None:
-        colour = self._colours[COLOUR_OF.get(kind, kind)]
-        lines = [piece.points for piece in pieces]
-        if kind in AREAS:
-            self._ax.add_collection(PolyCollection(lines, facecolors=colour, zorder=zorder))
-            return
-        widths = [PAINT_WIDTH.get(kind, piece.width) * self._metre for piece in pieces]
-        dash = tuple(length / PAINT_WIDTH["between"] for length in DASH)
-        self._ax.add_collection(
-            LineCollection(
-                lines,
-                colors=colour,
-                linewidths=widths,
-                linestyles=[(0, dash)] if kind == "between" else "solid",
-                zorder=zorder,
-                capstyle="butt",
-            )
-        )
-
-    def _draw_route(self) -> None:
-        self._ax.plot(
-            *self._episode.route.points.T,
-            color=self._colours["route"],
-            linewidth=0.9 * self._metre,
-            alpha=0.55,
-            solid_capstyle="round",
-            zorder=8,
-        )
 
     def _keep(self, artist: Artist) -> None:
         self._fleeting.append(artist)
@@ -278,63 +218,5 @@ class ScenePainter:
         self._keep(drawn)
 
 
-class Panels:
-    """A grid of scenes in one figure: a row an episode, a column a moment; mutable.
-
-    Args:
-        episodes: To draw.
-        columns: How many moments stand side by side.
-        dark: In dark colours.
-    """
-
-    def __init__(self, episodes: Sequence[EpisodeReplay], columns: int, *, dark: bool) -> None:
-        rows = len(episodes)
-        width, height = _panel_size(rows, columns)
-        size = (columns * width + GAP, rows * height + GAP)  # px
-        self._figure = Figure(figsize=(size[0] / DPI, size[1] / DPI), dpi=DPI)
-        self._figure.set_facecolor(palette()["dark" if dark else "light"]["labelBack"])
-        self._canvas = FigureCanvasAgg(self._figure)
-        across = ACROSS if columns == 1 else STRIP_ACROSS
-        self._painters: list[list[ScenePainter]] = []
-        for row, episode in enumerate(episodes):
-            bottom = (rows - 1 - row) * height + GAP
-            boxes = [
-                (
-                    (column * width + GAP) / size[0],
-                    bottom / size[1],
-                    (width - GAP) / size[0],
-                    (height - GAP) / size[1],
-                )
-                for column in range(columns)
-            ]
-            self._painters.append(
-                [
-                    ScenePainter(self._figure.add_axes(box), episode, across=across, dark=dark)
-                    for box in boxes
-                ]
-            )
-
-    def draw(self, times: Sequence[float]) -> np.ndarray:
-        """Show moments, one a column, and return the pixels: uint8 (height, width, 3)."""
-        for row in self._painters:
-            for painter, seconds in zip(row, times, strict=True):
-                painter.draw(seconds)
-        self._canvas.draw()
-        return np.asarray(self._canvas.buffer_rgba())[..., :3].copy()
-
-
-def _panel_size(rows: int, columns: int) -> tuple[int, int]:
-    """Return width and height of one scene, even numbers of pixels."""
-    if columns == 1:
-        return (960, 540) if rows == 1 else (960, 430)
-    return 480, 360
-
-
 def _shortened(text: str) -> str:
     return text if len(text) <= 40 else f"{text[:39]}…"
-
-
-def _level(upper: bool, kind: str) -> float:
-    """Return the drawing order of a kind of piece: bridges above all that lies on the ground."""
-    order = ("pavement", "junction", "bridge", "road", "edge", "between", "middle", "zebra", "stop")
-    return (4.0 if upper else 0.0) + 0.3 * order.index(kind)

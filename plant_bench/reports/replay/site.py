@@ -85,8 +85,15 @@ def write_replay(task: _Task, _report: Callable[[float], None] | None = None) ->
     try:
         text = f"{STAMP}{task.stamp}\n{replay_script(load_episode(task.source))}"
     except PlantBenchError as error:
-        text = missing_script(task.source, str(error))
+        text = missing_script(task.source, _without_folder(str(error), task.source.recording))
+    except Exception as error:  # noqa: BLE001  a broken file may break anything that reads it
+        text = missing_script(task.source, f"Its recording is broken ({type(error).__name__}).")
     write_whole(task.path, text)
+
+
+def _without_folder(text: str, path: Path) -> str:
+    """Return a text that tells a file's name alone: pages are shown to others."""
+    return text.replace(str(path), path.name)
 
 
 def write_whole(path: Path, text: str) -> None:

@@ -1,4 +1,5 @@
 import threading
+import urllib.error
 import urllib.request
 
 import pytest

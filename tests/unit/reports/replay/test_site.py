@@ -56,7 +56,9 @@ def test_one_broken_recording_does_not_stop_the_others_and_is_tried_again(tmp_pa
     whole = source.recording.read_bytes()
     source.recording.write_bytes(b"broken")
     assert write(tmp_path, source, other)[-1] == (2, 2)
-    assert "Not a recording" in facts_of(text(tmp_path, source))["error"]
+    error = facts_of(text(tmp_path, source))["error"]
+    assert "Not a recording: town01-0_r0_abc.parquet" in error
+    assert str(tmp_path) not in error, "pages are shown to others"
     assert "data" in facts_of(text(tmp_path, other))
     source.recording.write_bytes(whole)
     write(tmp_path, source, other)

@@ -93,6 +93,7 @@ def test_it_plays_from_disk_and_stops_at_the_end(opened, screenshot):
     assert clock(page) == 0.0
     first = painted(page)
     assert has_colour(first, (255, 210, 31)), "the ego"
+    assert has_colour(first, (90, 95, 102), least=10_000), "the road under it"
     page.select_option("#speed", "2")
     page.click("#play")
     assert page.inner_text("#play") == "Pause"
@@ -109,6 +110,10 @@ def test_one_jumps_to_infractions_by_list_key_and_time_line(opened, screenshot):
     assert clock(page) == HIT_AT
     assert "Collision with a car" in page.inner_text("#live")
     assert page.locator("[aria-current=true]").count() == 1
+    now = page.inner_text(".now")
+    assert "29 of 50 km/h" in now
+    assert "16 of 1126 m" in now
+    assert "truck 3" in now
     settle(page)
     assert has_colour(painted(page), (210, 31, 31)), "the mark where it happened"
     screenshot(page, "replay_infraction")
@@ -116,7 +121,9 @@ def test_one_jumps_to_infractions_by_list_key_and_time_line(opened, screenshot):
     assert clock(page) == 3.0
     page.keyboard.press("p")
     assert clock(page) == HIT_AT
-    page.keyboard.press("n")
+    page.keyboard.press("End")
+    page.keyboard.press("p")
+    assert clock(page) == 3.0, "the nearest one before"
     page.keyboard.press("n")
     assert page.inner_text("#live") == "No infraction after this."
     box = page.locator("#chart").bounding_box()

@@ -167,7 +167,7 @@ class ScenePainter:
                 continue
             x, y, _ = place_at(episode.route, hazard.at)
             face = {"boxstyle": "round,pad=0.25", "fc": colours["hazard"], "ec": colours["outline"]}
-            self._text(x, y, HAZARDS[hazard.kind].letter, colours["outline"], face)
+            self._text(x, y, HAZARDS[hazard.kind].letter, colours["outline"], face, zorder=11.0)
         for item in episode.source.result.infractions:
             if item.time > seconds + 1e-6:
                 continue
@@ -185,12 +185,14 @@ class ScenePainter:
                 self._keep(drawn)
             aside = 20.0 / self._metre if recent else 0.0
             face = {"boxstyle": "circle,pad=0.2", "fc": colours["infraction"], "ec": "white"}
-            self._text(item.x + aside, item.y + aside, "×", "white", face)
+            self._text(item.x + aside, item.y + aside, "×", "white", face, zorder=23.0)
 
-    def _text(self, x: float, y: float, text: str, colour: str, face: dict) -> None:
+    def _text(
+        self, x: float, y: float, text: str, colour: str, face: dict, *, zorder: float
+    ) -> None:
         style = {"color": colour, "fontsize": 8, "fontweight": "bold", "ha": "center"}
         text_drawn = self._ax.text(
-            x, y, text, va="center", bbox=face, zorder=23, clip_on=True, **style
+            x, y, text, va="center", bbox=face, zorder=zorder, clip_on=True, **style
         )
         self._keep(text_drawn)
 

@@ -12,20 +12,34 @@ function rowTop(episodes, row) {
   return CHART.top + name + row * (CHART.row + CHART.gap + name);
 }
 
-function drawChart(context, size, episodes, seconds, duration, colours) {
-  const { width, height, ratio } = size;
-  context.setTransform(ratio, 0, 0, ratio, 0, 0);
-  context.clearRect(0, 0, width, height);
-  const x = (time) => CHART.left + (time / duration) * (width - CHART.left - CHART.right);
+// All but the cursor changes with the size and the colours alone: it is drawn once for each.
+function makeChart(size, episodes, duration, colours) {
+  const canvas = document.createElement("canvas");
+  canvas.width = Math.max(1, Math.round(size.width * size.ratio));
+  canvas.height = Math.max(1, Math.round(size.height * size.ratio));
+  const context = canvas.getContext("2d");
+  context.scale(size.ratio, size.ratio);
   const most = Math.max(...episodes.map((episode) => Math.max(...episode.facts.limits.map(([, limit]) => limit)))) * 1.15;
+  const x = chartPlace(size.width, duration);
   episodes.forEach((episode, row) => {
-    drawChartRow(context, episode, { x, top: rowTop(episodes, row), width, most }, colours, episodes.length > 1);
+    drawChartRow(context, episode, { x, top: rowTop(episodes, row), width: size.width, most }, colours, episodes.length > 1);
   });
+  return canvas;
+}
+
+const chartPlace = (width, duration) => (time) => CHART.left + (time / duration) * (width - CHART.left - CHART.right);
+
+function drawChart(context, size, chart, seconds, duration, colours) {
+  context.setTransform(1, 0, 0, 1, 0, 0);
+  context.clearRect(0, 0, chart.width, chart.height);
+  context.drawImage(chart, 0, 0);
+  context.setTransform(size.ratio, 0, 0, size.ratio, 0, 0);
+  const x = chartPlace(size.width, duration)(seconds);
   context.strokeStyle = colours.label;
   context.lineWidth = 2;
   context.beginPath();
-  context.moveTo(x(seconds), 4);
-  context.lineTo(x(seconds), height - 2);
+  context.moveTo(x, 4);
+  context.lineTo(x, size.height - 2);
   context.stroke();
 }
 
@@ -54,7 +68,7 @@ function drawChartRow(context, episode, place, colours, named) {
   line((frame) => middle - (clamped(episode.ego.acceleration[frame], HARD) / HARD) * (CHART.band / 2), colours.acceleration, 1, []);
   line((frame) => speedY(limitAt(episode, frame)), colours.limit, 1.2, [4, 3]);
   line((frame) => speedY(episode.ego.speed[frame]), colours.speed, 2, []);
-  for (const mark of marksOf(episode)) drawChartMark(context, x(mark.time), top, bottom, mark, colours);
+  for (const mark of episode.marks) drawChartMark(context, x(mark.time), top, bottom, mark, colours);
 }
 
 function level(context, width, y, colours) {
@@ -108,8 +122,7 @@ function drawChartMark(context, x, top, bottom, mark, colours) {
 }
 
 // What lies on the time line, in order of time.
-function marksOf(episode) {
-  const { infractions, hazards } = episode.facts;
+function marksOf({ infractions, hazards }) {
   const marks = infractions.map((item) => ({ time: item.time, infraction: true, name: infractionName(item), detail: infractionDetail(item) }));
   for (const item of hazards) {
     if (item.phase !== "void") marks.push({ time: item.time, infraction: false, name: hazardName(item), detail: hazardDetail(item), title: item.sentence });
@@ -121,7 +134,7 @@ function marksOf(episode) {
 function chartTime(place, width, episodes, duration) {
   const scale = (width - CHART.left - CHART.right) / duration;
   const time = clamped((place - CHART.left) / scale, duration);
-  const near = episodes.flatMap(marksOf).filter((mark) => Math.abs(mark.time - time) * scale < 7);
+  const near = episodes.flatMap((episode) => episode.marks).filter((mark) => Math.abs(mark.time - time) * scale < 7);
   near.sort((one, other) => other.infraction - one.infraction || Math.abs(one.time - time) - Math.abs(other.time - time));
   return { time: Math.max(time, 0), mark: near[0] ?? null };
 }

@@ -25,19 +25,31 @@ function drawScene(context, episode, seconds, view, colours) {
   context.setTransform(1, 0, 0, 1, 0, 0);
   context.fillStyle = colours.ground;
   context.fillRect(0, 0, view.width * ratio, view.height * ratio);
-  const k = view.scale * ratio;
-  context.setTransform(k, 0, 0, -k, (view.width / 2 - view.x * view.scale) * ratio, (view.height / 2 + view.y * view.scale) * ratio);
+  inWorld(context, view);
   drawTown(context, episode.town, seenBy(view), colours);
   drawRoute(context, episode, view, colours);
+  inPixels(context, view);
+  drawHazards(context, episode, view, colours);
+  inWorld(context, view);
   drawAttentionLines(context, moment, view, colours);
   drawActors(context, episode, moment, view, colours);
   drawEgo(context, moment.ego, episode.facts.egoExtent, view.scale, colours);
   drawPlan(context, planAt(episode, seconds), moment.ego, view, colours);
   drawBoxes(context, moment, view, colours);
-  context.setTransform(ratio, 0, 0, ratio, 0, 0);
+  inPixels(context, view);
   drawLights(context, lightsAt(episode, frame), view, colours);
-  drawMarks(context, episode, seconds, view, colours);
+  drawInfractions(context, episode, seconds, view, colours);
   drawScale(context, view, colours);
+}
+
+function inPixels(context, { ratio }) {
+  context.setTransform(ratio, 0, 0, ratio, 0, 0);
+}
+
+function inWorld(context, view) {
+  const k = view.scale * view.ratio;
+  const [x, y] = onScreen(view, 0, 0);
+  context.setTransform(k, 0, 0, -k, x * view.ratio, y * view.ratio);
 }
 
 function drawRoute(context, episode, view, colours) {
@@ -144,7 +156,7 @@ function drawLights(context, lights, view, colours) {
   }
 }
 
-function drawMarks(context, episode, seconds, view, colours) {
+function drawHazards(context, episode, view, colours) {
   context.font = "bold 12px system-ui, sans-serif";
   context.textAlign = "center";
   context.textBaseline = "middle";
@@ -153,6 +165,9 @@ function drawMarks(context, episode, seconds, view, colours) {
     const [x, y] = onScreen(view, item.place[0], item.place[1]);
     drawDiamond(context, x, y, item.letter, colours);
   }
+}
+
+function drawInfractions(context, episode, seconds, view, colours) {
   for (const item of episode.facts.infractions) {
     if (item.kind === "outside_lanes" || item.time > seconds + 1e-6) continue;
     const [x, y] = onScreen(view, item.x, item.y);

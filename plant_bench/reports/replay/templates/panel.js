@@ -49,7 +49,7 @@ function panelFor(episode, jump) {
 function logEntries(episode) {
   const idle = episode.facts.hazards.filter((item) => item.phase === "void");
   const more = idle.map((item) => ({ time: item.time, infraction: false, name: hazardName(item), detail: hazardDetail(item), title: item.sentence }));
-  return [...marksOf(episode), ...more].sort((one, other) => one.time - other.time);
+  return [...episode.marks, ...more].sort((one, other) => one.time - other.time);
 }
 
 function notesOf(episode) {

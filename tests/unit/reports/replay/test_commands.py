@@ -3,6 +3,7 @@
 import json
 from http.server import ThreadingHTTPServer
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
@@ -50,8 +51,13 @@ def test_pictures_are_written_and_their_paths_printed(runs, tmp_path):
 
 
 def test_ctrl_c_ends_a_film_with_nothing_left_behind(runs, tmp_path, monkeypatch):
-    def interrupted(*_):
-        raise KeyboardInterrupt
+    drawn = []
+
+    def interrupted(_panels, times):
+        drawn.append(times)
+        if len(drawn) > 2:
+            raise KeyboardInterrupt
+        return np.zeros((8, 8, 3), np.uint8)
 
     monkeypatch.setattr("plant_bench.reports.replay.panels.Panels.draw", interrupted)
     done = called("replay", runs[0], "town01-0", "--gif", tmp_path / "a.gif")

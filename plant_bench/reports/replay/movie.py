@@ -128,9 +128,9 @@ def save_gif(episodes: Sequence[EpisodeReplay], wanted: Wanted, path: Path, told
         for pixels in _pictures(episodes, times, told, dark=wanted.dark)
     )
     first = next(pictures)
-    with _whole(path) as part:
+    with _whole(path) as part, part.open("wb") as file:  # Pillow leaves its own open on Ctrl-C
         first.save(
-            part,
+            file,
             format="GIF",
             save_all=True,
             append_images=pictures,

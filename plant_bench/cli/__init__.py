@@ -12,6 +12,7 @@ from plant_bench.cli.collect import collect
 from plant_bench.cli.data import data_app
 from plant_bench.cli.export import export_run
 from plant_bench.cli.hazards import hazards_app
+from plant_bench.cli.replay import replay, serve
 from plant_bench.cli.report import report
 from plant_bench.cli.rfds import score_rfds
 from plant_bench.cli.routes import routes_app
@@ -38,8 +39,10 @@ app.command("rescore")(rescore_run)
 app.command("compare")(compare_runs)
 app.command("rfds")(score_rfds)
 app.command("report")(report)
-app.command("export")(export_run)
+app.command("replay")(replay)
 app.command("why")(explain_run)
+app.command("serve")(serve)
+app.command("export")(export_run)
 app.command("agents")(list_agents)
 app.command("collect")(collect)
 app.add_typer(data_app, name="data")

@@ -32,7 +32,17 @@ def test_version(tmp_path):
     "command",
     ["", "score", "rescore", "compare", "agents", "towns", "towns build", "towns list"]
     + ["routes", "routes build", "routes list", "rfds", "collect", "data", "data describe"]
-    + ["data check", "train", "train plant", "ablate", "why", "export"],
+    + [
+        "data check",
+        "train",
+        "train plant",
+        "ablate",
+        "report",
+        "replay",
+        "why",
+        "serve",
+        "export",
+    ],
 )
 def test_help_teaches(command, tmp_path):
     done = plant_bench(*command.split(), "--help", cwd=tmp_path)
@@ -55,6 +65,9 @@ def test_help_teaches(command, tmp_path):
         (["score", "--agent", "cruise", "--suite", "broken.json"], "Cannot use the routes file"),
         (["score", "--agent", "cruise", "--repetitions", "0"], "--repetitions"),
         (["score"], "--agent"),
+        (["replay", "nowhere", "town01-0"], "Say what to make of it"),
+        (["replay", "nowhere", "town01-0", "--png", "a.png"], "no run of plant-bench"),
+        (["serve", "nowhere"], "There is no folder nowhere"),
         (["score", "--agent", "cruise", "--law", "lb2.0"], "There is no law 'lb2.0'"),
         (["rescore", "nowhere", "--law", "lb3"], "lb1.0 and lb2.1 are known"),
         (["compare", "nowhere", "file", "--law", "lb3"], "There is no law 'lb3'"),

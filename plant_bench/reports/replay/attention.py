@@ -11,6 +11,7 @@ from plant_bench.data.recording import Action, Recording
 from plant_bench.errors import PlantBenchError
 from plant_bench.reports.replay.overlay import Progress
 from plant_bench.runner.observing import observe
+from plant_bench.runner.provenance import without_folders
 from plant_bench.scoring.results import EpisodeResult
 from plant_bench.world.route import Route
 
@@ -63,6 +64,9 @@ def attention_of(
     """
     try:
         planner = load_agent(agent)
+    except PlantBenchError:
+        return Attention.absent(f"The planner {without_folders(agent)} cannot be loaded here.")
+    try:
         if not isinstance(planner, Ranker):
             return Attention.absent("The planner does not rank others.")
         if Input.PRIVILEGED in planner.inputs:
@@ -74,10 +78,8 @@ def attention_of(
                 "something else now: its attention then is not known."
             )
         return drive.asked()
-    except PlantBenchError as error:
-        return Attention.absent(f"The planner cannot be asked: {error}")
     except Exception as error:  # noqa: BLE001  whatever an outsider's planner raises
-        return Attention.absent(f"The planner cannot be asked: {type(error).__name__}: {error}")
+        return Attention.absent(f"The planner raised {type(error).__name__} when it was asked.")
 
 
 class _Drive:

@@ -94,7 +94,6 @@ def replay_script(episode: EpisodeReplay) -> str:
         "format": REPLAY_FORMAT,
         "id": episode.source.id,
         "title": episode.source.title,
-        "agent": result.agent,
         "protocol": result.protocol,
         "route": result.route,
         "town": result.town,

@@ -1,5 +1,6 @@
 """A recording as frames: the ego, whoever else was in sight, and the lights, ten times a second."""
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -81,6 +82,6 @@ def _tracks(scenes: Sequence[Scene]) -> Tracks:
     begins = (np.diff(ids, prepend=-1) != 0) | (np.diff(frames, prepend=-1) != 1)
     firsts = np.flatnonzero(begins)
     starts = np.append(firsts, len(ids))
-    for low, high in zip(starts[:-1], starts[1:], strict=True):
+    for low, high in itertools.pairwise(starts):
         poses[low:high, 2] = np.unwrap(poses[low:high, 2])
     return Tracks(ids[firsts], kinds[firsts], extents[firsts], frames[firsts], starts, poses)

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 CENTI, MILLI = 100.0, 1000.0  # of a metre, of a radian
-_MOST = 2**30  # beyond which differences could overflow
+_MOST = 2**28  # beyond which second differences would not fit into 32 bits
 _UNSAFE = {"<": "\\u003c", ">": "\\u003e", "&": "\\u0026"}  # of ASCII; the rest is escaped anyway
 
 

@@ -23,6 +23,7 @@ from plant_bench.runner.executors import Event, Finished, Lost, run_tasks
 from plant_bench.world.town import load_town, town_checksum
 
 STAMP = "// made from "
+LEADERBOARD = "leaderboard.html"  # that the page links to, where it is
 
 
 @dataclass(frozen=True)
@@ -58,7 +59,8 @@ def write_replays(
         message = f"{doubled} replays have the id of another: each episode needs its own."
         raise InputError(message)
     write_whole(out / "replay.html", replay_page())
-    write_whole(out / "replays" / "index.js", _index(sources))
+    leaderboard = (out / LEADERBOARD).is_file()
+    write_whole(out / "replays" / "index.js", _index(sources, leaderboard=leaderboard))
     for town in sorted({source.result.town for source in sources}):
         _write_town(out, town)
     tasks = [_Task(source, replay_path(out, source.id), _stamp(source)) for source in sources]
@@ -83,8 +85,15 @@ def write_replay(task: _Task, _report: Callable[[float], None] | None = None) ->
     try:
         text = f"{STAMP}{task.stamp}\n{replay_script(load_episode(task.source))}"
     except PlantBenchError as error:
-        text = missing_script(task.source, str(error))
+        text = missing_script(task.source, _without_folder(str(error), task.source.recording))
+    except Exception as error:  # noqa: BLE001  a broken file may break anything that reads it
+        text = missing_script(task.source, f"Its recording is broken ({type(error).__name__}).")
     write_whole(task.path, text)
+
+
+def _without_folder(text: str, path: Path) -> str:
+    """Return a text that tells a file's name alone: pages are shown to others."""
+    return text.replace(str(path), path.name)
 
 
 def write_whole(path: Path, text: str) -> None:
@@ -129,7 +138,7 @@ def _write_town(out: Path, name: str) -> None:
         path.unlink(missing_ok=True)
 
 
-def _index(sources: Sequence[ReplaySource]) -> str:
+def _index(sources: Sequence[ReplaySource], *, leaderboard: bool) -> str:
     entries = [
         {
             "id": source.id,
@@ -143,7 +152,8 @@ def _index(sources: Sequence[ReplaySource]) -> str:
         }
         for source in sources
     ]
-    return f"plantBenchIndex({script_json(entries)});\n"
+    told = {"leaderboard": leaderboard, "replays": entries}
+    return f"plantBenchIndex({script_json(told)});\n"
 
 
 def _is_made(task: _Task) -> bool:

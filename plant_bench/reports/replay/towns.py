@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -31,7 +32,8 @@ class Piece:
     points: Shape
 
 
-def town_pieces(town: Town) -> list[Piece]:
+@lru_cache(maxsize=8)
+def town_pieces(town: Town) -> tuple[Piece, ...]:
     """Return what is drawn of a town, in no order: kinds and levels say what lies above."""
     pieces = [
         Piece("pavement", False, 0.0, np.array(area.outline))
@@ -60,7 +62,7 @@ def town_pieces(town: Town) -> list[Piece]:
         if area.kind == "crossing"
         for stripe in zebra(np.array(area.outline))
     ]
-    return pieces + [Piece("stop", False, 0.0, bar) for bar in stop_bars(town)]
+    return (*pieces, *(Piece("stop", False, 0.0, bar) for bar in stop_bars(town)))
 
 
 def town_script(town: Town, checksum: str) -> str:

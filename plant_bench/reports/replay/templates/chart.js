@@ -1,35 +1,54 @@
 // The time line: speed, limit and acceleration, infractions and hazards, and where one is.
 
-const CHART = { left: 40, right: 12, top: 22, row: 92, gap: 24 }; // px
+const CHART = { left: 40, right: 12, top: 22, row: 104, name: 16, gap: 24, band: 34 }; // px; the band of accelerations is a part of the row
 const HARD = 6; // m/s2 at the edge of the band of accelerations
 
 function chartHeight(episodes) {
-  return CHART.top + episodes.length * (CHART.row + CHART.gap) - CHART.gap + 6;
+  return rowTop(episodes, episodes.length) - CHART.gap + 6;
 }
 
-function drawChart(context, size, episodes, seconds, duration, colours) {
-  const { width, height, ratio } = size;
-  context.setTransform(ratio, 0, 0, ratio, 0, 0);
-  context.clearRect(0, 0, width, height);
-  const x = (time) => CHART.left + (time / duration) * (width - CHART.left - CHART.right);
+function rowTop(episodes, row) {
+  const name = episodes.length > 1 ? CHART.name : 0;
+  return CHART.top + name + row * (CHART.row + CHART.gap + name);
+}
+
+// All but the cursor changes with the size and the colours alone: it is drawn once for each.
+function makeChart(size, episodes, duration, colours) {
+  const canvas = document.createElement("canvas");
+  canvas.width = Math.max(1, Math.round(size.width * size.ratio));
+  canvas.height = Math.max(1, Math.round(size.height * size.ratio));
+  const context = canvas.getContext("2d");
+  context.scale(size.ratio, size.ratio);
   const most = Math.max(...episodes.map((episode) => Math.max(...episode.facts.limits.map(([, limit]) => limit)))) * 1.15;
+  const x = chartPlace(size.width, duration);
   episodes.forEach((episode, row) => {
-    const top = CHART.top + row * (CHART.row + CHART.gap);
-    drawChartRow(context, episode, { x, top, width, most }, colours, episodes.length > 1);
+    drawChartRow(context, episode, { x, top: rowTop(episodes, row), width: size.width, most }, colours, episodes.length > 1);
   });
+  return canvas;
+}
+
+const chartPlace = (width, duration) => (time) => CHART.left + (time / duration) * (width - CHART.left - CHART.right);
+
+function drawChart(context, size, chart, seconds, duration, colours) {
+  context.setTransform(1, 0, 0, 1, 0, 0);
+  context.clearRect(0, 0, chart.width, chart.height);
+  context.drawImage(chart, 0, 0);
+  context.setTransform(size.ratio, 0, 0, size.ratio, 0, 0);
+  const x = chartPlace(size.width, duration)(seconds);
   context.strokeStyle = colours.label;
   context.lineWidth = 2;
   context.beginPath();
-  context.moveTo(x(seconds), 4);
-  context.lineTo(x(seconds), height - 2);
+  context.moveTo(x, 4);
+  context.lineTo(x, size.height - 2);
   context.stroke();
 }
 
 function drawChartRow(context, episode, place, colours, named) {
   const { x, top, width, most } = place;
   const bottom = top + CHART.row;
-  const speedY = (speed) => bottom - (Math.max(speed, 0) / most) * CHART.row;
-  const middle = top + CHART.row / 2;
+  const floor = bottom - CHART.band - 8;
+  const speedY = (speed) => floor - (Math.max(speed, 0) / most) * (floor - top);
+  const middle = bottom - CHART.band / 2;
   context.font = "11px system-ui, sans-serif";
   context.textBaseline = "middle";
   context.fillStyle = colours.chartText;
@@ -37,21 +56,28 @@ function drawChartRow(context, episode, place, colours, named) {
   const step = most > 25 ? 50 : 20;
   for (let kmh = 0; kmh / 3.6 < most; kmh += step) {
     context.fillText(String(kmh), CHART.left - 6, speedY(kmh / 3.6));
-    context.strokeStyle = colours.grid;
-    context.lineWidth = 1;
-    context.beginPath();
-    context.moveTo(CHART.left, speedY(kmh / 3.6));
-    context.lineTo(width - CHART.right, speedY(kmh / 3.6));
-    context.stroke();
+    level(context, width, speedY(kmh / 3.6), colours);
   }
+  level(context, width, middle, colours);
+  context.fillText("m/s²", CHART.left - 6, middle);
+  context.fillText("km/h", CHART.left - 6, top - 10);
   context.textAlign = "left";
-  context.fillText(named ? `km/h  ${short(episode.facts.title)}` : "km/h", CHART.left + 4, top - 12);
+  if (named) context.fillText(short(episode.facts.title), CHART.left, top - 12 - CHART.name);
   const frames = episode.frames;
   const line = (value, colour, thickness, dashes) => plotLine(context, episode, { x, value, colour, thickness, dashes, frames });
-  line((frame) => middle - (clamped(episode.ego.acceleration[frame], HARD) / HARD) * (CHART.row / 2), colours.acceleration, 1, []);
+  line((frame) => middle - (clamped(episode.ego.acceleration[frame], HARD) / HARD) * (CHART.band / 2), colours.acceleration, 1, []);
   line((frame) => speedY(limitAt(episode, frame)), colours.limit, 1.2, [4, 3]);
   line((frame) => speedY(episode.ego.speed[frame]), colours.speed, 2, []);
-  for (const mark of marksOf(episode)) drawChartMark(context, x(mark.time), top, bottom, mark, colours);
+  for (const mark of episode.marks) drawChartMark(context, x(mark.time), top, bottom, mark, colours);
+}
+
+function level(context, width, y, colours) {
+  context.strokeStyle = colours.grid;
+  context.lineWidth = 1;
+  context.beginPath();
+  context.moveTo(CHART.left, y);
+  context.lineTo(width - CHART.right, y);
+  context.stroke();
 }
 
 const clamped = (value, most) => Math.min(Math.max(value, -most), most);
@@ -96,8 +122,7 @@ function drawChartMark(context, x, top, bottom, mark, colours) {
 }
 
 // What lies on the time line, in order of time.
-function marksOf(episode) {
-  const { infractions, hazards } = episode.facts;
+function marksOf({ infractions, hazards }) {
   const marks = infractions.map((item) => ({ time: item.time, infraction: true, name: infractionName(item), detail: infractionDetail(item) }));
   for (const item of hazards) {
     if (item.phase !== "void") marks.push({ time: item.time, infraction: false, name: hazardName(item), detail: hazardDetail(item), title: item.sentence });
@@ -109,7 +134,7 @@ function marksOf(episode) {
 function chartTime(place, width, episodes, duration) {
   const scale = (width - CHART.left - CHART.right) / duration;
   const time = clamped((place - CHART.left) / scale, duration);
-  const near = episodes.flatMap(marksOf).filter((mark) => Math.abs(mark.time - time) * scale < 7);
+  const near = episodes.flatMap((episode) => episode.marks).filter((mark) => Math.abs(mark.time - time) * scale < 7);
   near.sort((one, other) => other.infraction - one.infraction || Math.abs(one.time - time) - Math.abs(other.time - time));
   return { time: Math.max(time, 0), mark: near[0] ?? null };
 }

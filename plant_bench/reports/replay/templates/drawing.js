@@ -25,19 +25,31 @@ function drawScene(context, episode, seconds, view, colours) {
   context.setTransform(1, 0, 0, 1, 0, 0);
   context.fillStyle = colours.ground;
   context.fillRect(0, 0, view.width * ratio, view.height * ratio);
-  const k = view.scale * ratio;
-  context.setTransform(k, 0, 0, -k, (view.width / 2 - view.x * view.scale) * ratio, (view.height / 2 + view.y * view.scale) * ratio);
+  inWorld(context, view);
   drawTown(context, episode.town, seenBy(view), colours);
   drawRoute(context, episode, view, colours);
+  inPixels(context, view);
+  drawHazards(context, episode, view, colours);
+  inWorld(context, view);
   drawAttentionLines(context, moment, view, colours);
   drawActors(context, episode, moment, view, colours);
   drawEgo(context, moment.ego, episode.facts.egoExtent, view.scale, colours);
   drawPlan(context, planAt(episode, seconds), moment.ego, view, colours);
   drawBoxes(context, moment, view, colours);
-  context.setTransform(ratio, 0, 0, ratio, 0, 0);
+  inPixels(context, view);
   drawLights(context, lightsAt(episode, frame), view, colours);
-  drawMarks(context, episode, seconds, view, colours);
+  drawInfractions(context, episode, seconds, view, colours);
   drawScale(context, view, colours);
+}
+
+function inPixels(context, { ratio }) {
+  context.setTransform(ratio, 0, 0, ratio, 0, 0);
+}
+
+function inWorld(context, view) {
+  const k = view.scale * view.ratio;
+  const [x, y] = onScreen(view, 0, 0);
+  context.setTransform(k, 0, 0, -k, x * view.ratio, y * view.ratio);
 }
 
 function drawRoute(context, episode, view, colours) {
@@ -132,6 +144,9 @@ function drawLights(context, lights, view, colours) {
     context.beginPath();
     context.roundRect(head[0] - 7, head[1] - 18, 14, 36, 4);
     context.fill();
+    context.strokeStyle = colours.paint;
+    context.lineWidth = 1;
+    context.stroke();
     lamps.forEach((lamp, row) => {
       context.fillStyle = lamp === lit ? colours[lamp] : colours.lampOff;
       context.beginPath();
@@ -141,7 +156,7 @@ function drawLights(context, lights, view, colours) {
   }
 }
 
-function drawMarks(context, episode, seconds, view, colours) {
+function drawHazards(context, episode, view, colours) {
   context.font = "bold 12px system-ui, sans-serif";
   context.textAlign = "center";
   context.textBaseline = "middle";
@@ -150,6 +165,9 @@ function drawMarks(context, episode, seconds, view, colours) {
     const [x, y] = onScreen(view, item.place[0], item.place[1]);
     drawDiamond(context, x, y, item.letter, colours);
   }
+}
+
+function drawInfractions(context, episode, seconds, view, colours) {
   for (const item of episode.facts.infractions) {
     if (item.kind === "outside_lanes" || item.time > seconds + 1e-6) continue;
     const [x, y] = onScreen(view, item.x, item.y);
@@ -175,27 +193,32 @@ function drawDiamond(context, x, y, letter, colours) {
   context.restore();
 }
 
+// A cross in a disc; while it is recent beside a ring, so that the ring leaves free what happened.
 function drawCross(context, x, y, recent, colours) {
-  const radius = recent ? 15 : 9;
   context.save();
-  context.globalAlpha = recent ? 1 : 0.75;
-  context.lineWidth = recent ? 4 : 2.5;
-  context.strokeStyle = colours.labelBack;
+  context.strokeStyle = colours.infraction;
+  if (recent) {
+    context.lineWidth = 4;
+    context.beginPath();
+    context.arc(x, y, 34, 0, 2 * Math.PI);
+    context.stroke();
+  }
+  const [left, up] = recent ? [x + 25, y - 25] : [x, y];
+  const radius = recent ? 12 : 8;
+  context.lineWidth = 2;
+  context.strokeStyle = "#ffffff";
   context.fillStyle = colours.infraction;
   context.beginPath();
-  context.arc(x, y, radius, 0, 2 * Math.PI);
-  if (recent) context.globalAlpha = 0.35;
+  context.arc(left, up, radius, 0, 2 * Math.PI);
   context.fill();
-  context.globalAlpha = 1;
-  context.strokeStyle = recent ? colours.infraction : colours.labelBack;
-  if (recent) context.stroke();
-  const arm = recent ? 6 : 4;
-  context.strokeStyle = "#ffffff";
+  context.stroke();
+  const arm = radius / 2.2;
+  context.lineWidth = 2.5;
   context.beginPath();
-  context.moveTo(x - arm, y - arm);
-  context.lineTo(x + arm, y + arm);
-  context.moveTo(x + arm, y - arm);
-  context.lineTo(x - arm, y + arm);
+  for (const side of [-1, 1]) {
+    context.moveTo(left - arm, up - arm * side);
+    context.lineTo(left + arm, up + arm * side);
+  }
   context.stroke();
   context.restore();
 }

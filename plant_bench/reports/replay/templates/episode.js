@@ -24,6 +24,8 @@ function makeEpisode(facts, columns, town) {
     actors: columns["reason.actor"],
     attention: makeAttention(columns, facts.scales.share),
   };
+  episode.limits = limitsOf(episode);
+  episode.marks = marksOf(facts);
   episode.routePath = linePath(episode.route.x, episode.route.y);
   return episode;
 }
@@ -129,11 +131,13 @@ function attentionAt(episode, seconds) {
   return found;
 }
 
-function limitAt(episode, frame) {
-  const along = between(episode.progress, 0, episode.frames - 1, frame);
-  const row = lastAtOrBefore(episode.facts.limits.map(([at]) => at), along);
-  return episode.facts.limits[Math.max(row, 0)][1];
+// The speed limit at each frame, m/s.
+function limitsOf({ facts, progress }) {
+  const places = facts.limits.map(([at]) => at);
+  return Float64Array.from(progress, (along) => facts.limits[Math.max(lastAtOrBefore(places, along), 0)][1]);
 }
+
+const limitAt = (episode, frame) => episode.limits[Math.floor(frame + 1e-6)];
 
 const kindOf = (episode, id) => {
   const track = episode.tracks.find((item) => item.id === id);

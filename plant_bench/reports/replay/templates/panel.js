@@ -49,7 +49,7 @@ function panelFor(episode, jump) {
 function logEntries(episode) {
   const idle = episode.facts.hazards.filter((item) => item.phase === "void");
   const more = idle.map((item) => ({ time: item.time, infraction: false, name: hazardName(item), detail: hazardDetail(item), title: item.sentence }));
-  return [...marksOf(episode), ...more].sort((one, other) => one.time - other.time);
+  return [...episode.marks, ...more].sort((one, other) => one.time - other.time);
 }
 
 function notesOf(episode) {
@@ -78,9 +78,19 @@ function updatePanel(episode, rows, entries, seconds) {
   const top = attentionAt(episode, seconds)[0];
   say("Attends to", top ? `${kindOf(episode, top.actor)} ${top.actor}` : "nobody");
   const current = entries.findLast((entry) => entry.time <= seconds + 0.05);
+  if (current && !current.button.hasAttribute("aria-current")) bringIntoView(current.button);
   for (const entry of entries) {
     if (entry === current) entry.button.setAttribute("aria-current", "true");
     else entry.button.removeAttribute("aria-current");
+  }
+}
+
+// Scrolls the log alone, never the page.
+function bringIntoView(button) {
+  const log = button.closest(".log");
+  const top = button.parentElement.offsetTop;
+  if (top < log.scrollTop || top + button.offsetHeight > log.scrollTop + log.clientHeight) {
+    log.scrollTop = top - log.clientHeight / 2;
   }
 }
 
@@ -93,7 +103,9 @@ const LEGEND = [
     kind === "static" ? "object" : kind,
     (context, colours) => {
       const [length, width] = { car: [4.6, 1.9], van: [5.4, 2.1], truck: [9, 2.5], bus: [12, 2.5], motorcycle: [2.2, 0.9], bicycle: [1.8, 0.7], pedestrian: [0.9, 0.9], static: [1.5, 1.5] }[kind];
-      drawActor(context, kind, { x: 0, y: 0, yaw: 0, length, width }, colours.actor, 5, colours);
+      const enlarged = length < 3 ? 3 : 1;
+      context.scale(enlarged, enlarged);
+      drawActor(context, kind, { x: 0, y: 0, yaw: 0, length, width }, colours.actor, 5 * enlarged, colours);
     },
   ]),
   ["The redder, the more the planner attends to it; solid box: most", (context, colours) => legendBox(context, colours, 1, "relevance", [])],
@@ -125,7 +137,7 @@ function showLegend(list, colours) {
     draw(context, colours);
     return element("li", {}, canvas, element("span", {}, name));
   });
-  const signs = [["◆", "Hazard; its letter says which kind"], ["✕", "Infraction"]];
-  for (const [sign, name] of signs) items.push(element("li", {}, element("span", { class: "legend-sign", "aria-hidden": "true" }, sign), element("span", {}, name)));
+  const signs = [["◆", "Hazard; its letter says which kind", "hazard"], ["✕", "Infraction", "infraction"]];
+  for (const [sign, name, kind] of signs) items.push(element("li", {}, element("span", { class: `legend-sign ${kind}`, "aria-hidden": "true" }, sign), element("span", {}, name)));
   list.replaceChildren(...items);
 }

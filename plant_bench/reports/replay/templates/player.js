@@ -2,7 +2,8 @@
 
 const SPEEDS = [0.25, 0.5, 1, 2, 4, 8];
 const SCALES = [1, 40]; // px a metre, least and most
-const REACH = 78; // m across a stage of ordinary size at first
+const REACH = 105; // m across a stage at first
+const LEAST_FIRST = 6; // px a metre at first
 
 class Player {
   constructor(episodes, stages, panels) {
@@ -18,6 +19,7 @@ class Player {
     this.listeners = [];
     this.told = 0;
     this.due = 0;
+    this.marks = episodes.flatMap((episode) => episode.marks).sort((one, other) => one.time - other.time);
     this.chart = document.getElementById("chart");
   }
 
@@ -28,6 +30,7 @@ class Player {
     this.observer.observe(this.chart);
     this.chart.style.height = `${chartHeight(this.episodes)}px`;
     this.scale = clampedScale(this.stages[0].canvas.clientWidth / REACH);
+    this.scale = Math.max(this.scale, LEAST_FIRST);
     this.measure();
   }
 
@@ -43,11 +46,13 @@ class Player {
       canvas.width = Math.round(canvas.clientWidth * ratio);
       canvas.height = Math.round(canvas.clientHeight * ratio);
     }
+    this.drawnChart = null;
     this.show();
   }
 
   recolour() {
     this.colours = paletteNow();
+    this.drawnChart = null;
     this.show();
   }
 
@@ -97,13 +102,9 @@ class Player {
     this.show();
   }
 
-  marks() {
-    return this.episodes.flatMap(marksOf).sort((one, other) => one.time - other.time);
-  }
-
-  // Goes to the infraction after or before now, a moment ahead of it so that one sees it come.
+  // Goes to the infraction after or before now.
   jump(direction) {
-    const marks = this.marks().filter((mark) => mark.infraction);
+    const marks = this.marks.filter((mark) => mark.infraction);
     const ahead = (mark) => mark.time > this.seconds + 0.051;
     const behind = (mark) => mark.time < this.seconds - 0.051;
     const mark = direction > 0 ? marks.find(ahead) : marks.findLast(behind);
@@ -142,7 +143,7 @@ class Player {
   advance(seconds) {
     const from = this.seconds;
     this.seconds = Math.min(from + seconds, this.duration);
-    const passed = this.marks().filter((mark) => mark.infraction && mark.time > from && mark.time <= this.seconds);
+    const passed = this.marks.filter((mark) => mark.infraction && mark.time > from && mark.time <= this.seconds);
     if (passed.length) say(`${passed.at(-1).name}, ${spokenTime(passed.at(-1).time)}`);
     if (this.seconds >= this.duration) {
       this.playing = false;
@@ -163,9 +164,14 @@ class Player {
       const view = { x: stage.x, y: stage.y, scale: this.scale, width: canvas.width / ratio, height: canvas.height / ratio, ratio };
       drawScene(canvas.getContext("2d"), episode, this.seconds, view, this.colours);
     });
+    this.drawChart();
+  }
+
+  drawChart() {
     const ratio = window.devicePixelRatio || 1;
     const size = { width: this.chart.width / ratio, height: this.chart.height / ratio, ratio };
-    drawChart(this.chart.getContext("2d"), size, this.episodes, this.seconds, this.duration, this.colours);
+    this.drawnChart ??= makeChart(size, this.episodes, this.duration, this.colours);
+    drawChart(this.chart.getContext("2d"), size, this.drawnChart, this.seconds, this.duration, this.colours);
   }
 
   tell() {

@@ -7,15 +7,21 @@ async function open() {
   player?.stop();
   player = null;
   byId("player").hidden = byId("choice").hidden = byId("message").hidden = true;
+  const main = document.querySelector("main");
+  main.setAttribute("aria-busy", "true");
   try {
     const ids = wantedIds();
-    if (!ids.length) return await showChoices();
-    showMessage("Loading …", false);
+    if (ids.length) showMessage("Loading …", false);
     const episodes = await Promise.all(ids.map(loadEpisode));
-    if (mine === opening) showEpisodes(episodes);
+    const index = ids.length ? null : await load("replays/index.js");
+    if (mine !== opening) return;
+    if (index) showChoices(index);
+    else showEpisodes(episodes);
   } catch (error) {
-    if (mine === opening) showMessage(error.message, true);
+    if (mine !== opening) return;
+    showMessage(error.message, true);
   }
+  main.setAttribute("aria-busy", "false");
 }
 
 function showMessage(text, bad) {
@@ -39,7 +45,7 @@ function showEpisodes(episodes) {
   const panels = episodes.map((episode) => panelFor(episode, (mark) => player.goTo(mark)));
   byId("stages").replaceChildren(...stages.map((stage) => stage.figure));
   byId("facts").replaceChildren(...panels.map((panel) => panel.node));
-  byId("deck").classList.toggle("two", episodes.length > 1);
+  byId("player").classList.toggle("two", episodes.length > 1);
   for (const stage of stages) connectStage(stage.canvas);
   player = new Player(episodes, stages, panels);
   player.listeners.push(showControls);
@@ -50,13 +56,14 @@ function showEpisodes(episodes) {
 
 async function offerComparison(episodes) {
   const { facts } = episodes[0];
-  let all;
+  let index;
   try {
-    all = await load("replays/index.js");
+    index = await load("replays/index.js");
   } catch {
     return; // one can do without
   }
-  const fitting = all.filter((item) => item.scenario === facts.scenario && item.id !== facts.id && ID.test(item.id));
+  byId("leaderboard").hidden = !index.leaderboard;
+  const fitting = index.replays.filter((item) => item.scenario === facts.scenario && item.id !== facts.id && ID.test(item.id));
   byId("compare-group").hidden = !fitting.length;
   const options = fitting.map((item) => element("option", { value: item.id }, `${short(item.title)} (DS ${item.drivingScore.toFixed(1)})`));
   const nobody = element("option", { value: "" }, "no other");
@@ -69,8 +76,8 @@ function compareWith(id) {
   location.hash = id ? `${first}&${id}` : first;
 }
 
-async function showChoices() {
-  const all = await load("replays/index.js");
+function showChoices({ replays: all, leaderboard }) {
+  byId("leaderboard").hidden = !leaderboard;
   byId("heading").textContent = "Replays";
   byId("about").textContent = `${all.length} here`;
   const items = all.filter((item) => ID.test(item.id)).map((item) => {

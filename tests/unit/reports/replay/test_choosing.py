@@ -1,0 +1,32 @@
+import pytest
+
+from plant_bench.errors import InputError
+from plant_bench.reports.replay.choosing import source_in_run
+
+
+@pytest.fixture
+def run(source):
+    folder = source.recording.parents[1]
+    (folder / "run.json").write_text("{}")
+    (folder / "episodes").mkdir()
+    for number in (0, 2):
+        path = folder / "episodes" / f"town01-0_r{number}_abc.json"
+        path.write_text(source.result.to_json())
+    return folder
+
+
+def test_an_episode_is_found_by_route_and_repetition(run, source):
+    found = source_in_run(run, "town01-0", None)
+    assert found.id == "ours/town01-0_r0_abc"
+    assert found.recording == source.recording
+    assert found.title == "cruise"
+    assert source_in_run(run, "town01-0", 2).id == "ours/town01-0_r2_abc"
+
+
+def test_what_is_not_there_says_what_is(run, tmp_path):
+    with pytest.raises(InputError, match="no episode on route 'town01-1'. Routes there: town01-0"):
+        source_in_run(run, "town01-1", None)
+    with pytest.raises(InputError, match="no repetition 1 of town01-0. There: 0, 2"):
+        source_in_run(run, "town01-0", 1)
+    with pytest.raises(InputError, match="no run of plant-bench"):
+        source_in_run(tmp_path, "town01-0", None)

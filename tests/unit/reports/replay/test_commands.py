@@ -1,0 +1,77 @@
+"""`plant-bench replay` and `plant-bench serve`, in this process."""
+
+import json
+from http.server import ThreadingHTTPServer
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from plant_bench.cli import app
+from plant_bench.cli.options import EXIT_INTERRUPTED
+from tests.unit.reports.replay.drives import drive
+
+
+def called(*arguments):
+    return CliRunner().invoke(app, [str(item) for item in arguments])
+
+
+@pytest.fixture
+def runs(tmp_path):
+    folders = []
+    for name in ("ours", "theirs"):
+        source = drive(tmp_path, run=name)
+        folder = source.recording.parents[1]
+        (folder / "episodes").mkdir()
+        (folder / "episodes" / "town01-0_r0_abc.json").write_text(source.result.to_json())
+        provenance = {"agent": "cruise", "agent_checksum": "0", "suite": "longest6", "seed": 0}
+        provenance |= {"density": "dense", "protocol": "p", "towns": {}, "routes": {}}
+        provenance |= {"repetitions": 1, "command": "", "versions": {}, "processor": ""}
+        (folder / "run.json").write_text(json.dumps(provenance))
+        folders.append(folder)
+    return folders
+
+
+def test_a_page_of_two_runs_is_written_and_its_address_printed(runs, tmp_path):
+    ours, theirs = runs
+    out = tmp_path / "site"
+    done = called("replay", ours, "town01-0", "--against", theirs, "--html", out)
+    assert done.exit_code == 0, done.output
+    address = f"{out}/replay.html#ours/town01-0_r0_abc&theirs/town01-0_r0_abc"
+    assert address in done.output.splitlines()
+    assert (out / "replays" / "theirs" / "town01-0_r0_abc.js").is_file()
+
+
+def test_pictures_are_written_and_their_paths_printed(runs, tmp_path):
+    path = tmp_path / "deep" / "a.png"
+    done = called("replay", runs[0], "town01-0", "--png", path, "--time", "1")
+    assert done.exit_code == 0, done.output
+    assert path.is_file()
+    assert str(path) in done.output.splitlines()
+
+
+def test_ctrl_c_ends_a_film_with_nothing_left_behind(runs, tmp_path, monkeypatch):
+    drawn = []
+
+    def interrupted(_panels, times):
+        drawn.append(times)
+        if len(drawn) > 2:
+            raise KeyboardInterrupt
+        return np.zeros((8, 8, 3), np.uint8)
+
+    monkeypatch.setattr("plant_bench.reports.replay.panels.Panels.draw", interrupted)
+    done = called("replay", runs[0], "town01-0", "--gif", tmp_path / "a.gif")
+    assert done.exit_code == EXIT_INTERRUPTED
+    assert not list(tmp_path.glob("a.*"))
+
+
+def test_serve_says_its_address_and_ends_with_ctrl_c(tmp_path, monkeypatch):
+    def interrupted(_server):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(ThreadingHTTPServer, "serve_forever", interrupted)
+    (tmp_path / "leaderboard.html").write_text("")
+    done = called("serve", tmp_path, "--port", "0")
+    assert done.exit_code == EXIT_INTERRUPTED
+    assert "at http://127.0.0.1:" in done.output
+    assert "/leaderboard.html (Ctrl-C ends it)" in done.output

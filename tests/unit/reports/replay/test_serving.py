@@ -1,0 +1,38 @@
+import threading
+import urllib.error
+import urllib.request
+
+import pytest
+
+from plant_bench.errors import InputError
+from plant_bench.reports.replay.serving import address_of, file_server
+
+
+def test_files_are_served_on_this_machine_and_nothing_above_the_folder(tmp_path):
+    (tmp_path / "site").mkdir()
+    (tmp_path / "site" / "replay.html").write_text("hello")
+    (tmp_path / "secret").write_text("no")
+    with file_server(tmp_path / "site", 0) as server:
+        thread = threading.Thread(target=server.serve_forever, daemon=True)
+        thread.start()
+        address = address_of(server, tmp_path / "site")
+        assert address.startswith("http://127.0.0.1:")
+        with urllib.request.urlopen(address) as answer:
+            assert answer.read() == b"hello"
+        with pytest.raises(urllib.error.HTTPError):
+            urllib.request.urlopen(address.replace("replay.html", "%2e%2e/secret"))
+        server.shutdown()
+        thread.join()
+
+
+def test_a_busy_port_is_one_clear_error(tmp_path):
+    with (
+        file_server(tmp_path, 0) as server,
+        pytest.raises(InputError, match=r"Port \d+ is in use. Choose another with --port"),
+    ):
+        file_server(tmp_path, server.server_address[1])
+
+
+def test_a_folder_that_is_not_there_is_refused(tmp_path):
+    with pytest.raises(InputError, match="There is no folder"):
+        file_server(tmp_path / "nowhere", 0)

@@ -27,7 +27,7 @@ format:
 reproduce:  ## the table in the README
 	$(BIN)/plant-bench score --agent expert --repetitions 5
 	$(BIN)/plant-bench score --agent plant --repetitions 3
-	for agent in rule-based sumo idm expert-nearest cruise; do $(BIN)/plant-bench score --agent $$agent --repetitions 2 || exit; done
+	for agent in plant-unguarded rule-based rule-based-tracks sumo idm expert-nearest cruise; do $(BIN)/plant-bench score --agent $$agent --repetitions 2 || exit; done
 
 docs:  ## pictures of all towns and routes, into docs/pictures
 	$(BIN)/plant-bench towns list --pictures docs/pictures/towns

@@ -6,6 +6,8 @@ PlantBenchError
 └── SimulationError   SUMO failed in a way that no input explains
 """
 
+LONGEST = 200  # characters of another error's text
+
 
 class PlantBenchError(Exception):
     """Base of all errors raised by plant-bench."""
@@ -21,3 +23,14 @@ class AgentError(PlantBenchError):
 
 class SimulationError(PlantBenchError):
     """Raised when the simulator fails or loses the ego vehicle."""
+
+
+def in_one_line(error: Exception) -> str:
+    r"""Return what an error says as one line, cut where it is long, without links to read on.
+
+    >>> in_one_line(ValueError("not JSON:\n  line 2\n    For further information visit x"))
+    'not JSON: line 2'
+    """
+    lines = [line.strip() for line in str(error).splitlines()]
+    text = " ".join(line for line in lines if line and not line.startswith("For further "))
+    return text if len(text) <= LONGEST else f"{text[:LONGEST]}..."

@@ -9,7 +9,7 @@ from rich.progress import TaskProgressColumn
 from plant_bench.cli.bars import progress_bars
 from plant_bench.data.recording import Recording
 from plant_bench.errors import InputError
-from plant_bench.reports.why.choosing import episodes_of
+from plant_bench.reports.choosing import episodes_of
 from plant_bench.reports.why.findings import Finding, find
 from plant_bench.reports.why.incidents import incidents
 from plant_bench.reports.why.picture import save_picture

@@ -14,7 +14,7 @@ from plant_bench.agents.expert_filtered import (
     RANKERS,
     ranks_itself,
 )
-from plant_bench.agents.registry import load_agent
+from plant_bench.agents.registry import agent_checksum, load_agent
 from plant_bench.cli.drive import drive_missing, say_crashes
 from plant_bench.cli.options import EXIT_INTERRUPTED
 from plant_bench.errors import InputError
@@ -63,6 +63,12 @@ class RelevanceRequest:
             f"{name}:{agent}" if name in OF_A_PLANNER else name for name in dict.fromkeys(names)
         ]
 
+    def checksum(self, ranker: str) -> str:
+        """Return the content hash of the planner that ranks; empty where none does."""
+        if self.agent is None or ranker not in OF_A_PLANNER:
+            return ""
+        return agent_checksum(self.agent)
+
     def folder(self, name: str) -> Path | None:
         """Return where the run of a ranker lies; None for where `plant-bench score` puts it."""
         return None if self.out is None else self.out / name
@@ -103,7 +109,10 @@ def score_relevance(
     whole = list(_results(runs[EXPERT]))
     filtered = {name: run for name, run in runs.items() if name != EXPERT}
     scores = {
-        name: relative_score(whole, list(_results(run)), law=law) for name, run in filtered.items()
+        name: relative_score(
+            whole, list(_results(run)), law=law, planner_checksum=request.checksum(name)
+        )
+        for name, run in filtered.items()
     }
     for name, run in filtered.items():
         text = TypeAdapter(RelativeScore).dump_json(scores[name], indent=1).decode()

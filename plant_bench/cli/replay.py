@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 def replay(
     run: Annotated[Path, typer.Argument(help="A folder that `score --recordings` wrote.")],
-    route: Annotated[str, typer.Argument(help="A route's id, for instance town01-0.")],
+    route: Annotated[str, typer.Argument(help="A route's id or number, as town01-0.")],
     repetition: Annotated[
         int | None, typer.Option(help="Of the route; the first one without it.", min=0)
     ] = None,

@@ -1,5 +1,6 @@
 """What `plant-bench report` does: find runs, read them, write the leaderboard's files."""
 
+import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -86,7 +87,10 @@ def _say_who_leads(leaderboard: Leaderboard, say: Callable[[str], None]) -> None
         for item in board.differences:
             if {item.better, item.worse} == top:
                 paired = item.paired
-                say(
-                    f"  first against second: {paired.mean:+.1f} DS, 95 % interval "
-                    f"{paired.low:.1f} to {paired.high:.1f}, p {p_text(item.p_corrected)}"
+                interval = (
+                    "on too few routes for an interval"
+                    if math.isnan(paired.low)
+                    else f"95 % interval {paired.low:.1f} to {paired.high:.1f}, "
+                    f"p {p_text(item.p_corrected)}"
                 )
+                say(f"  first against second: {paired.mean:+.1f} DS, {interval}")

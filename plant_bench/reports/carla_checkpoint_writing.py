@@ -20,6 +20,7 @@ from plant_bench.reports.carla_checkpoint_schema import (
     RATE_LABELS,
     SCORE_LABELS,
 )
+from plant_bench.reports.files import write_whole_text
 from plant_bench.scoring.infractions import Infraction, InfractionKind, Status
 from plant_bench.scoring.normalised import LEAST_KM, counts_per_km, kilometres, outside_metres
 from plant_bench.scoring.results import EpisodeResult
@@ -85,11 +86,8 @@ def write_checkpoint(content: Mapping[str, object], path: Path) -> None:
     Raises:
         OSError: It cannot be written.
     """
-    path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_name(f"{path.name}.part")
     text = json.dumps(content, indent=1, sort_keys=True, allow_nan=False)
-    part.write_text(text + "\n", encoding="utf-8", newline="\n")
-    part.replace(path)
+    write_whole_text(path, text + "\n")
 
 
 def _route_id(number: int) -> str:

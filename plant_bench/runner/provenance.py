@@ -10,7 +10,7 @@ from pathlib import Path
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from plant_bench import __version__
-from plant_bench.errors import InputError
+from plant_bench.errors import InputError, in_one_line
 from plant_bench.world.route import NO_HAZARDS_PROTOCOL, PROTOCOL, Route
 from plant_bench.world.town import town_checksum
 
@@ -71,7 +71,10 @@ class Provenance(BaseModel):
         try:
             return cls.model_validate_json(path.read_text(encoding="utf-8"))
         except (OSError, ValidationError) as error:
-            message = f"{path.parent} is no run of plant-bench: cannot read {path.name} ({error})."
+            message = (
+                f"{path.parent} is no run of plant-bench: cannot read {path.name} "
+                f"({in_one_line(error)})."
+            )
             raise InputError(message) from error
 
 

@@ -27,6 +27,8 @@ class RelativeScore:
         repetitions: RFDS of each repetition, in order.
         episodes: Number of scenarios that both drove.
         unmatched: Episodes that only one of the two has driven; they do not count.
+        planner_checksum: Content hash of the planner that ranked; empty for rankers that need no
+            planner, and in files that do not tell.
     """
 
     agent: str
@@ -38,10 +40,15 @@ class RelativeScore:
     repetitions: tuple[float, ...]
     episodes: int
     unmatched: int
+    planner_checksum: str = ""
 
 
 def relative_score(
-    whole: Sequence[EpisodeResult], filtered: Sequence[EpisodeResult], *, law: Law = Law.LB1_0
+    whole: Sequence[EpisodeResult],
+    filtered: Sequence[EpisodeResult],
+    *,
+    law: Law = Law.LB1_0,
+    planner_checksum: str = "",
 ) -> RelativeScore:
     """Return the RFDS of the ranking by which the second agent's sight was filtered.
 
@@ -51,6 +58,7 @@ def relative_score(
         whole: Episodes of the expert that saw everybody.
         filtered: Episodes of the expert that saw one vehicle; of one agent.
         law: By which infractions become scores.
+        planner_checksum: Content hash of the planner that ranked, if one did.
 
     Raises:
         InputError: The episodes are of several protocols or agents, share no scenario, or the
@@ -84,6 +92,7 @@ def relative_score(
         repetitions=ratios,
         episodes=len(common),
         unmatched=len(first) + len(second) - 2 * len(common),
+        planner_checksum=planner_checksum,
     )
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from plant_bench.errors import InputError
+from plant_bench.errors import InputError, in_one_line
 from plant_bench.scoring.infractions import Infraction, Status
 from plant_bench.scoring.laws import Law, score_of
 from plant_bench.scoring.measures import Measures
@@ -152,5 +152,7 @@ class EpisodeResult(EpisodeHeader):
         try:
             return cls.model_validate_json(path.read_text(encoding="utf-8"))
         except (OSError, ValidationError) as error:
-            message = f"Not an episode record: {path} ({error}). Remove it, or score again."
+            message = (
+                f"Not an episode record: {path} ({in_one_line(error)}). Remove it, or score again."
+            )
             raise InputError(message) from error

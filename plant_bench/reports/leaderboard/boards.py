@@ -141,13 +141,22 @@ def _ranking_of(
     rankings: Sequence[RankingSource],
     notes: list[str],
 ) -> RankingSource | None:
-    """Return the RFDS of a run's planner: that of its name, where one run alone has that name."""
-    agent = run.provenance.agent
-    own = {item.ranker: item for item in rankings if item.planner == agent}
-    if own and sum(other.provenance.agent == agent for _, other in group) > 1:
+    """Return the RFDS of a run's planner: that of its checksum, or else of its name.
+
+    A file that tells no checksum is believed by name where one run alone has that name.
+    """
+    agent, checksum = run.provenance.agent, run.episodes[0].result.agent_checksum
+    named = {
+        item.ranker: item
+        for item in rankings
+        if item.planner == agent and not item.score.planner_checksum
+    }
+    own = {item.ranker: item for item in rankings if item.score.planner_checksum == checksum}
+    if not own and named and sum(other.provenance.agent == agent for _, other in group) > 1:
         note = f"RFDS is told of '{agent}', and several runs are of it: none of them is given it."
         notes.extend([note] * (note not in notes))
         return None
+    own = own or named
     return next((own[name] for name in RANKERS if name in own), None)
 
 

@@ -7,8 +7,8 @@ from importlib.resources import files
 from importlib.resources.abc import Traversable
 from pathlib import Path
 
+from plant_bench.reports.files import write_whole_text
 from plant_bench.reports.leaderboard.board import Leaderboard
-from plant_bench.reports.leaderboard.files import write_whole_text
 from plant_bench.reports.leaderboard.page_data import page_json
 
 PAGE = "leaderboard.html"

@@ -1,6 +1,5 @@
 """What the page shows, as compact JSON: lines, differences, breakdowns, every episode."""
 
-import json
 from collections.abc import Sequence
 from dataclasses import asdict
 
@@ -9,6 +8,7 @@ from plant_bench.reports.leaderboard.exports import without_nan
 from plant_bench.reports.leaderboard.lines import Line
 from plant_bench.reports.leaderboard.sources import Episode
 from plant_bench.reports.leaderboard.texts import board_title
+from plant_bench.reports.page_json import script_json
 from plant_bench.scoring.beyond import COLLISIONS
 from plant_bench.scoring.hazards_met import hazard_counts, survived
 from plant_bench.scoring.infractions import Infraction, InfractionKind, Status
@@ -18,13 +18,6 @@ from plant_bench.world.scene import ActorKind
 
 KINDS, HAZARD_KINDS, STATUSES = list(InfractionKind), list(HazardKind), list(Status)
 PHASES, ACTORS = list(Phase), list(ActorKind)
-_IN_A_SCRIPT = {
-    "<": "\\u003c",
-    ">": "\\u003e",
-    "&": "\\u0026",
-    "\u2028": "\\u2028",
-    "\u2029": "\\u2029",
-}
 
 
 def page_json(leaderboard: Leaderboard, *, replays: bool) -> str:
@@ -43,13 +36,7 @@ def page_json(leaderboard: Leaderboard, *, replays: bool) -> str:
         "boards": [_board(board, replays) for board in leaderboard.boards],
         "notes": leaderboard.notes,
     }
-    return script_json(payload)
-
-
-def script_json(payload: object) -> str:
-    """Return JSON without any character that could end a script element; null where not known."""
-    text = json.dumps(without_nan(payload), ensure_ascii=False, separators=(",", ":"))
-    return "".join(_IN_A_SCRIPT.get(letter, letter) for letter in text)
+    return script_json(without_nan(payload))
 
 
 def _board(board: Board, replays: bool) -> dict[str, object]:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from pydantic import TypeAdapter, ValidationError
 
-from plant_bench.errors import InputError
+from plant_bench.errors import InputError, in_one_line
 from plant_bench.runner.provenance import Provenance
 from plant_bench.runner.run_folder import RunFolder
 from plant_bench.scoring.relevance import RelativeScore
@@ -145,7 +145,7 @@ def read_ranking(path: Path) -> RankingSource:
         told = json.loads(file.read_text(encoding="utf-8"))
         score = TypeAdapter(RelativeScore).validate_python(_with_nan(told))
     except (OSError, ValueError, ValidationError) as error:
-        message = f"Cannot read {file} ({error}). Run 'plant-bench rfds' again."
+        message = f"Cannot read {file} ({in_one_line(error)}). Run 'plant-bench rfds' again."
         raise InputError(message) from error
     ranker, _, planner = score.agent.partition("@")[2].partition(":")
     provenance = Provenance.load(RunFolder.open(path).run_file)

@@ -3,11 +3,10 @@
 import re
 from pathlib import Path
 
-from plant_bench.errors import InputError
+from plant_bench.reports.choosing import episodes_of
 from plant_bench.reports.replay.source import ReplaySource
 from plant_bench.runner.provenance import without_folders
 from plant_bench.runner.run_folder import RunFolder
-from plant_bench.scoring.results import EpisodeResult
 
 
 def source_in_run(run: Path, route: str, repetition: int | None) -> ReplaySource:
@@ -15,34 +14,18 @@ def source_in_run(run: Path, route: str, repetition: int | None) -> ReplaySource
 
     Args:
         run: A folder that `plant-bench score` wrote.
-        route: The route's id.
+        route: The route's id, or its number in the suite.
         repetition: Of the route; the first one there is without it.
 
     Raises:
         InputError: It is no run, or has no such episode; says which it has.
     """
-    found: dict[int, Path] = {}
-    routes: set[str] = set()
-    for path in RunFolder.open(run).record_files():
-        name, _, number = path.stem.rpartition("_")[0].rpartition("_r")
-        routes.add(name)
-        if name == route and number.isdigit():
-            found[int(number)] = path
-    if not found:
-        some = ", ".join(sorted(routes)[:12]) or "none"
-        more = "" if len(routes) <= 12 else f" and {len(routes) - 12} more"
-        message = f"{run} has no episode on route '{route}'. Routes there: {some}{more}."
-        raise InputError(message)
-    wanted = min(found) if repetition is None else repetition
-    if wanted not in found:
-        numbers = ", ".join(map(str, sorted(found)))
-        message = f"{run} has no repetition {wanted} of {route}. There: {numbers}."
-        raise InputError(message)
-    path = found[wanted]
-    result = EpisodeResult.load(path)
-    recording = RunFolder(run).recording_path(path.stem)
+    folder = RunFolder.open(run)
+    name, result = episodes_of(folder, route, repetition)[0]
     title = without_folders(result.agent)
-    return ReplaySource(f"{run_slug(run)}/{path.stem}", title, result.agent, recording, result)
+    return ReplaySource(
+        f"{run_slug(run)}/{name}", title, result.agent, folder.recording_path(name), result
+    )
 
 
 def run_slug(run: Path) -> str:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from plant_bench.agent import NOBODY, PLAN_STEPS, Cause
+from plant_bench.reports.page_json import script_json
 from plant_bench.reports.replay.attention import Attention, attention_of
 from plant_bench.reports.replay.frames import EVERY, FRAME, Frames, frames_of
 from plant_bench.reports.replay.overlay import (
@@ -20,7 +21,7 @@ from plant_bench.reports.replay.overlay import (
     result_facts,
     stop_line,
 )
-from plant_bench.reports.replay.packing import CENTI, MILLI, pack, quantised, script_json
+from plant_bench.reports.replay.packing import CENTI, MILLI, pack, quantised
 from plant_bench.reports.replay.source import (
     ReplaySource,
     load_recording,

@@ -5,7 +5,6 @@ What moves steadily has second differences about 0, so a five-minute episode tak
 """
 
 import base64
-import json
 import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -14,7 +13,6 @@ import numpy as np
 
 CENTI, MILLI = 100.0, 1000.0  # of a metre, of a radian
 _MOST = 2**28  # beyond which second differences would not fit into 32 bits
-_UNSAFE = {"<": "\\u003c", ">": "\\u003e", "&": "\\u0026"}  # of ASCII; the rest is escaped anyway
 
 
 @dataclass(frozen=True)
@@ -60,15 +58,3 @@ def pack(columns: Mapping[str, tuple[np.ndarray, int]]) -> Packed:
         table.append([name, len(whole), order, width])
     deflated = zlib.compress(b"".join(parts), 9)
     return Packed(table, base64.b64encode(deflated).decode())
-
-
-def script_json(value: object) -> str:
-    """Return a value as JSON that may stand in any script or page, whatever its texts are.
-
-    Raises:
-        ValueError: It holds NaN or infinity.
-    """
-    text = json.dumps(value, ensure_ascii=True, allow_nan=False, separators=(",", ":"))
-    for character, escape in _UNSAFE.items():
-        text = text.replace(character, escape)
-    return text

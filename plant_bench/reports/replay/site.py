@@ -7,6 +7,7 @@ towns/<town>.js                 what is drawn under it
 """
 
 import hashlib
+import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -14,15 +15,17 @@ from pathlib import Path
 
 from plant_bench.agents.registry import agent_checksum
 from plant_bench.errors import InputError, PlantBenchError
+from plant_bench.reports.files import write_whole_text
+from plant_bench.reports.page_json import script_json
 from plant_bench.reports.replay.episode import load_episode, missing_script, replay_script
-from plant_bench.reports.replay.packing import script_json
 from plant_bench.reports.replay.page import replay_page
-from plant_bench.reports.replay.source import ReplaySource
+from plant_bench.reports.replay.source import ReplaySource, is_replay_id
 from plant_bench.reports.replay.towns import town_script
 from plant_bench.runner.executors import Event, Finished, Lost, run_tasks
 from plant_bench.world.town import load_town, town_checksum
 
 STAMP = "// made from "
+INDEX = "replays/index.js"
 LEADERBOARD = "leaderboard.html"  # that the page links to, where it is
 
 
@@ -58,9 +61,9 @@ def write_replays(
     if doubled:
         message = f"{doubled} replays have the id of another: each episode needs its own."
         raise InputError(message)
-    write_whole(out / "replay.html", replay_page())
+    write_script(out / "replay.html", replay_page())
     leaderboard = (out / LEADERBOARD).is_file()
-    write_whole(out / "replays" / "index.js", _index(sources, leaderboard=leaderboard))
+    write_script(out / INDEX, _index(sources, out, leaderboard=leaderboard))
     for town in sorted({source.result.town for source in sources}):
         _write_town(out, town)
     tasks = [_Task(source, replay_path(out, source.id), _stamp(source)) for source in sources]
@@ -88,7 +91,7 @@ def write_replay(task: _Task, _report: Callable[[float], None] | None = None) ->
         text = missing_script(task.source, _without_folder(str(error), task.source.recording))
     except Exception as error:  # noqa: BLE001  a broken file may break anything that reads it
         text = missing_script(task.source, f"Its recording is broken ({type(error).__name__}).")
-    write_whole(task.path, text)
+    write_script(task.path, text)
 
 
 def _without_folder(text: str, path: Path) -> str:
@@ -96,17 +99,14 @@ def _without_folder(text: str, path: Path) -> str:
     return text.replace(str(path), path.name)
 
 
-def write_whole(path: Path, text: str) -> None:
-    """Write a text file, whole or not at all.
+def write_script(path: Path, text: str) -> None:
+    """Write a file of the site, whole or not at all.
 
     Raises:
         InputError: It cannot be written.
     """
-    part = path.with_name(f"{path.name}.part")
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        part.write_text(text, encoding="utf-8", newline="\n")
-        part.replace(path)
+        write_whole_text(path, text)
     except OSError as error:
         message = f"Cannot write {path}: {error.strerror}. Choose another folder."
         raise InputError(message) from error
@@ -119,7 +119,7 @@ def _write_with(workers: int, tasks: list[_Task], progress: Callable[[int], None
         nonlocal ended
         if isinstance(event, Lost):
             task = tasks[event.task]
-            write_whole(task.path, missing_script(task.source, event.reason))
+            write_script(task.path, missing_script(task.source, event.reason))
         if isinstance(event, Lost | Finished):
             ended += 1
             progress(ended)
@@ -133,13 +133,14 @@ def _write_town(out: Path, name: str) -> None:
     try:
         stamp = f"{STAMP}{town_checksum(name)} {_code()}\n"
         if not _begins(path, stamp):
-            write_whole(path, stamp + town_script(load_town(name), town_checksum(name)))
+            write_script(path, stamp + town_script(load_town(name), town_checksum(name)))
     except InputError:
         path.unlink(missing_ok=True)
 
 
-def _index(sources: Sequence[ReplaySource], *, leaderboard: bool) -> str:
-    entries = [
+def _index(sources: Sequence[ReplaySource], out: Path, *, leaderboard: bool) -> str:
+    """Return the list of these replays, and of the earlier ones that are still there."""
+    entries: list[dict[str, object]] = [
         {
             "id": source.id,
             "title": source.title,
@@ -152,8 +153,23 @@ def _index(sources: Sequence[ReplaySource], *, leaderboard: bool) -> str:
         }
         for source in sources
     ]
+    if entries:
+        entries += _listed_before(out, {source.id for source in sources}, set(entries[0]))
     told = {"leaderboard": leaderboard, "replays": entries}
     return f"plantBenchIndex({script_json(told)});\n"
+
+
+def _listed_before(out: Path, new: set[str], keys: set[str]) -> list[dict[str, object]]:
+    """Return what the list told of other replays whose files are there; nothing if it is broken."""
+    try:
+        text = (out / INDEX).read_text(encoding="utf-8")
+        told = json.loads(text[text.index("(") + 1 : text.rindex(")")])["replays"]
+        known = [item for item in told if set(item) == keys and is_replay_id(item["id"])]
+    except (OSError, ValueError, TypeError, KeyError):
+        return []
+    return [
+        item for item in known if item["id"] not in new and replay_path(out, item["id"]).is_file()
+    ]
 
 
 def _is_made(task: _Task) -> bool:

@@ -12,6 +12,7 @@ from plant_bench.scoring.results import EpisodeResult
 from plant_bench.world.route import Route, load_suite, suite_names
 from plant_bench.world.town import Town, load_town, town_checksum
 
+LONGEST_ID = 200  # characters
 _ID = re.compile(r"[A-Za-z0-9_][\w.-]*/[A-Za-z0-9_][\w.-]*", re.ASCII)
 _NAME = re.compile(r"[A-Za-z0-9_][\w.-]*", re.ASCII)
 
@@ -39,7 +40,7 @@ class ReplaySource:
 
     def __post_init__(self) -> None:
         """Refuse ids that would lead out of the folder of replays."""
-        if not _ID.fullmatch(self.id) or len(self.id) > 200:
+        if not is_replay_id(self.id):
             message = (
                 f"Replay id {self.id[:80]!r}: '<run>/<episode>' of letters, digits, '.', '_' and "
                 "'-' is wanted, since it names a file."
@@ -48,6 +49,15 @@ class ReplaySource:
         if not _NAME.fullmatch(self.result.town):
             message = f"Town {self.result.town[:80]!r} cannot name a file. Score the route again."
             raise InputError(message)
+
+
+def is_replay_id(text: object) -> bool:
+    """Tell whether a text may name a replay's file.
+
+    >>> is_replay_id("plant/town01-0_r0_abc"), is_replay_id("../x")
+    (True, False)
+    """
+    return isinstance(text, str) and len(text) <= LONGEST_ID and _ID.fullmatch(text) is not None
 
 
 def load_recording(source: ReplaySource) -> Recording:

@@ -6,7 +6,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from plant_bench.reports.replay.packing import CENTI, pack, quantised, script_json
+from plant_bench.reports.page_json import script_json
+from plant_bench.reports.replay.packing import CENTI, pack, quantised
 from plant_bench.towns.picture import is_flat, lane_borders, stop_bars, stretches, zebra
 from plant_bench.towns.streets import Shape, thin_out
 from plant_bench.world.town import Town

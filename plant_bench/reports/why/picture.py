@@ -12,6 +12,7 @@ from matplotlib.font_manager import FontProperties, findfont, get_font
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from plant_bench.reports.files import write_whole
 from plant_bench.reports.why.findings import Finding
 from plant_bench.reports.why.incidents import actor_name
 from plant_bench.reports.why.scenery import (
@@ -43,10 +44,10 @@ def save_picture(finding: Finding, hindsight: Hindsight, path: Path) -> None:
         OSError: It cannot be written.
     """
     figure = _figure(finding, hindsight)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_name(f"{path.name}.part")
-    figure.savefig(part, format="png", dpi=DOTS, metadata={"Software": None})
-    part.replace(path)
+    write_whole(
+        path,
+        lambda part: figure.savefig(part, format="png", dpi=DOTS, metadata={"Software": None}),
+    )
 
 
 def _figure(finding: Finding, hindsight: Hindsight) -> Figure:

@@ -130,3 +130,10 @@ def test_the_round_trip_gives_equal_records_for_every_kind(kind: InfractionKind,
         ("town01-0", 0, "town01"), ("town01-0", 1, "town01"),
     ]  # fmt: skip
     assert [item.wall for item in run.records] == [4.5, 0.0]
+
+
+def test_a_checkpoint_that_cannot_be_written_leaves_nothing_behind(tmp_path):
+    (tmp_path / "there").mkdir()
+    with pytest.raises(OSError, match="there"):
+        write_checkpoint({}, tmp_path / "there")
+    assert [path.name for path in tmp_path.iterdir()] == ["there"]

@@ -121,11 +121,16 @@ function drawChartMark(context, x, top, bottom, mark, colours) {
   }
 }
 
+// Whether a hazard has a time: others were never reached, or not played.
+function begun(hazard) {
+  return hazard.phase !== "void" && hazard.phase !== "dormant";
+}
+
 // What lies on the time line, in order of time.
 function marksOf({ infractions, hazards }) {
   const marks = infractions.map((item) => ({ time: item.time, infraction: true, name: infractionName(item), detail: infractionDetail(item) }));
   for (const item of hazards) {
-    if (item.phase !== "void") marks.push({ time: item.time, infraction: false, name: hazardName(item), detail: hazardDetail(item), title: item.sentence });
+    if (begun(item)) marks.push({ time: item.time, infraction: false, name: hazardName(item), detail: hazardDetail(item), title: item.sentence });
   }
   return marks.sort((one, other) => one.time - other.time);
 }

@@ -41,7 +41,9 @@ function panelFor(episode, jump) {
   const node = element("section", { class: "panel" }, element("h2", {}, short(episode.facts.title)), now);
   for (const note of notesOf(episode)) node.append(element("p", { class: "note small" }, note));
   const count = episode.facts.infractions.length;
-  const label = `${count} ${count === 1 ? "infraction" : "infractions"}, ${episode.facts.hazards.length} hazards`;
+  const reached = episode.facts.hazards.filter((item) => item.phase !== "dormant").length;
+  const left = episode.facts.hazards.length - reached;
+  const label = `${count} ${count === 1 ? "infraction" : "infractions"}, ${reached} hazards${left ? `, ${left} more not reached` : ""}`;
   node.append(element("h3", {}, label), log);
   return { node, update: (seconds) => updatePanel(episode, rows, entries, seconds) };
 }

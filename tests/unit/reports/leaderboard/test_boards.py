@@ -10,7 +10,7 @@ from plant_bench.reports.leaderboard.lines import distinct
 from plant_bench.reports.leaderboard.published import paper_lines
 
 
-def add_ranking(path, agent, mean):
+def add_ranking(path, agent, mean, checksum=None):
     spread = {"mean": mean, "std": None}
     payload = {
         "agent": agent,
@@ -23,6 +23,7 @@ def add_ranking(path, agent, mean):
         "episodes": 12,
         "unmatched": 0,
     }
+    payload |= {} if checksum is None else {"planner_checksum": checksum}
     (path / "rfds.json").write_text(json.dumps(payload), encoding="utf-8")
     return path
 
@@ -82,6 +83,27 @@ def test_rfds_goes_to_its_planner(tmp_path, write_run, leaderboard):
     assert rfds["plant"] == 96.5
     assert math.isnan(rfds["idm"])
     assert [item.ranker for item in board.rankings] == ["attention", "random"]
+
+
+def test_rfds_goes_by_checksum_where_it_is_told(tmp_path, write_run, leaderboard):
+    runs = [write_run(tmp_path / name, "plant", checksum=name * 64) for name in "ab"]
+    runs.append(write_run(tmp_path / "c", "plant@models/a", checksum="a" * 64))
+    ranking = add_ranking(
+        write_run(tmp_path / "r"), "expert-filtered@attention:plant", 96.5, checksum="a" * 64
+    )
+    made = leaderboard([*runs, ranking])
+    rfds = {line.planner: line.rfds.mean for line in made.boards[0].lines}
+    assert rfds["plant (a)"] == rfds["plant@models/a"] == 96.5
+    assert math.isnan(rfds["plant (b)"])
+    assert not any("several runs" in note for note in made.notes)
+
+
+def test_rfds_of_another_checksum_is_not_a_planners_by_name(tmp_path, write_run, leaderboard):
+    run = write_run(tmp_path / "a", "plant", checksum="a" * 64)
+    ranking = add_ranking(
+        write_run(tmp_path / "r"), "expert-filtered@attention:plant", 96.5, checksum="b" * 64
+    )
+    assert math.isnan(leaderboard([run, ranking]).boards[0].lines[0].rfds.mean)
 
 
 def test_rfds_of_a_name_that_several_runs_have_is_nobodys(tmp_path, write_run, leaderboard):

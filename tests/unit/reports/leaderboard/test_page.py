@@ -5,8 +5,9 @@ import re
 
 import pytest
 
+from plant_bench.reports.leaderboard.exports import without_nan
 from plant_bench.reports.leaderboard.page import page_html, write_page
-from plant_bench.reports.leaderboard.page_data import script_json
+from plant_bench.reports.page_json import script_json
 
 HOSTILE = "</script><script>alert(1)</script><!-- \u2028 & 😀 @@DATA@@"
 
@@ -62,4 +63,7 @@ def test_the_page_is_written_whole(tmp_path, write_run, leaderboard):
 
 
 def test_what_is_no_number_is_null():
-    assert script_json([float("nan"), float("inf"), 1.5, "<"]) == '[null,null,1.5,"\\u003c"]'
+    assert (
+        script_json(without_nan([float("nan"), float("inf"), 1.5, "<"]))
+        == '[null,null,1.5,"\\u003c"]'
+    )

@@ -1,3 +1,5 @@
+import json
+
 import pytest
 
 from plant_bench.errors import InputError
@@ -7,11 +9,14 @@ from plant_bench.reports.replay.choosing import source_in_run
 @pytest.fixture
 def run(source):
     folder = source.recording.parents[1]
-    (folder / "run.json").write_text("{}")
+    facts = {"agent": "cruise", "agent_checksum": "a", "suite": "longest6", "seed": 0}
+    facts |= {"density": "dense", "protocol": "p", "towns": {}, "routes": {"town01-0": "c"}}
+    facts |= {"repetitions": 3, "command": "", "versions": {}, "processor": ""}
+    (folder / "run.json").write_text(json.dumps(facts))
     (folder / "episodes").mkdir()
     for number in (0, 2):
         path = folder / "episodes" / f"town01-0_r{number}_abc.json"
-        path.write_text(source.result.to_json())
+        path.write_text(source.result.model_copy(update={"repetition": number}).to_json())
     return folder
 
 
@@ -20,13 +25,14 @@ def test_an_episode_is_found_by_route_and_repetition(run, source):
     assert found.id == "ours/town01-0_r0_abc"
     assert found.recording == source.recording
     assert found.title == "cruise"
+    assert source_in_run(run, "0", None).id == found.id
     assert source_in_run(run, "town01-0", 2).id == "ours/town01-0_r2_abc"
 
 
 def test_what_is_not_there_says_what_is(run, tmp_path):
-    with pytest.raises(InputError, match="no episode on route 'town01-1'. Routes there: town01-0"):
+    with pytest.raises(InputError, match=r"no route 'town01-1'.*Did you mean town01-0\?"):
         source_in_run(run, "town01-1", None)
-    with pytest.raises(InputError, match="no repetition 1 of town01-0. There: 0, 2"):
+    with pytest.raises(InputError, match="town01-0, repetition 1: its repetitions are 0, 2"):
         source_in_run(run, "town01-0", 1)
     with pytest.raises(InputError, match="no run of plant-bench"):
         source_in_run(tmp_path, "town01-0", None)

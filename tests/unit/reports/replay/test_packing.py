@@ -5,7 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from plant_bench.reports.replay.packing import pack, quantised, script_json
+from plant_bench.reports.page_json import script_json
+from plant_bench.reports.replay.packing import pack, quantised
 from tests.unit.reports.replay.unpacking import unpack
 
 WHOLE = st.lists(st.integers(-(2**28) + 1, 2**28 - 1), max_size=30)

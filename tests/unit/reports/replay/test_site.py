@@ -92,3 +92,22 @@ def test_the_page_asks_for_nothing_from_elsewhere():
     assert "http" not in page.replace("http-equiv", "")
     assert "innerHTML" not in page
     assert len(page) < 150_000
+
+
+def test_replays_made_before_stay_in_the_list_while_they_are_there(tmp_path, source):
+    out = tmp_path / "out"
+    other, gone = drive(tmp_path, run="theirs"), drive(tmp_path, run="gone")
+    write(out, other, gone)
+    (out / "replays" / f"{gone.id}.js").unlink()
+    write(out, source)
+    index = facts_of((out / "replays" / "index.js").read_text())
+    assert [item["id"] for item in index["replays"]] == [source.id, other.id]
+
+
+@pytest.mark.parametrize("text", ["", "plantBenchIndex({", 'x({"replays": [1]})', "x([])"])
+def test_a_broken_list_is_made_anew(tmp_path, source, text):
+    (tmp_path / "replays").mkdir()
+    (tmp_path / "replays" / "index.js").write_text(text)
+    write(tmp_path, source)
+    index = facts_of((tmp_path / "replays" / "index.js").read_text())
+    assert [item["id"] for item in index["replays"]] == [source.id]

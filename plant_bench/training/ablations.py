@@ -67,18 +67,26 @@ class Variant:
 def variants_of(names: Sequence[str], base: Recipe) -> list[Variant]:
     """Return the base, and all choices of the named ablations; of all of them without a name.
 
+    Args:
+        names: Of ablations, or of single choices.
+        base: What is changed.
+
     Raises:
         InputError: There is no such ablation.
     """
+    alone = {choice.name for choices in ABLATIONS.values() for choice in choices}
     for name in names:
-        if name not in ABLATIONS:
-            near = difflib.get_close_matches(name, ABLATIONS, n=1)
+        if name not in ABLATIONS and name not in alone:
+            near = difflib.get_close_matches(name, [*ABLATIONS, *alone], n=1)
             hint = f" Did you mean {near[0]}?" if near else ""
             message = f"There is no ablation '{name}': {', '.join(ABLATIONS)} are known.{hint}"
             raise InputError(message)
     found = [Variant(BASE, BASE, BASE, base, "-")]
-    for name in dict.fromkeys(names or ABLATIONS):
-        for choice in ABLATIONS[name]:
+    wanted = set(names or ABLATIONS)
+    for name, choices in ABLATIONS.items():
+        for choice in choices:
+            if wanted.isdisjoint((name, choice.name)):
+                continue
             recipe = choice.change(base)
             training = BASE if recipe == base else choice.name
             found.append(Variant(name, choice.name, training, recipe, choice.paper))

@@ -38,6 +38,11 @@ def test_a_variant_differs_from_the_base_in_one_thing() -> None:
     assert found["stop-line"].config.tokens == TokenSpec(stop_line=True)
 
 
+def test_a_single_choice_may_be_named() -> None:
+    found = variants_of(["small", "rear"], BASE)
+    assert [variant.name for variant in found] == ["base", "no-rear", "rear", "small"]
+
+
 def test_without_speeds_nothing_follows_from_them() -> None:
     """Meetings, tracks and foresight would tell the network what it is not to be told."""
     told = TokenSpec(reach=30.0, foresight=5.0, meetings=True, tracks=True, stop_line=True)

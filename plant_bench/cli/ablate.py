@@ -27,8 +27,8 @@ def ablate_plant(
         typer.Argument(
             metavar="NAME",
             help="rear, speeds, auxiliary, data, size (the paper's); stop-line, vulnerable, "
-            "limit-input, reach, foresight, meetings, tracks, speed-input. Or single choices: small. "
-            "All without a name.",
+            "limit-input, reach, foresight, meetings, tracks, speed-input; or single choices, "
+            "as small. All without a name.",
         ),
     ] = None,
     out: Annotated[Path, typer.Option(help="Folder of all that is made.")] = Path(

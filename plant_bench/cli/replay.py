@@ -1,11 +1,12 @@
 """`plant-bench replay` and `plant-bench serve`."""
 
+import dataclasses
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from plant_bench.cli.options import EXIT_INTERRUPTED
+from plant_bench.cli.interrupts import ending_at_ctrl_c
 
 if TYPE_CHECKING:
     from plant_bench.reports.replay.movie import Wanted
@@ -35,11 +36,18 @@ def replay(
     end: Annotated[float | None, typer.Option("--to", help="Last second shown.")] = None,
     fps: Annotated[float | None, typer.Option(help="Pictures a second: MP4 20, GIF 10.")] = None,
     dark: Annotated[bool, typer.Option("--dark", help="Pictures in dark colours.")] = False,
+    expert: Annotated[
+        bool, typer.Option("--expert", help="Show whom the expert would brake for, in blue.")
+    ] = False,
 ) -> None:
     """Show an episode from above, as a page that plays it, a film or a picture.
 
     The run must have recordings: `plant-bench score --recordings`. A page works from disk, without
     a network; `plant-bench serve` is there for browsers that refuse that.
+
+    Red box: top relevance to the planner. Blue box: whom the expert would brake for; in the run of
+    another planner only with --expert, which simulates the episode again (about 0.1 s a second).
+    White dashes: whom the planner itself says it brakes for.
 
     For instance:
 
@@ -52,24 +60,31 @@ def replay(
     """
     from plant_bench.errors import InputError
     from plant_bench.reports.replay.choosing import source_in_run
-    from plant_bench.reports.replay.movie import Wanted
+    from plant_bench.reports.replay.movie import Wanted, check_folder, check_path
 
     made = {"png": png, "gif": gif, "mp4": mp4}
     files = {name: path for name, path in made.items() if path is not None}
     if html is None and not files:
         message = "Say what to make of it: --html FOLDER, --png FILE, --gif FILE or --mp4 FILE."
         raise InputError(message)
+    wanted = Wanted(time, start, end, fps, dark)
+    for name, path in files.items():
+        check_path(name, path)
+    if html is not None:
+        check_folder(html)
     sources = [source_in_run(run, route, repetition)]
     if against is not None:
         sources.append(source_in_run(against, route, sources[0].result.repetition))
-    try:
+    wanted.check(max(source.result.duration for source in sources))
+    if expert:
+        from plant_bench.runner.expert_asking import ask_expert
+
+        sources = [dataclasses.replace(source, ask_expert=ask_expert) for source in sources]
+    with ending_at_ctrl_c("Stopped. What was half written is removed."):
         if html is not None:
             _write_page(sources, html)
         if files:
-            _write_files(sources, files, Wanted(time, start, end, fps, dark))
-    except KeyboardInterrupt:
-        typer.echo("Stopped. What was half written is removed.", err=True)
-        raise typer.Exit(EXIT_INTERRUPTED) from None
+            _write_files(sources, files, wanted)
 
 
 def serve(
@@ -88,11 +103,8 @@ def serve(
 
     with file_server(folder, port) as server:
         typer.echo(f"Serving {folder} at {address_of(server, folder)} (Ctrl-C ends it).")
-        try:
+        with ending_at_ctrl_c():
             server.serve_forever()
-        except KeyboardInterrupt:
-            typer.echo("Stopped.", err=True)
-            raise typer.Exit(EXIT_INTERRUPTED) from None
 
 
 def _write_page(sources: "list[ReplaySource]", out: Path) -> None:

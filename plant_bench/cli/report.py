@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from plant_bench.cli.interrupts import ending_at_ctrl_c
 from plant_bench.cli.options import CORES, LawOption, WorkersOption
 
 
@@ -26,6 +27,10 @@ def report(
     replays: Annotated[
         bool, typer.Option(help="Make a replay of each episode that was recorded.")
     ] = True,
+    expert: Annotated[
+        bool,
+        typer.Option("--expert", help="Replays show whom the expert would brake for; slow."),
+    ] = False,
     workers: WorkersOption = CORES,
 ) -> None:
     """Put runs into a leaderboard: a page to look at, files for programs and papers.
@@ -44,4 +49,13 @@ def report(
     from plant_bench.cli.reporting import write_report
     from plant_bench.scoring.laws import law_of
 
-    write_report(runs or [], out, law=law_of(law), paper=paper, replays=replays, workers=workers)
+    with ending_at_ctrl_c():
+        write_report(
+            runs or [],
+            out,
+            law=law_of(law),
+            paper=paper,
+            replays=replays,
+            expert=expert,
+            workers=workers,
+        )

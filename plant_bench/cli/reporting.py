@@ -18,6 +18,7 @@ from plant_bench.reports.leaderboard.replays import replay_sources
 from plant_bench.reports.leaderboard.sources import Sources, find_sources
 from plant_bench.reports.leaderboard.texts import one_line, p_text
 from plant_bench.reports.replay.site import write_replays
+from plant_bench.runner.expert_asking import ask_expert
 from plant_bench.scoring.laws import Law
 
 RUNS = Path("reports")  # where `plant-bench score` puts runs
@@ -26,7 +27,14 @@ FURTHER_STEPS = 3  # differences, files, page
 
 
 def write_report(
-    paths: Sequence[Path], out: Path, *, law: Law, paper: bool, replays: bool, workers: int
+    paths: Sequence[Path],
+    out: Path,
+    *,
+    law: Law,
+    paper: bool,
+    replays: bool,
+    expert: bool,
+    workers: int,
 ) -> None:
     """Read runs and write the leaderboard, with a bar on standard error.
 
@@ -50,20 +58,22 @@ def write_report(
         write_page(leaderboard, out, replays=replays)
         bars.update(task, advance=1)
         if replays:
-            _write_replays(leaderboard, out, workers, bars)
+            _write_replays(leaderboard, out, workers, bars, expert=expert)
     for note in leaderboard.notes:
         typer.echo(note, err=True)
     _say_who_leads(leaderboard, typer.echo)
     typer.echo(f"Open {out / 'leaderboard.html'} in a browser.")
 
 
-def _write_replays(leaderboard: Leaderboard, out: Path, workers: int, bars: Progress) -> None:
+def _write_replays(
+    leaderboard: Leaderboard, out: Path, workers: int, bars: Progress, *, expert: bool
+) -> None:
     """Make the replays that are not there yet, with a bar of their own.
 
     Raises:
         InputError: They cannot be written.
     """
-    sources = replay_sources(leaderboard)
+    sources = replay_sources(leaderboard, ask_expert if expert else None)
     task = bars.add_task(f"{'replays':<{WIDTH}}", total=len(sources))
     write_replays(
         out,

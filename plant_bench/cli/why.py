@@ -5,6 +5,8 @@ from typing import Annotated
 
 import typer
 
+from plant_bench.cli.interrupts import ending_at_ctrl_c
+
 
 def explain_run(
     run: Annotated[Path, typer.Argument(help="A folder that `plant-bench score` wrote.")],
@@ -38,8 +40,9 @@ def explain_run(
     from plant_bench.reports.why.listing import print_infractions
     from plant_bench.runner.run_folder import RunFolder
 
-    folder = RunFolder.open(run)
-    if route is None:
-        print_infractions(folder.results(), str(run))
-        return
-    explain_route(folder, route, repetition, out, before)
+    with ending_at_ctrl_c():
+        folder = RunFolder.open(run)
+        if route is None:
+            print_infractions(folder.results(), str(run))
+        else:
+            explain_route(folder, route, repetition, out, before)

@@ -2,15 +2,18 @@
 
 import base64
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from plant_bench.reports.replay.site import replay_path, write_replays
+from plant_bench.runner.expert_view import ExpertView
 from tests.unit.reports.replay.drives import HIT_AT, SPEED, drive
 
 PHONE = (390, 844)
+BLUE = (63, 160, 255)
 HOSTILE = "</script><img src=x onerror=alert(1)>" + "🚗" * 10_000
 RANKER = f"""
 import numpy as np
@@ -26,13 +29,20 @@ class Ranks:
 """
 
 
+def third_until_1_9(*_drive: object) -> ExpertView:
+    """The expert brakes for actor 3, as far as it is known."""
+    return ExpertView(np.arange(0, 40, 10), np.full(4, 3), "from 1.9 s on the ego differs.")
+
+
 @pytest.fixture(scope="module")
 def site(tmp_path_factory) -> Path:
     folder = tmp_path_factory.mktemp("site")
     (folder / "ranker.py").write_text(RANKER)
     sources = [
         drive(folder, run="ours", title="ours", agent=f"{folder / 'ranker.py'}:Ranks"),
-        drive(folder, run="theirs", title="theirs", plans=False),
+        replace(
+            drive(folder, run="theirs", title="theirs", plans=False), ask_expert=third_until_1_9
+        ),
         drive(folder, run="hostile", title=HOSTILE, reason=HOSTILE),
         drive(folder, run="thin", title="thin", every=10),
         drive(folder, run="broken", title="broken"),
@@ -181,9 +191,15 @@ def test_two_planners_run_side_by_side_on_one_clock(opened, screenshot):
     assert "Attends to" in panels.nth(0).inner_text()
     assert "vehicle ahead: car 1" in panels.nth(1).inner_text()
     assert has_colour(painted(page, 0), (255, 59, 48)), "the box of whom it attends to"
-    assert has_colour(painted(page, 1), (63, 160, 255)), "the box of whom it brakes for"
+    assert has_colour(painted(page, 1), BLUE), "the box of whom the expert would brake for"
+    assert "would brake for truck 3" in panels.nth(1).inner_text()
+    assert "from 1.9 s on the ego differs." in panels.nth(1).inner_text()
     assert not has_colour(painted(page, 1), (255, 59, 48))
     screenshot(page, "replay_beside")
+    page.keyboard.press("n")
+    settle(page)
+    assert not has_colour(painted(page, 1), BLUE, least=1), "its own reason is not blue"
+    assert "Expert\nnot known" in panels.nth(1).inner_text()
     page.select_option("#compare", "")
     page.wait_for_selector(".stage:nth-child(2)", state="detached")
 

@@ -11,6 +11,7 @@ from plant_bench.agents.registry import agent_checksum
 from plant_bench.data.recording import Recorder, Recording
 from plant_bench.errors import InputError
 from plant_bench.runner.episode import run_episode
+from plant_bench.runner.expert_asking import ask_expert
 from plant_bench.runner.hindsight import look_back
 from plant_bench.runner.jobs import Job
 from plant_bench.runner.moments import Window
@@ -65,16 +66,21 @@ def test_every_scene_is_simulated_again_number_for_number(
     assert max(len(tick.recorded.actors) for tick in again) > 5
 
 
+def changed_at(recording: Recording, tick: int, folder: Path) -> Recording:
+    """A recording with another control at one tick."""
+    recorder = Recorder(folder / "changed.parquet", recording.metadata)
+    for row, (scene, action) in enumerate(zip(recording, recording.actions, strict=True)):
+        recorder.add(scene, replace(action, acceleration=-1.0) if row == tick else action)  # pyright: ignore
+    recorder.close()
+    return Recording.load(folder / "changed.parquet")
+
+
 def test_another_control_is_noticed_at_the_next_tick(
     driven: tuple[Path, EpisodeResult], route: Route, tmp_path: Path
 ) -> None:
     file, result = driven
     recording = Recording.load(file)
-    recorder = Recorder(tmp_path / "changed.parquet", recording.metadata)
-    for row, (scene, action) in enumerate(zip(recording, recording.actions, strict=True)):
-        recorder.add(scene, replace(action, acceleration=-1.0) if row == 30 else action)  # pyright: ignore
-    recorder.close()
-    changed = Recording.load(tmp_path / "changed.parquet")
+    changed = changed_at(recording, 30, tmp_path)
 
     found = [tick.row for tick in simulate_again(changed, result, route) if tick.difference]
 
@@ -110,6 +116,28 @@ def test_the_expert_answers_as_it_does_where_another_planner_drives_to_collect_d
     ranked = looked.moments[last].planner
     assert ranked is not None
     assert math.isfinite(ranked.control.acceleration)
+
+
+def test_the_expert_is_asked_twice_a_second_until_the_scenes_differ(
+    driven: tuple[Path, EpisodeResult], route: Route, tmp_path: Path
+) -> None:
+    file, result = driven
+    recording = Recording.load(file)
+
+    whole = ask_expert(recording, result, route)
+    again = ask_expert(changed_at(recording, 30, tmp_path), result, route)
+
+    moving = recording.egos[whole.ticks, 3] >= 0.5
+    assert set(range(0, len(recording) - 1, 10)) <= set(whole.ticks.tolist())
+    assert not (whole.ticks[moving] % 10).any()
+    assert whole.note == ""
+    looked = look_back(recording, result, route, [Window(0, len(recording) - 2, 0)])
+    answers = [looked.moments[tick].expert for tick in whole.ticks.tolist()]
+    told = [item and item.reason and item.reason.actor for item in answers]
+    assert whole.actors.tolist() == told
+    assert len(set(told)) > 1
+    assert again.ticks.max() <= 30
+    assert again.note == ("Simulated again, from 1.6 s on it is another episode: the ego differs.")
 
 
 def test_a_planner_that_has_changed_is_not_believed(

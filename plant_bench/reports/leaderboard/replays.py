@@ -1,11 +1,18 @@
 """Which episodes of a leaderboard have a replay, and what it is called."""
 
 from plant_bench.reports.leaderboard.board import Leaderboard
-from plant_bench.reports.replay.source import ReplaySource
+from plant_bench.reports.replay.source import AskExpert, ReplaySource
 
 
-def replay_sources(leaderboard: Leaderboard) -> list[ReplaySource]:
-    """Return a source for each episode that was recorded; its id is "<line>/<episode>"."""
+def replay_sources(
+    leaderboard: Leaderboard, ask_expert: AskExpert | None = None
+) -> list[ReplaySource]:
+    """Return a source for each episode that was recorded; its id is "<line>/<episode>".
+
+    Args:
+        leaderboard: Whose episodes.
+        ask_expert: Tells whom the expert would brake for; None leaves that out.
+    """
     return [
         ReplaySource(
             id=f"{entry.line.id}/{episode.name}",
@@ -13,6 +20,7 @@ def replay_sources(leaderboard: Leaderboard) -> list[ReplaySource]:
             agent=entry.run.provenance.agent,
             recording=episode.recording,
             result=episode.result,
+            ask_expert=ask_expert,
         )
         for board in leaderboard.boards
         for entry in board.entries

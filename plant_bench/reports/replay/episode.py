@@ -12,6 +12,7 @@ from plant_bench.reports.replay.overlay import (
     NO_CAUSE,
     Plans,
     Reasons,
+    expert_view_of,
     hazard_facts,
     infraction_facts,
     limit_steps,
@@ -28,6 +29,7 @@ from plant_bench.reports.replay.source import (
     load_route,
     load_town_of,
 )
+from plant_bench.runner.expert_view import EXPERT, ExpertView
 from plant_bench.world.route import Route
 from plant_bench.world.scene import EGO_EXTENT, TICK, ActorKind, Light
 from plant_bench.world.town import Town
@@ -49,6 +51,7 @@ class EpisodeReplay:
         plans: The planner's.
         reasons: Of its decisions.
         attention: Whom it attended to.
+        expert: Whom the expert would brake for; None where that is not wanted.
         infractions: Facts of each, as `infraction_facts` gives them.
     """
 
@@ -60,6 +63,7 @@ class EpisodeReplay:
     plans: Plans
     reasons: Reasons
     attention: Attention
+    expert: ExpertView | None
     infractions: tuple[dict[str, object], ...]
 
 
@@ -83,6 +87,7 @@ def load_episode(source: ReplaySource) -> EpisodeReplay:
         plans_of(recording),
         reasons_of(recording),
         attention_of(result, source.agent, recording, route, progress),
+        expert_view_of(source, recording, route),
         tuple(infraction_facts(item, recording) for item in result.infractions),
     )
 
@@ -116,6 +121,8 @@ def replay_script(episode: EpisodeReplay) -> str:
         "limits": limit_steps(route),
         "signals": [stop_line(route, item) for item in route.signal_passages],
         "attentionNote": episode.attention.note,
+        "expertNote": "" if episode.expert is None else episode.expert.note,
+        "expertDrove": result.agent == EXPERT,
         "columns": packed.columns,
         "data": packed.data,
     }
@@ -135,6 +142,7 @@ def _columns(episode: EpisodeReplay) -> dict[str, tuple[np.ndarray, int]]:
         **_plan_columns(episode.plans),
         **_reason_columns(episode.reasons),
         **_attention_columns(episode.attention),
+        **_expert_columns(episode.expert),
         "progress": (quantised(episode.progress, CENTI), 2),
         "lights": (episode.frames.lights.T.reshape(-1).astype(int), 1),
         "route.x": (quantised(episode.route.points[:, 0], CENTI), 2),
@@ -189,3 +197,9 @@ def _attention_columns(attention: Attention) -> dict[str, tuple[np.ndarray, int]
         "attention.actor": (attention.actors, 1),
         "attention.share": (quantised(attention.shares, SHARE_SCALE), 0),
     }
+
+
+def _expert_columns(expert: ExpertView | None) -> dict[str, tuple[np.ndarray, int]]:
+    if expert is None:
+        return {}
+    return {"expert.tick": (expert.ticks, 2), "expert.actor": (expert.actors - NOBODY, 1)}

@@ -9,6 +9,7 @@ from plant_bench.agent import NOBODY, Cause
 from plant_bench.reports.replay.episode import EpisodeReplay
 from plant_bench.reports.replay.frames import FRAME
 from plant_bench.reports.replay.overlay import NO_CAUSE
+from plant_bench.runner.expert_view import EXPERT
 from plant_bench.world.scene import TICK
 
 FRESH = 1.3  # s for which a plan or an answer to whom it attends is shown
@@ -28,7 +29,9 @@ class Moment:
         lights: `Light` values of the route's signals.
         plan: Waypoints in the world; empty where there is none.
         shares: Relevance of each of the others, 0 to 1.
-        brakes_for: Id of whom the planner says it brakes for, or `NOBODY`.
+        brakes_for: Id of whom the planner says it brakes for, or `NOBODY`; where the expert drives,
+            `expert_brakes_for` tells it.
+        expert_brakes_for: Id of whom the expert would brake for, or `NOBODY`.
         reason: Why it drives no faster, empty where not told.
         limit: Speed limit, m/s.
     """
@@ -43,6 +46,7 @@ class Moment:
     plan: Float[np.ndarray, "waypoints 2"]
     shares: Float[np.ndarray, " actors"]
     brakes_for: int
+    expert_brakes_for: int
     reason: str
     limit: float
 
@@ -71,7 +75,8 @@ def moment_of(episode: EpisodeReplay, seconds: float) -> Moment:
         lights=frames.lights[row],
         plan=_plan(episode, seconds),
         shares=_shares(episode, seconds, ids),
-        brakes_for=NOBODY if cause == NO_CAUSE else actor,
+        brakes_for=NOBODY if cause == NO_CAUSE or _expert_drove(episode) else actor,
+        expert_brakes_for=_expert(episode, seconds),
         reason="" if cause == NO_CAUSE else Cause(cause).name.lower(),
         limit=_limit(episode, row),
     )
@@ -94,6 +99,16 @@ def _latest(ticks: Int[np.ndarray, " asked"], seconds: float) -> int:
     """Return the row of what is newest and still fresh; -1 where nothing is."""
     row = int(np.searchsorted(ticks, seconds / TICK + 1e-6, side="right")) - 1
     return row if row >= 0 and seconds - ticks[row] * TICK <= FRESH else -1
+
+
+def _expert_drove(episode: EpisodeReplay) -> bool:
+    return episode.source.result.agent == EXPERT
+
+
+def _expert(episode: EpisodeReplay, seconds: float) -> int:
+    view = episode.expert
+    row = -1 if view is None else _latest(view.ticks, seconds)
+    return NOBODY if view is None or row < 0 else int(view.actors[row])
 
 
 def _plan(episode: EpisodeReplay, seconds: float) -> Float[np.ndarray, "waypoints 2"]:

@@ -1,5 +1,6 @@
 """Replays as files to show around: a PNG of one moment or a strip of some, a GIF, an MP4."""
 
+import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -39,6 +40,15 @@ class Wanted:
     fps: float | None = None
     dark: bool = False
 
+    def check(self, duration: float) -> None:
+        """Check all numbers, before an episode of so many seconds is read.
+
+        Raises:
+            InputError: One of them is out of range.
+        """
+        self.rate("gif")
+        self._moment(self.part(duration)[1])
+
     def times(self, episodes: Sequence[EpisodeReplay], kind: str) -> list[float]:
         """Return the moments of a GIF or MP4.
 
@@ -46,7 +56,7 @@ class Wanted:
             InputError: The part is empty or outside of the episode, or there are too few or too
                 many pictures a second.
         """
-        first, last = self.part(episodes)
+        first, last = self.part(_duration(episodes))
         fps = self.rate(kind)
         return [first + number / fps for number in range(max(1, round((last - first) * fps)))]
 
@@ -62,13 +72,12 @@ class Wanted:
             raise InputError(message)
         return fps
 
-    def part(self, episodes: Sequence[EpisodeReplay]) -> tuple[float, float]:
-        """Return the bounds of the part that is wanted, seconds.
+    def part(self, duration: float) -> tuple[float, float]:
+        """Return the bounds of the part that is wanted of an episode, seconds.
 
         Raises:
             InputError: It is empty, or outside of the episode.
         """
-        duration = max(episode.frames.duration for episode in episodes)
         first = self.start or 0.0
         last = duration if self.end is None else min(self.end, duration)
         if not 0.0 <= first < last:
@@ -85,16 +94,57 @@ class Wanted:
         Raises:
             InputError: They are outside of the episode.
         """
-        first, last = self.part(episodes)
-        if self.time is not None:
-            if not 0.0 <= self.time <= last:
-                message = f"--time {self.time:g}: a moment from 0 to {last:.1f} s is wanted."
-                raise InputError(message)
-            return [self.time]
+        first, last = self.part(_duration(episodes))
+        moment = self._moment(last)
+        if moment is not None:
+            return [moment]
         if self.start is not None or self.end is not None:
             return np.linspace(first, last, STRIP).tolist()
         infractions = episodes[0].source.result.infractions
         return [infractions[0].time if infractions else last / 2.0]
+
+    def _moment(self, last: float) -> float | None:
+        if self.time is not None and not 0.0 <= self.time <= last:
+            message = f"--time {self.time:g}: a moment from 0 to {last:.1f} s is wanted."
+            raise InputError(message)
+        return self.time
+
+
+def check_path(kind: str, path: Path) -> None:
+    """Check where a file is to be written, before there is anything to write.
+
+    Args:
+        kind: Of `SAVERS`.
+        path: Of the file.
+
+    Raises:
+        InputError: The name does not end as such files' names do, or no file can be there.
+    """
+    if path.suffix.lower() != f".{kind}":
+        message = f"--{kind} {path}: a file whose name ends with .{kind} is wanted."
+        raise InputError(message)
+    if path.is_dir():
+        message = f"--{kind} {path}: that is a folder. Give the path of a file in it."
+        raise InputError(message)
+    check_folder(path.parent)
+
+
+def check_folder(folder: Path) -> None:
+    """Check that files can be written into a folder, which need not be there yet.
+
+    Raises:
+        InputError: They cannot.
+    """
+    there = next(item for item in (folder, *folder.absolute().parents) if item.exists())
+    if not there.is_dir() or not os.access(there, os.W_OK):
+        what = "may not be written to" if there.is_dir() else "is no folder"
+        message = f"Cannot write into {folder}: {there} {what}. Choose another place."
+        raise InputError(message)
+
+
+def _duration(episodes: Sequence[EpisodeReplay]) -> float:
+    """Return the seconds of the longest."""
+    return max(episode.frames.duration for episode in episodes)
 
 
 def save_png(episodes: Sequence[EpisodeReplay], wanted: Wanted, path: Path, told: Told) -> None:

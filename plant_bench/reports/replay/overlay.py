@@ -8,6 +8,8 @@ from jaxtyping import Float, Int
 from plant_bench.agent import NOBODY, PLAN_STEPS, Plan
 from plant_bench.data.recording import Recording
 from plant_bench.reports.replay.frames import EVERY
+from plant_bench.reports.replay.source import ReplaySource
+from plant_bench.runner.expert_view import EXPERT, ExpertView, told_by_expert
 from plant_bench.scoring.infractions import Infraction
 from plant_bench.scoring.progress import RouteProgress
 from plant_bench.scoring.results import EpisodeResult, HazardRecord
@@ -76,6 +78,14 @@ def reasons_of(recording: Recording) -> Reasons:
             cause, actor = int(reason.cause), reason.actor
         causes[row], actors[row] = cause, actor
     return Reasons(causes[::EVERY], actors[::EVERY])
+
+
+def expert_view_of(source: ReplaySource, recording: Recording, route: Route) -> ExpertView | None:
+    """Return whom the expert would brake for: as it told where it drove, else as it is asked."""
+    if source.result.agent == EXPERT:
+        return told_by_expert(recording)
+    ask = source.ask_expert
+    return None if ask is None else ask(recording, source.result, route)
 
 
 def progress_of(recording: Recording, route: Route) -> Progress:

@@ -17,6 +17,12 @@ from plant_bench.reports.replay.shapes import BODIES, GLASS, Polygon, placed, sh
 from plant_bench.world.hazard import HAZARDS, Phase
 from plant_bench.world.scene import EGO_EXTENT, ActorKind, Light
 
+BOXES = {  # metres wider than the actor, points, style
+    "relevance": (1.2, 2.2, "solid"),
+    "expert": (2.2, 2.2, "solid"),
+    "outline": (3.2, 3.2, "solid"),  # below the next: white is seen on any ground
+    "ownReason": (3.2, 1.8, (0, (3.5, 2.0))),
+}
 RECENT = 2.5  # s for which an infraction stands out
 
 
@@ -94,16 +100,23 @@ class ScenePainter:
         self._keep(self._ax.add_collection(shapes))
         self._keep(self._ax.add_collection(panes))
         if moment.shares.any():
-            self._draw_box(moment, int(np.argmax(moment.shares)), "relevance", "solid")
-        for row in np.flatnonzero((moment.ids == moment.brakes_for) & (moment.ids != NOBODY)):
-            self._draw_box(moment, int(row), "expert", "dashed")
+            self._draw_box(moment, int(np.argmax(moment.shares)), "relevance")
+        self._draw_box_of(moment, moment.expert_brakes_for, "expert")
+        self._draw_box_of(moment, moment.brakes_for, "outline")
+        self._draw_box_of(moment, moment.brakes_for, "ownReason")
 
-    def _draw_box(self, moment: Moment, row: int, colour: str, style: str) -> None:
-        room = moment.extents[row] + 1.2
+    def _draw_box_of(self, moment: Moment, actor: int, colour: str) -> None:
+        for row in np.flatnonzero((moment.ids == actor) & (actor != NOBODY)):
+            self._draw_box(moment, int(row), colour)
+
+    def _draw_box(self, moment: Moment, row: int, colour: str) -> None:
+        """Draw a box of its own size for each meaning, so that no two cover each other."""
+        aside, width, style = BOXES[colour]
+        room = moment.extents[row] + aside
         outline = corners(moment.poses[[row]], room[None])[0]
         line = np.concatenate([outline, outline[:1]])
         (drawn,) = self._ax.plot(
-            *line.T, color=self._colours[colour], linewidth=2.2, linestyle=style, zorder=15
+            *line.T, color=self._colours[colour], linewidth=width, linestyle=style, zorder=15
         )
         self._keep(drawn)
 

@@ -22,6 +22,7 @@ from plant_bench.reports.replay.page import replay_page
 from plant_bench.reports.replay.source import ReplaySource, is_replay_id
 from plant_bench.reports.replay.towns import town_script
 from plant_bench.runner.executors import Event, Finished, Lost, run_tasks
+from plant_bench.runner.expert_view import EXPERT
 from plant_bench.world.town import load_town, town_checksum
 
 STAMP = "// made from "
@@ -188,6 +189,8 @@ def _stamp(source: ReplaySource) -> str:
     """Return a hash of all that a replay depends on."""
     digest = hashlib.sha256(f"{_code()}|{source.title}|{source.agent}|{_planner(source)}".encode())
     digest.update(source.result.to_json().encode())
+    if source.ask_expert is not None:
+        digest.update(f"with the expert {_checksum(EXPERT)}".encode())
     try:
         with source.recording.open("rb") as file:
             digest.update(hashlib.file_digest(file, "sha256").digest())

@@ -1,16 +1,20 @@
 """What a replay is made from, and the route that it was driven on."""
 
 import re
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
 from plant_bench.data.recording import Recording
 from plant_bench.errors import InputError
+from plant_bench.runner.expert_view import ExpertView
 from plant_bench.runner.provenance import Provenance
 from plant_bench.scoring.results import EpisodeResult
 from plant_bench.world.route import Route, load_suite, suite_names
 from plant_bench.world.town import Town, load_town, town_checksum
+
+AskExpert = Callable[[Recording, EpisodeResult, Route], ExpertView]
 
 LONGEST_ID = 200  # characters
 _ID = re.compile(r"[A-Za-z0-9_][\w.-]*/[A-Za-z0-9_][\w.-]*", re.ASCII)
@@ -27,6 +31,8 @@ class ReplaySource:
         agent: The planner as it was asked for, as `load_agent` reads it.
         recording: The file with every tick.
         result: The episode's record.
+        ask_expert: Tells whom the expert would brake for; None leaves that out, but where the
+            expert drove itself. It must be importable, since workers are given it.
 
     Raises:
         InputError: The id cannot name a file, or the town's name cannot.
@@ -37,6 +43,7 @@ class ReplaySource:
     agent: str
     recording: Path
     result: EpisodeResult
+    ask_expert: AskExpert | None = None
 
     def __post_init__(self) -> None:
         """Refuse ids that would lead out of the folder of replays."""

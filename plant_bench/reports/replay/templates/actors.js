@@ -97,16 +97,26 @@ function drawActor(context, kind, actor, fill, scale, colours) {
   context.restore();
 }
 
-// A box around an actor, as the paper's figure has them; dashes tell the expert's from the planner's.
-function drawBox(context, actor, colour, scale, dashes) {
-  const room = Math.max(0.5, 4 / scale);
+// Boxes around actors, as the paper's figure has them, each meaning in a size of its own, so that no
+// two cover each other: metres and least pixels beside the actor, and the strokes of the line.
+const BOXES = {
+  relevance: { metres: 0.5, pixels: 4, strokes: [["relevance", 3, []]] },
+  expert: { metres: 0.9, pixels: 8, strokes: [["expert", 3, []]] },
+  ownReason: { metres: 1.3, pixels: 12, strokes: [["outline", 4, []], ["ownReason", 2, [7, 4]]] },
+};
+
+function drawBox(context, actor, meaning, scale, colours) {
+  const { metres, pixels, strokes } = BOXES[meaning];
+  const room = Math.max(metres, pixels / scale);
   context.save();
   context.translate(actor.x, actor.y);
   context.rotate(actor.yaw);
-  context.strokeStyle = colour;
-  context.lineWidth = 3 / scale;
-  context.setLineDash(dashes.map((part) => part / scale));
-  context.strokeRect(-actor.length / 2 - room, -actor.width / 2 - room, actor.length + 2 * room, actor.width + 2 * room);
+  for (const [colour, width, dashes] of strokes) {
+    context.strokeStyle = colours[colour];
+    context.lineWidth = width / scale;
+    context.setLineDash(dashes.map((part) => part / scale));
+    context.strokeRect(-actor.length / 2 - room, -actor.width / 2 - room, actor.length + 2 * room, actor.width + 2 * room);
+  }
   context.restore();
 }
 

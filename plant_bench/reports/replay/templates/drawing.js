@@ -19,7 +19,8 @@ function drawScene(context, episode, seconds, view, colours) {
     ego: egoAt(episode, frame),
     actors: actorsAt(episode, frame),
     attention: attentionAt(episode, seconds),
-    reason: reasonAt(episode, frame),
+    ownReason: episode.facts.expertDrove ? null : reasonAt(episode, frame),
+    expert: expertAt(episode, seconds),
   };
   const ratio = view.ratio;
   context.setTransform(1, 0, 0, 1, 0, 0);
@@ -117,10 +118,10 @@ function drawPlan(context, points, ego, view, colours) {
 
 function drawBoxes(context, moment, view, colours) {
   const top = moment.attention[0];
-  const braked = moment.reason?.actor;
   for (const actor of moment.actors) {
-    if (top && actor.id === top.actor) drawBox(context, actor, colours.relevance, view.scale, []);
-    if (actor.id === braked) drawBox(context, actor, colours.expert, view.scale, [7, 4]);
+    if (top && actor.id === top.actor) drawBox(context, actor, "relevance", view.scale, colours);
+    if (actor.id === moment.expert) drawBox(context, actor, "expert", view.scale, colours);
+    if (actor.id === moment.ownReason?.actor) drawBox(context, actor, "ownReason", view.scale, colours);
   }
 }
 

@@ -23,6 +23,7 @@ function makeEpisode(facts, columns, town) {
     causes: columns["reason.cause"],
     actors: columns["reason.actor"],
     attention: makeAttention(columns, facts.scales.share),
+    expert: columns["expert.tick"] ? { ticks: columns["expert.tick"], actors: columns["expert.actor"] } : null,
   };
   episode.limits = limitsOf(episode);
   episode.marks = marksOf(facts);
@@ -129,6 +130,16 @@ function attentionAt(episode, seconds) {
   const found = [];
   for (let place = starts[row]; place < starts[row + 1]; place++) found.push({ actor: actors[place], share: shares[place] });
   return found;
+}
+
+// Whom the expert would brake for: an id, -1 for nobody, null where that is not known.
+function expertAt(episode, seconds) {
+  if (!episode.expert) return null;
+  const { ticks, actors } = episode.expert;
+  const tick = tickAt(episode, seconds);
+  const row = lastAtOrBefore(ticks, tick);
+  if (row < 0 || (tick - ticks[row]) * episode.facts.tick > FRESH_ATTENTION) return null;
+  return actors[row] - 1;
 }
 
 // The speed limit at each frame, m/s.

@@ -22,7 +22,7 @@ function stageFor(episode) {
 function panelFor(episode, jump) {
   const now = element("dl", { class: "now" });
   const rows = new Map();
-  for (const name of ["Speed", "Acceleration", "Progress", ...(episode.causes ? ["Reason"] : []), ...(episode.attention.ticks.length ? ["Attends to"] : [])]) {
+  for (const name of ["Speed", "Acceleration", "Progress", ...(episode.causes ? ["Reason"] : []), ...(episode.attention.ticks.length ? ["Attends to"] : []), ...(episode.expert ? ["Expert"] : [])]) {
     const value = element("dd");
     rows.set(name, value);
     now.append(element("dt", {}, name), value);
@@ -59,6 +59,7 @@ function notesOf(episode) {
   const notes = [];
   if (facts.result.reason) notes.push(`It said: ${facts.result.reason}`);
   if (facts.attentionNote) notes.push(`No attention is shown. ${facts.attentionNote}`);
+  if (facts.expertNote) notes.push(`The expert is not shown all the time. ${facts.expertNote}`);
   if (town.checksum !== facts.townChecksum) notes.push("The town has changed since: what lies under the scene may be wrong.");
   return notes;
 }
@@ -79,6 +80,8 @@ function updatePanel(episode, rows, entries, seconds) {
   say("Reason", reason ? `${CAUSES[reason.cause] ?? reason.cause}${whom}` : "none told");
   const top = attentionAt(episode, seconds)[0];
   say("Attends to", top ? `${kindOf(episode, top.actor)} ${top.actor}` : "nobody");
+  const expected = expertAt(episode, seconds);
+  say("Expert", expected === null ? "not known" : expected < 0 ? "would brake for nobody" : `would brake for ${kindOf(episode, expected)} ${expected}`);
   const current = entries.findLast((entry) => entry.time <= seconds + 0.05);
   if (current && !current.button.hasAttribute("aria-current")) bringIntoView(current.button);
   for (const entry of entries) {
@@ -110,8 +113,9 @@ const LEGEND = [
       drawActor(context, kind, { x: 0, y: 0, yaw: 0, length, width }, colours.actor, 5 * enlarged, colours);
     },
   ]),
-  ["The redder, the more the planner attends to it; solid box: most", (context, colours) => legendBox(context, colours, 1, "relevance", [])],
-  ["Dashed box: the one the planner says it brakes for", (context, colours) => legendBox(context, colours, 0, "expert", [7, 4])],
+  ["The redder, the more relevant to the planner; red box: top relevance", (context, colours) => legendBox(context, colours, 1, "relevance")],
+  ["Blue box: whom the expert would brake for (in replays made with --expert)", (context, colours) => legendBox(context, colours, 0, "expert")],
+  ["White dashes: whom the planner brakes for (its own reason)", (context, colours) => legendBox(context, colours, 0, "ownReason")],
   ["Route", (context, colours) => {
     context.strokeStyle = colours.route;
     context.lineWidth = 0.9;
@@ -122,10 +126,10 @@ const LEGEND = [
   }],
 ];
 
-function legendBox(context, colours, share, colour, dashes) {
+function legendBox(context, colours, share, meaning) {
   const actor = { x: 0, y: 0, yaw: 0, length: 4.6, width: 1.9 };
   drawActor(context, "car", actor, mixed(colours.actor, colours.relevance, share), 5, colours);
-  drawBox(context, actor, colours[colour], 5, dashes);
+  drawBox(context, actor, meaning, 5, colours);
 }
 
 function showLegend(list, colours) {

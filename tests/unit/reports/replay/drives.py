@@ -110,7 +110,7 @@ def drive(
 ) -> ReplaySource:
     """Record a drive and return it as the source of a replay."""
     route = some_route()
-    told = result(route, seconds, reason=reason, **changes)
+    told = result(route, seconds, reason=reason, **{"agent": agent} | changes)
     path = folder / run / "recordings" / "town01-0_r0_abc.parquet"
     recorder = Recorder(path, header(route, **changes).model_dump(mode="json"), every=every)
     waypoints = np.stack([np.arange(1.0, 5.0) * SPEED / 2.0, np.full(4, 0.2)], axis=1)

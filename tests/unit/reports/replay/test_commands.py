@@ -9,6 +9,7 @@ from typer.testing import CliRunner
 
 from plant_bench.cli import app
 from plant_bench.cli.options import EXIT_INTERRUPTED
+from plant_bench.errors import InputError
 from tests.unit.reports.replay.drives import drive
 
 
@@ -48,6 +49,43 @@ def test_pictures_are_written_and_their_paths_printed(runs, tmp_path):
     assert done.exit_code == 0, done.output
     assert path.is_file()
     assert str(path) in done.output.splitlines()
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        (("--png", "{}/a.jpg"), "ends with .png"),
+        (("--png", "{}/a.png", "--time", "99"), "--time 99: a moment from 0 to 4.0 s"),
+        (("--gif", "{}/a.gif", "--from", "3", "--to", "2"), "From 3 to 2 s is nothing"),
+        (("--gif", "{}/a.gif", "--fps", "99"), "--fps 99: 1 to 60"),
+        (("--png", "{}/ours/run.json/a.png"), "is no folder"),
+    ],
+)
+def test_options_are_checked_before_the_episode_is_read(runs, tmp_path, monkeypatch, options, told):
+    def read(_source):
+        pytest.fail("the episode was read")
+
+    monkeypatch.setattr("plant_bench.reports.replay.episode.load_recording", read)
+    done = called("replay", runs[0], "town01-0", *(item.format(tmp_path) for item in options))
+    assert isinstance(done.exception, InputError)
+    assert told in str(done.exception)
+
+
+@pytest.mark.parametrize(
+    ("command", "work"),
+    [
+        ("report", "plant_bench.cli.reporting.write_report"),
+        ("why", "plant_bench.reports.why.listing.print_infractions"),
+    ],
+)
+def test_ctrl_c_ends_report_and_why_with_a_word(runs, monkeypatch, command, work):
+    def interrupted(*_given, **_more):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(work, interrupted)
+    done = called(command, runs[0])
+    assert done.exit_code == EXIT_INTERRUPTED
+    assert done.output == "Stopped.\n"
 
 
 def test_ctrl_c_ends_a_film_with_nothing_left_behind(runs, tmp_path, monkeypatch):

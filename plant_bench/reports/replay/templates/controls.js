@@ -64,7 +64,9 @@ const KEYS = {
 function onKey(event) {
   if (!player || event.ctrlKey || event.metaKey || event.altKey || byId("help").open) return;
   const at = event.target;
-  const typed = event.key === " " && at.matches("button, select, a, summary");
+  // Just after the help has closed its button still has the focus.
+  const pressed = at.matches("button, select, a, summary") && !byId("help").contains(at);
+  const typed = event.key === " " && pressed;
   const chosen = at.matches("select") && event.key !== "?";
   if (typed || chosen || !KEYS[event.key]) return;
   event.preventDefault();

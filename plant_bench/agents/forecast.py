@@ -7,7 +7,7 @@ from jaxtyping import Bool, Float, UInt8
 
 from plant_bench.agent import PATH_POSES, PATH_STEP, Observation
 from plant_bench.errors import AgentError
-from plant_bench.world.scene import ActorKind
+from plant_bench.world.scene import ActorKind, Actors
 
 STEP = 0.25  # s between two instants of a forecast
 STEPS = 28  # instants, the first now: 6.75 s, in which a large junction is crossed from standing
@@ -82,10 +82,7 @@ def straight_on(observation: Observation, keep: np.ndarray) -> Forecast:
     Raises:
         AgentError: The observation holds no actors.
     """
-    actors = observation.actors
-    if actors is None:
-        message = "The forecast needs the input 'objects'."
-        raise AgentError(message)
+    actors = actors_in(observation)
     poses = actors.poses[keep].astype(float)
     extents = actors.extents[keep].astype(float)
     speeds = actors.speeds[keep].astype(float)
@@ -97,6 +94,18 @@ def straight_on(observation: Observation, keep: np.ndarray) -> Forecast:
     standing = speeds < STANDING
     places = np.stack((x, y, yaw), axis=2)
     return Forecast(places, lengths, extents[:, 1], standing, margins(actors.kinds[keep], standing))
+
+
+def actors_in(observation: Observation) -> Actors:
+    """Return the actors of an observation.
+
+    Raises:
+        AgentError: It holds none.
+    """
+    if observation.actors is None:
+        message = "The forecast needs the input 'objects'."
+        raise AgentError(message)
+    return observation.actors
 
 
 def margins(

@@ -13,9 +13,9 @@ from plant_bench.agents.forecast import (
     STEP,
     TIMES,
     Forecast,
+    actors_in,
     margins,
 )
-from plant_bench.errors import AgentError
 from plant_bench.features.meetings import FASTEST, FIRMEST, HARDEST, WIDEST
 from plant_bench.features.tracks import Rates, Tracks, no_rates, rows_of
 from plant_bench.world.scene import ActorKind, Actors
@@ -48,10 +48,7 @@ class TrackedForecast:
         Raises:
             AgentError: The observation holds no actors.
         """
-        actors = observation.actors
-        if actors is None:
-            message = "The forecast needs the input 'objects'."
-            raise AgentError(message)
+        actors = actors_in(observation)
         self._rates, self._ids = self._tracks.rates(observation.time, actors), actors.ids
 
     def __call__(self, observation: Observation, keep: np.ndarray) -> Forecast:
@@ -64,10 +61,7 @@ class TrackedForecast:
         Raises:
             AgentError: The observation holds no actors.
         """
-        actors = observation.actors
-        if actors is None:
-            message = "The forecast needs the input 'objects'."
-            raise AgentError(message)
+        actors = actors_in(observation)
         chosen = actors.only(keep)
         rates = self._rates_of(chosen)
         speeds = chosen.speeds.astype(float)

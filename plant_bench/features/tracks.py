@@ -14,8 +14,8 @@ from jaxtyping import Float, Int
 from plant_bench.geometry.pose import wrap_angles
 from plant_bench.world.scene import Actors
 
-SPAN = 0.5  # s between the two observations, as the 2 Hz of the data
-LEAST_SPAN = 0.44  # s: decisions come every tenth or fifth of a second
+# s between the two observations: half a second, as in the data, less what decisions are apart.
+LEAST_SPAN = 0.44
 TRACK_ATTRIBUTES = 2
 
 

@@ -1,6 +1,7 @@
 """A recorded episode once more: equal scenes, and the answers that `collect --driver` gets."""
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -18,28 +19,14 @@ from plant_bench.runner.moments import Window
 from plant_bench.runner.resimulation import simulate_again
 from plant_bench.runner.takeover import Takeover
 from plant_bench.scoring.results import EpisodeResult
-from plant_bench.world.route import Route, load_suite
+from plant_bench.world.route import Route
 
 pytestmark = pytest.mark.sumo
 DRIVER = "idm"
 
 
-def beginning(metres: int) -> Route:
-    """The first metres of a route."""
-    whole = next(route for route in load_suite("longest6") if route.id == "town03-1")
-    return replace(
-        whole,
-        id=f"town03-1-{metres}",
-        points=whole.points[: metres + 1],
-        elevations=whole.elevations[: metres + 1],
-        speed_limits=whole.speed_limits[: metres + 1],
-        passages=tuple(passage for passage in whole.passages if passage.exit < metres),
-        hazards=tuple(hazard for hazard in whole.hazards if hazard.at < metres),
-    )
-
-
 @pytest.fixture(scope="module")
-def route() -> Route:
+def route(beginning: Callable[[int], Route]) -> Route:
     return beginning(120)
 
 
@@ -154,7 +141,7 @@ def test_a_planner_that_has_changed_is_not_believed(
 
 
 def test_a_route_that_has_changed_is_refused(
-    driven: tuple[Path, EpisodeResult], route: Route
+    beginning: Callable[[int], Route], driven: tuple[Path, EpisodeResult], route: Route
 ) -> None:
     file, result = driven
 

@@ -1,7 +1,7 @@
 """Collecting while another planner drives: what is kept is the expert's, mistakes are kept too."""
 
 import math
-from dataclasses import replace
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -15,7 +15,7 @@ from plant_bench.runner.data_folder import DataFolder, EpisodeNote
 from plant_bench.runner.episode import run_episode
 from plant_bench.runner.jobs import Job
 from plant_bench.runner.takeover import PATIENCE, RELIEF, Takeover
-from plant_bench.world.route import Route, load_suite
+from plant_bench.world.route import Route
 from plant_bench.world.scene import TICK, Scene
 
 pytestmark = pytest.mark.sumo
@@ -35,19 +35,6 @@ class Fails(Stands):
             raise ValueError("no idea")
         return Control(1.0, 0.0)
 """
-
-
-def beginning(metres: int) -> Route:
-    """The first metres of a route."""
-    whole = next(route for route in load_suite("longest6") if route.id == "town03-1")
-    return replace(
-        whole,
-        id=f"town03-1-{metres}",
-        points=whole.points[: metres + 1],
-        elevations=whole.elevations[: metres + 1],
-        speed_limits=whole.speed_limits[: metres + 1],
-        passages=tuple(passage for passage in whole.passages if passage.exit < metres),
-    )
 
 
 @pytest.fixture
@@ -75,7 +62,7 @@ class Watched(Takeover):
 
 
 def test_answers_are_the_experts_and_what_is_executed_else_is_marked(
-    drivers: Path, tmp_path: Path
+    beginning: Callable[[int], Route], drivers: Path, tmp_path: Path
 ) -> None:
     route = beginning(60)
     wheel = Watched(f"{drivers}:Stands", route)
@@ -109,14 +96,18 @@ def collected(route: Route, driver: str, folder: DataFolder) -> tuple[EpisodeNot
     return note, folder.episode(episode.name)
 
 
-def test_episodes_with_collisions_are_kept(tmp_path: Path) -> None:
+def test_episodes_with_collisions_are_kept(
+    beginning: Callable[[int], Route], tmp_path: Path
+) -> None:
     note, file = collected(beginning(250), "cruise", DataFolder(tmp_path / "data"))
     assert note.collisions > 0
     assert note.left_out == ""
     assert file.is_file()
 
 
-def test_a_driver_that_fails_leaves_its_episode_out(drivers: Path, tmp_path: Path) -> None:
+def test_a_driver_that_fails_leaves_its_episode_out(
+    beginning: Callable[[int], Route], drivers: Path, tmp_path: Path
+) -> None:
     note, file = collected(beginning(60), f"{drivers}:Fails", DataFolder(tmp_path / "data"))
     assert note.left_out == "Agent crashed: the driver's act raised ValueError: no idea"
     assert not file.exists()

@@ -2,6 +2,7 @@
 
 import math
 from bisect import bisect_right
+from collections.abc import Sequence
 
 import numpy as np
 from jaxtyping import Float
@@ -52,6 +53,26 @@ def curvatures(points: Float[np.ndarray, "points 2"]) -> Float[np.ndarray, " poi
     length = 0.5 * (np.hypot(*before.T) + np.hypot(*after.T))
     inner = np.arctan2(cross, dot) / np.maximum(length, 1e-9)
     return np.concatenate((inner[:1], inner, inner[-1:]))
+
+
+def value_at(at: float, along: Sequence[float], values: Sequence[float]) -> float:
+    """Return a value at an arc length, linear between points; equal to `numpy.interp`, bit for bit.
+
+    For single places: numpy takes ten times as long for one. The ends' values go on beyond them.
+
+    Args:
+        at: Where.
+        along: Arc length of each point, ascending.
+        values: At each point.
+    """
+    after = bisect_right(along, at)
+    if after == 0:
+        return values[0]
+    if after == len(along) or along[after - 1] == at:
+        return values[after - 1]
+    before = after - 1
+    slope = (values[after] - values[before]) / (along[after] - along[before])
+    return slope * (at - along[before]) + values[before]
 
 
 class Cursor:

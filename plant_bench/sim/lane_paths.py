@@ -132,11 +132,15 @@ class LanePaths:
         lanes, track.link_ends = self._lanes(track.lane, links)
         track.path = self._path(track.behind, lanes, track.stretch)
         track.traced = tick
-        self._refresh(tick, vehicle, track)
+        closed = next((place for place, link in enumerate(links) if not link.open), -1)
+        self._note(tick, track, closed)
 
     def _refresh(self, tick: int, vehicle: int, track: _Track) -> None:
         """Find out where on its way a vehicle must stop."""
-        closed = self._sumo.closed_link(vehicle)
+        self._note(tick, track, self._sumo.closed_link(vehicle))
+
+    @staticmethod
+    def _note(tick: int, track: _Track, closed: int) -> None:
         known = 0 <= closed < len(track.link_ends)
         track.stop = track.link_ends[closed] if known else math.inf
         track.refreshed = tick

@@ -22,24 +22,18 @@ def vehicle_actors(states: Mapping[int, VehicleState], kinds: Mapping[int, Vehic
     if not states:
         return Actors.none()
     types = [kinds[key] for key in states]
-    rows = [
-        (
-            state.x - 0.5 * kind.length * math.cos(state.yaw),
-            state.y - 0.5 * kind.length * math.sin(state.yaw),
-            wrap_angle(state.yaw),
-            state.speed,
-            kind.length,
-            kind.width,
-        )
-        for state, kind in zip(states.values(), types, strict=True)
-    ]
-    table = np.array(rows, dtype=np.float32)
+    numbers: list[float] = []  # flat: numpy takes twice as long to read a list of tuples
+    for (x, y, _, yaw, speed, *_), kind in zip(states.values(), types, strict=True):
+        length, half = kind.length, 0.5 * kind.length
+        front_x, front_y = half * math.cos(yaw), half * math.sin(yaw)
+        numbers += (x - front_x, y - front_y, wrap_angle(yaw), speed, length, kind.width)
+    table = np.array(numbers, np.float32).reshape(-1, 6)
     return Actors(
         ids=np.fromiter(states, np.int64, len(states)),
         poses=table[:, :3],
         speeds=table[:, 3],
         extents=table[:, 4:],
-        kinds=np.array([kind.kind for kind in types], np.uint8),
+        kinds=np.frombuffer(bytes(kind.kind for kind in types), np.uint8),
     )
 
 

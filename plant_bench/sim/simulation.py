@@ -180,7 +180,8 @@ class Simulation:
     def _look(self, tick: int, ego: EgoState) -> Scene:
         height = self._elevations[self._cursor.index]
         seen = self._sumo.watched()
-        seen.update(self._stage.beside_road(seen))
+        if beside := self._stage.beside_road(seen):
+            seen = {**seen, **beside}
         self._states = {
             key: state
             for key, state in sorted(seen.items())

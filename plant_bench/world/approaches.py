@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Float
@@ -49,6 +50,11 @@ class Approach:
     at: float
     clear: float
     angle: float
+
+    @cached_property
+    def along(self) -> Float[np.ndarray, " points"]:
+        """Arc length of each point of the line, metres."""
+        return arc_lengths(self.line)
 
 
 def passage_at(route: Route, at: float) -> Passage | None:

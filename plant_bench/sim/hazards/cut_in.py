@@ -9,6 +9,7 @@ import random
 
 import numpy as np
 
+from plant_bench.geometry.polyline import arc_lengths
 from plant_bench.sim.hazards.hard_brake import LANE_HALF, Neighbour, along_route
 from plant_bench.sim.hazards.script import HoldsTraffic
 from plant_bench.sim.hazards.stage import Stage
@@ -59,7 +60,7 @@ class CutIn(HoldsTraffic):
         self._other: int | None = None
         self._sent = 0.0  # arc length of the front of one that SUMO has yet to take
         self._centre = self._speed = self._wanted = self._moved = 0.0
-        self._line, self._from = np.zeros((2, 2)), 0.0
+        self._line, self._line_along, self._from = np.zeros((2, 2)), np.zeros(2), 0.0
 
     def step(self, ego: EgoState, stage: Stage) -> None:
         """Find somebody and come to the gap; move over and brake; go on."""
@@ -127,6 +128,7 @@ class CutIn(HoldsTraffic):
             for column in (route.points[:, 0], route.points[:, 1], route.headings)
         )
         self._line = np.stack((x - aside * np.sin(yaw), y + aside * np.cos(yaw)), axis=1)
+        self._line_along = arc_lengths(self._line)
         self._aside = float(aside[0])
 
     def _prepare(self, ego: EgoState, stage: Stage, lane: Lane) -> None:
@@ -209,7 +211,7 @@ class CutIn(HoldsTraffic):
             self._speed = max(self._speed + pull * TICK, min(slowest, self._speed))
             self._centre += self._speed * TICK
             along = self._centre - self._from
-            stage.place_along(self._other, self._line, along, self._speed)
+            stage.place_along(self._other, self._line, self._line_along, along, self._speed)
 
 
 def _neighbour(stage: Stage, hazard: Hazard, draw: random.Random) -> tuple[Lane | None, float]:

@@ -174,13 +174,17 @@ def along_route(stage: Stage, ahead: float = 80.0) -> list[Neighbour]:
     route, found = stage.route, []
     first, last = np.searchsorted(route.along, (stage.progress - 30.0, stage.progress + ahead))
     points, headings = route.points[first : last + 1], route.headings[first : last + 1]
-    for number, state in stage.seen().items():
-        dx, dy = state.x - points[:, 0], state.y - points[:, 1]
-        nearest = int(np.argmin(dx * dx + dy * dy))
-        yaw = float(headings[nearest])
+    seen = stage.seen()
+    places = np.array([state[:2] for state in seen.values()]).reshape(-1, 2)
+    dx, dy = places[:, 0, None] - points[:, 0], places[:, 1, None] - points[:, 1]
+    closest = (dx * dx + dy * dy).argmin(axis=1).tolist()
+    yaws = headings.tolist()
+    for (number, state), nearest in zip(seen.items(), closest, strict=True):
+        yaw = yaws[nearest]
         if nearest in (0, len(points) - 1) or math.cos(state.yaw - yaw) < 0.8:
             continue
-        x, y, cos, sin = float(dx[nearest]), float(dy[nearest]), math.cos(yaw), math.sin(yaw)
+        x, y = state.x - float(points[nearest, 0]), state.y - float(points[nearest, 1])
+        cos, sin = math.cos(yaw), math.sin(yaw)
         along = float(route.along[first + nearest]) + x * cos + y * sin
         found.append(Neighbour(number, along, y * cos - x * sin, state.speed))
     return sorted(found, key=lambda item: item.front)

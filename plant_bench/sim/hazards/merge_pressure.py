@@ -196,9 +196,8 @@ def place_inside(ego: EgoState, way: Approach) -> float | None:
     box = corners(np.array([ego.pose]), np.array([EGO_EXTENT]))[0]
     if distances_to(way.line, box).min() > INSIDE:
         return None
-    at = arc_lengths(way.line)
-    where = np.arange(0.0, float(at[-1]), 1.0)
-    x, y = (np.interp(where, at, way.line[:, axis]) for axis in (0, 1))
+    where = np.arange(0.0, float(way.along[-1]), 1.0)
+    x, y = (np.interp(where, way.along, way.line[:, axis]) for axis in (0, 1))
     return float(where[np.argmin(np.hypot(x - ego.x, y - ego.y))]) - 0.5 * EGO_LENGTH
 
 

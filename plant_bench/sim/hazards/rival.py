@@ -7,7 +7,6 @@ import numpy as np
 from jaxtyping import Float
 
 from plant_bench.agent import PATH_POSES, PATH_STEP
-from plant_bench.geometry.polyline import arc_lengths
 from plant_bench.sim.hazards.stage import Stage
 from plant_bench.sim.traffic import COMFORTABLE_BRAKING
 from plant_bench.sim.vehicle_types import CAR
@@ -49,7 +48,7 @@ class Rival:
 
     def tell(self, stage: Stage, front: float) -> None:
         """Tell who may know it where the vehicle is going, whatever the lights show."""
-        stage.paths[self.vehicle] = poses_on(self.approach.line, front - self._half)
+        stage.paths[self.vehicle] = poses_on(self.approach, front - self._half)
 
     def let_go(self, stage: Stage) -> None:
         """Give it back to the traffic."""
@@ -97,8 +96,7 @@ def put_out(
     front = approach.meets + 0.5 * CAR.length - way
     if way < LEAST_RUN or front < CAR.length or front > approach.stop - 5.0:
         return None
-    at = arc_lengths(approach.line)
-    x, y = (float(np.interp(front, at, approach.line[:, axis])) for axis in (0, 1))
+    x, y = (float(np.interp(front, approach.along, approach.line[:, axis])) for axis in (0, 1))
     ego_x, ego_y, _ = stage.pose_at(stage.progress)
     if math.hypot(x - ego_x, y - ego_y) < FROM_EGO:
         return None
@@ -135,9 +133,9 @@ def reroute(stage: Stage, approach: Approach, vehicle: int, draw: random.Random)
     return stage.reroute(vehicle, (*edges, *onward))
 
 
-def poses_on(line: Float[np.ndarray, "points 2"], along: float) -> Float[np.ndarray, "steps 3"]:
-    """Return the poses of a privileged path on a polyline from an arc length on."""
-    at = arc_lengths(line)
+def poses_on(approach: Approach, along: float) -> Float[np.ndarray, "steps 3"]:
+    """Return the poses of a privileged path on an approach's line from an arc length on."""
+    line, at = approach.line, approach.along
     where = np.minimum(along + PATH_STEP * np.arange(PATH_POSES), at[-1])
     x, y = np.interp(where, at, line[:, 0]), np.interp(where, at, line[:, 1])
     before, after = np.maximum(where - 1.0, 0.0), np.minimum(where + 1.0, at[-1])

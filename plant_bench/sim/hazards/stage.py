@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from plant_bench.agent import PATH_POSES, PATH_STEP
-from plant_bench.geometry.polyline import arc_lengths, resample
+from plant_bench.geometry.polyline import resample, value_at
 from plant_bench.sim.sumo import EGO_ID, Sumo, VehicleState
 from plant_bench.sim.surprise import SPARE, stopping_distance
 from plant_bench.sim.traffic import SIGHT, Traffic
@@ -44,7 +44,11 @@ class Stage:
         self.progress = 0.0
         self.tick = 0
         self._states: Mapping[int, VehicleState] = {}
-        self._placed: dict[int, tuple[float, float, float, float]] = {}
+        self._along = route.along.tolist()
+        self._x, self._y = route.points.T.tolist()
+        self._z = route.elevations.tolist()
+        self._headings = route.headings.tolist()
+        self._limits = route.speed_limits.tolist()
         self.paths: dict[int, Float[np.ndarray, "steps 3"]] = {}
 
     def refresh(self, tick: int, progress: float, states: Mapping[int, VehicleState]) -> None:
@@ -68,14 +72,13 @@ class Stage:
 
     def pose_at(self, along: float) -> tuple[float, float, float]:
         """Return x, y and heading of the route at an arc length."""
-        route = self.route
-        x = float(np.interp(along, route.along, route.points[:, 0]))
-        y = float(np.interp(along, route.along, route.points[:, 1]))
-        return x, y, float(np.interp(along, route.along, route.headings))
+        columns = (self._x, self._y, self._headings)
+        x, y, heading = (value_at(along, self._along, column) for column in columns)
+        return x, y, heading
 
     def speed_limit_at(self, along: float) -> float:
         """Return the speed limit of the route at an arc length, m/s."""
-        return float(np.interp(along, self.route.along, self.route.speed_limits))
+        return value_at(along, self._along, self._limits)
 
     def distance_to(self, along: float) -> float:
         """Return how far the ego's front is from an arc length of the route; negative beyond."""
@@ -154,10 +157,14 @@ class Stage:
         )
 
     def place_along(
-        self, actor: int, line: Float[np.ndarray, "points 2"], along: float, speed: float
+        self,
+        actor: int,
+        line: Float[np.ndarray, "points 2"],
+        at: Float[np.ndarray, " points"],
+        along: float,
+        speed: float,
     ) -> None:
-        """Place an actor's box centre on a polyline, which is its true path."""
-        at = arc_lengths(line)
+        """Place an actor's box centre on a polyline (arc lengths `at`), which is its true path."""
         where = np.minimum(along + PATH_STEP * np.arange(PATH_POSES), at[-1])
         x, y = np.interp(where, at, line[:, 0]), np.interp(where, at, line[:, 1])
         before, after = np.maximum(where - 1.0, 0.0), np.minimum(where + 1.0, at[-1])
@@ -299,7 +306,7 @@ class Stage:
         if all(actor in seen for actor in self.paths):
             return {}
         x, y, _ = self.pose_at(self.progress)
-        z = float(np.interp(self.progress, self.route.along, self.route.elevations))
+        z = value_at(self.progress, self._along, self._z)
         states = {actor: self.state_of(actor) for actor in self.paths if actor not in seen}
         return {
             actor: state._replace(z=z, lane="", lane_position=0.0)

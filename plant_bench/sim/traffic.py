@@ -7,6 +7,7 @@ dissolved out of its sight too, so that the ego and what it sees are never touch
 
 import math
 import random
+from collections.abc import Sequence
 
 import numpy as np
 from jaxtyping import Int
@@ -29,6 +30,8 @@ COMFORTABLE_BRAKING = 2.5  # m/s2 that an entering vehicle must not exceed befor
 STANDING_GAP = 4.5  # m kept free around an entering vehicle, and its headway in s
 ENTRY_HEADWAY = 1.2
 MIX_GAIN = 3.0  # how strongly a kind that is short of its share is preferred
+
+_Taken = tuple[float, float, float]  # x, y and length of who is there
 
 
 def density_of(name: str) -> float:
@@ -69,6 +72,7 @@ class Traffic:
         self._types = {
             kind: [row for row in VEHICLE_TYPES if row.kind is kind] for kind in self._mix
         }
+        self._shares = {kind: [row.share for row in rows] for kind, rows in self._types.items()}
         self.types: dict[int, VehicleType] = {}
         self.scripted: set[int] = set()
 
@@ -123,20 +127,20 @@ class Traffic:
         places = self._places(within & (square > inner**2))
         if not places:
             return
-        taken = np.array([(x, y, EGO_LENGTH), *map(self._occupied, present)])
+        taken = [(x, y, EGO_LENGTH), *map(self._occupied, present)]
         counts = {kind: kinds.count(kind) for kind in places}
         for _ in range(4 * missing):
             kind = self._lacking(counts)
             place = int(places[kind][self._draw.randrange(places[kind].size)])
-            row = self._draw.choices(self._types[kind], [row.share for row in self._types[kind]])[0]
+            row = self._draw.choices(self._types[kind], self._shares[kind])[0]
             if self._enter_at(place, row, taken):
-                taken = np.vstack((taken, (streets.x[place], streets.y[place], row.length)))
+                taken.append((float(streets.x[place]), float(streets.y[place]), row.length))
                 counts[kind] += 1
                 missing -= 1
                 if missing == 0:
                     return
 
-    def _occupied(self, vehicle: int) -> tuple[float, float, float]:
+    def _occupied(self, vehicle: int) -> _Taken:
         x, y = self._sumo.position(vehicle)
         return x, y, self.types[vehicle].length
 
@@ -157,18 +161,23 @@ class Traffic:
             weights.append(wanted * max(1.0 + MIX_GAIN * (wanted - count) / max(wanted, 1.0), 0.0))
         return self._draw.choices(list(counts), weights)[0]
 
-    def _enter_at(self, place: int, row: VehicleType, taken: np.ndarray) -> bool:
-        """Ask for a vehicle at a place; False where there is no room."""
+    def _enter_at(self, place: int, row: VehicleType, taken: Sequence[_Taken]) -> bool:
+        """Ask for a vehicle at a place; False where there is no room.
+
+        Plain Python on purpose: most places are found taken by one of the first.
+        """
         streets = self._streets
         lane = streets.lanes[streets.lane_of[place]]
         length = self._sumo.lane_length(lane.id)
         at = streets.share[place] * length
         room = math.sqrt(2.0 * COMFORTABLE_BRAKING * max(length - at - 8.0, 0.0))
         speed = min(0.8 * lane.speed_limit, room, row.top_speed)
-        square = (taken[:, 0] - streets.x[place]) ** 2 + (taken[:, 1] - streets.y[place]) ** 2
-        gap = STANDING_GAP + np.maximum(taken[:, 2], row.length) + ENTRY_HEADWAY * speed
-        if (square < gap**2).any():
-            return False
+        px, py, headway = float(streets.x[place]), float(streets.y[place]), ENTRY_HEADWAY * speed
+        for x, y, other in taken:
+            gap = STANDING_GAP + max(other, row.length) + headway
+            dx, dy = x - px, y - py
+            if dx * dx + dy * dy < gap * gap:
+                return False
         number = self.number()
         self.types[number] = row
         edges = streets.walk_from(lane, row.kind, self._draw)

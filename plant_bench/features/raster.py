@@ -5,47 +5,16 @@ edge. Learned planners on pixels (PlanCNN, AIM-BEV, Roach) and the Gymnasium env
 """
 
 from collections import deque
-from collections.abc import Callable
 from dataclasses import dataclass
-from enum import StrEnum
 
 import numpy as np
-from jaxtyping import Float, UInt8
-from PIL import Image, ImageDraw
+from jaxtyping import UInt8
 
-from plant_bench.agent import Observation, RouteAhead
+from plant_bench.agent import Observation
 from plant_bench.errors import AgentError, InputError
-from plant_bench.features.roads import LINE_VALUES, ROAD_VALUES, RoadMap, road_map
-from plant_bench.features.tokens import TokenSpec, route_attributes
-from plant_bench.geometry.box import corners
-from plant_bench.geometry.pose import to_frame
-from plant_bench.world.scene import EGO_EXTENT, EGO_LENGTH, ActorKind, EgoState, Light
+from plant_bench.features.raster_layers import PAINTERS, Canvas, Layer
+from plant_bench.features.roads import LINE_VALUES, ROAD_VALUES, road_map
 from plant_bench.world.town import Town
-
-ROUTE_VIEW = 80  # m of route drawn (Roach)
-ROUTE_WIDTH = 3.2  # m (Roach: 16 pixels at 5 a metre)
-STOP_LINE = (1.2, 3.5)  # m along and across the lane (Roach: 6 pixels thick; a lane is 3.5 m wide)
-LIGHT_VALUES = {Light.GREEN: 80, Light.YELLOW: 170, Light.RED: 255}  # Roach
-VULNERABLE_SCALE, VULNERABLE_LEAST = 2.0, 1.6  # times, and m at least: people are small (Roach)
-FULL = 255
-STANDING, FASTEST = 55, 20.0  # the value of who stands; m/s from which on it is `FULL`
-
-_IS_VULNERABLE = np.array([kind in (ActorKind.PEDESTRIAN, ActorKind.BICYCLE) for kind in ActorKind])
-
-
-class Layer(StrEnum):
-    """What a channel shows; 0 where there is nothing of it."""
-
-    ROAD = "road"  # 255: lanes and junctions
-    ROUTE = "route"  # 255: the next 80 m of the route, 3.2 m wide
-    ROUTE_BOXES = "route_boxes"  # 255: PlanT's route tokens (PlanCNN)
-    LANE_LINES = "lane_lines"  # 255 solid, 120 between lanes of one direction
-    EGO = "ego"  # `brightness` of its speed
-    VEHICLES = "vehicles"  # 255: vehicles and obstacles
-    SPEEDS = "speeds"  # the same boxes, `brightness` of their speeds
-    VULNERABLE = "vulnerable"  # 255: pedestrians and riders, drawn twice their size
-    LIGHTS = "lights"  # the stop line of the next light: 80 green, 170 yellow, 255 red
-
 
 REMEMBERED = frozenset({Layer.VEHICLES, Layer.SPEEDS, Layer.VULNERABLE, Layer.LIGHTS})
 
@@ -118,15 +87,6 @@ ROACH = RasterSpec(
 )
 
 
-def brightness(speed: float) -> int:
-    """Return the value that tells a speed: 55 for who stands, 255 from 20 m/s on.
-
-    >>> brightness(0.0), brightness(10.0), brightness(30.0)
-    (55, 155, 255)
-    """
-    return STANDING + round((FULL - STANDING) * min(max(speed, 0.0) / FASTEST, 1.0))
-
-
 class Rasteriser:
     """Draws observations of one episode; mutable, for what it remembers of the past.
 
@@ -137,7 +97,7 @@ class Rasteriser:
 
     def __init__(self, town: Town, spec: RasterSpec) -> None:
         self._spec = spec
-        self._roads: RoadMap = road_map(town, spec.scale)
+        self._roads = road_map(town, spec.scale)
         self._seen: deque[Observation] = deque()
 
     def draw(self, observation: Observation) -> UInt8[np.ndarray, "channels size size"]:
@@ -150,18 +110,19 @@ class Rasteriser:
             message = "A bird's-eye view needs the inputs 'objects' and 'route'."
             raise AgentError(message)
         self._remember(observation)
-        moments = [*(self._ago(observation, ago) for ago in self._spec.past), observation]
-        canvas = _Canvas(observation.ego, self._spec)
-        codes = self._roads.window(observation.ego, self._spec.size, self._spec.below)
+        spec, ego = self._spec, observation.ego
+        moments = [*(self._ago(observation, ago) for ago in spec.past), observation]
+        canvas = Canvas(ego, spec.size, spec.scale, spec.below)
+        codes = self._roads.window(ego, spec.size, spec.below)
         channels = []
-        for layer in self._spec.layers:
+        for layer in spec.layers:
             if layer is Layer.ROAD:
                 channels.append(ROAD_VALUES[codes])
             elif layer is Layer.LANE_LINES:
                 channels.append(LINE_VALUES[codes])
             else:
                 shown = moments if layer in REMEMBERED else moments[-1:]
-                channels += [canvas.picture(_PAINTERS[layer], moment) for moment in shown]
+                channels += [canvas.picture(PAINTERS[layer], moment) for moment in shown]
         return np.stack(channels)
 
     def _remember(self, observation: Observation) -> None:
@@ -172,124 +133,3 @@ class Rasteriser:
 
     def _ago(self, now: Observation, ago: float) -> Observation:
         return min(self._seen, key=lambda then: abs(now.time - ago - then.time))
-
-
-class _Canvas:
-    """Draws what is given in the world, or in the frame of an ego, into pictures of one view."""
-
-    def __init__(self, ego: EgoState, spec: RasterSpec) -> None:
-        self._ego = ego
-        self._spec = spec
-        self._draw = ImageDraw.Draw(Image.new("L", (1, 1)))
-
-    def picture(
-        self, paint: Callable[["_Canvas", Observation], None], moment: Observation
-    ) -> UInt8[np.ndarray, "size size"]:
-        """Return an empty picture after somebody has painted on it."""
-        image = Image.new("L", (self._spec.size, self._spec.size))
-        self._draw = ImageDraw.Draw(image)
-        paint(self, moment)
-        return np.asarray(image)
-
-    def line(self, points: Float[np.ndarray, "points 2"], width: float, value: int) -> None:
-        """Draw a line of the world, `width` metres wide."""
-        pixels = self._pixels(to_frame(points, *self._ego.pose)).reshape(-1).tolist()
-        thick = max(round(width * self._spec.scale), 1)
-        self._draw.line(pixels, fill=value, width=thick, joint="curve")
-
-    def boxes(
-        self,
-        poses: Float[np.ndarray, "boxes 3"],
-        extents: Float[np.ndarray, "boxes 2"],
-        values: list[int],
-    ) -> None:
-        """Draw boxes of the world."""
-        if not len(poses):
-            return
-        spec = self._spec
-        near = np.hypot(poses[:, 0] - self._ego.x, poses[:, 1] - self._ego.y)
-        in_view = np.flatnonzero(near < (1.5 * spec.size) / spec.scale + 10.0)
-        found = corners(poses[in_view].astype(float), extents[in_view].astype(float))
-        pixels = self._pixels(to_frame(found.reshape(-1, 2), *self._ego.pose)).reshape(-1, 8)
-        for corner, place in zip(pixels.tolist(), in_view.tolist(), strict=True):
-            self._draw.polygon(corner, fill=values[place])
-
-    def _pixels(self, points: Float[np.ndarray, "points 2"]) -> Float[np.ndarray, "points 2"]:
-        """Return places in the ego frame as Pillow counts them: from the first pixel's centre."""
-        spec = self._spec
-        column = 0.5 * spec.size - points[:, 1] * spec.scale - 0.5
-        row = spec.size - spec.below - points[:, 0] * spec.scale - 0.5
-        return np.stack((column, row), axis=1)
-
-
-def _route(canvas: _Canvas, moment: Observation) -> None:
-    if moment.route is not None and len(moment.route.points) > 1:
-        canvas.line(moment.route.points[: ROUTE_VIEW + 1], ROUTE_WIDTH, FULL)
-
-
-def _route_boxes(canvas: _Canvas, moment: Observation) -> None:
-    if moment.route is None:
-        return
-    ego = moment.ego
-    rows = route_attributes(ego, moment.route, TokenSpec())
-    poses = rows[:, 1:4].copy()
-    cos, sin = np.cos(ego.yaw), np.sin(ego.yaw)
-    poses[:, 0] = ego.x + cos * rows[:, 1] - sin * rows[:, 2]
-    poses[:, 1] = ego.y + sin * rows[:, 1] + cos * rows[:, 2]
-    poses[:, 2] += ego.yaw
-    canvas.boxes(poses, rows[:, :3:-1], [FULL] * len(rows))
-
-
-def _ego(canvas: _Canvas, moment: Observation) -> None:
-    pose, extent = np.array([moment.ego.pose]), np.array([EGO_EXTENT])
-    canvas.boxes(pose, extent, [brightness(moment.ego.speed)])
-
-
-def _vehicles(canvas: _Canvas, moment: Observation) -> None:
-    _vehicles_as(canvas, moment, tell_speed=False)
-
-
-def _speeds(canvas: _Canvas, moment: Observation) -> None:
-    _vehicles_as(canvas, moment, tell_speed=True)
-
-
-def _vehicles_as(canvas: _Canvas, moment: Observation, *, tell_speed: bool) -> None:
-    if moment.actors is None:
-        return
-    shown = moment.actors.only(~_IS_VULNERABLE[moment.actors.kinds])
-    speeds = shown.speeds.tolist()
-    values = [brightness(speed) if tell_speed else FULL for speed in speeds]
-    canvas.boxes(shown.poses, shown.extents, values)
-
-
-def _vulnerable(canvas: _Canvas, moment: Observation) -> None:
-    if moment.actors is None:
-        return
-    shown = moment.actors.only(_IS_VULNERABLE[moment.actors.kinds])
-    extents = np.maximum(shown.extents * VULNERABLE_SCALE, VULNERABLE_LEAST)
-    canvas.boxes(shown.poses, extents, [FULL] * len(shown))
-
-
-def _lights(canvas: _Canvas, moment: Observation) -> None:
-    light, route = moment.light, moment.route
-    if light is None or route is None or light.state not in LIGHT_VALUES:
-        return
-    pose = _on_route(route, route.past + 0.5 * EGO_LENGTH + light.distance)
-    canvas.boxes(pose, np.array([STOP_LINE]), [LIGHT_VALUES[light.state]])
-
-
-def _on_route(route: RouteAhead, along: float) -> Float[np.ndarray, "1 3"]:
-    """Return the pose of the route `along` metres from its first point."""
-    place = min(max(round(along), 0), len(route.points) - 1)
-    return np.array([[*route.points[place], route.headings[place]]])
-
-
-_PAINTERS: dict[Layer, Callable[[_Canvas, Observation], None]] = {
-    Layer.ROUTE: _route,
-    Layer.ROUTE_BOXES: _route_boxes,
-    Layer.EGO: _ego,
-    Layer.VEHICLES: _vehicles,
-    Layer.SPEEDS: _speeds,
-    Layer.VULNERABLE: _vulnerable,
-    Layer.LIGHTS: _lights,
-}

@@ -70,7 +70,7 @@ class RoadMap:
             for lane in town.lanes.values():
                 for side in _sides(lane, code):
                     edge = _beside(lane.points[:, :2], side * 0.5 * lane.width)
-                    draw.line(self._pixels(edge), fill=ROAD | code, width=thin)
+                    draw.line(self._pixels(edge), fill=ROAD | code, width=thin, joint="curve")
 
     def _pixels(self, points: Float[np.ndarray, "points 2"]) -> list[tuple[float, float]]:
         """Return places as Pillow counts them: from the centre of the first pixel."""
@@ -94,9 +94,7 @@ def _sides(lane: Lane, code: int) -> list[float]:
     return [side for side, other in neighbours.items() if (other is not None) == wanted]
 
 
-def _beside(
-    points: Float[np.ndarray, "points 2"], offset: float
-) -> Float[np.ndarray, "points 2"]:
+def _beside(points: Float[np.ndarray, "points 2"], offset: float) -> Float[np.ndarray, "points 2"]:
     """Return a line moved sideways, positive to the left."""
     ahead = np.gradient(points, axis=0)
     ahead /= np.maximum(np.hypot(ahead[:, 0], ahead[:, 1]), 1e-9)[:, None]

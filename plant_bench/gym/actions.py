@@ -1,6 +1,6 @@
 """Actions as numbers: a control scaled to the vehicle's limits, or a plan's waypoints."""
 
-from typing import Protocol, runtime_checkable
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from gymnasium import spaces
@@ -18,7 +18,10 @@ BACKWARDS = -5.0  # m
 class ActionKind(Protocol):
     """What an action of the environment means."""
 
-    space: spaces.Box
+    @property
+    def space(self) -> spaces.Box[Any]:
+        """The actions."""
+        ...
 
     def decode(self, action: Float[np.ndarray, "..."]) -> Plan | Control:
         """Return what the vehicle is asked for by an action inside the space."""
@@ -75,7 +78,7 @@ def action_kind(name: str) -> ActionKind:
     return ACTIONS[name]()
 
 
-def inside(action: object, space: spaces.Box) -> Float[np.ndarray, "..."]:
+def inside(action: object, space: spaces.Box[Any]) -> Float[np.ndarray, "..."]:
     """Return an action as an array of the space; what lies beyond the bounds is cut off.
 
     Raises:

@@ -13,8 +13,9 @@ from plant_bench.gym.actions import action_kind, inside
 from plant_bench.gym.encoders import Encoder, encoder_of
 from plant_bench.gym.episode import DrivenEpisode
 from plant_bench.gym.picture import picture
-from plant_bench.gym.rewards import Reward, reward_of
+from plant_bench.gym.rewards import reward_of
 from plant_bench.gym.seat import ADVICE, take_seat
+from plant_bench.gym.transition import Reward
 from plant_bench.runner.jobs import Job, repetition_seed, select_routes
 from plant_bench.scoring.infractions import InfractionKind, Status
 from plant_bench.scoring.results import EpisodeResult
@@ -121,7 +122,7 @@ class PlantBenchEnv(gymnasium.Env[Any, np.ndarray], EzPickle):
         asked = self._action.decode(inside(action, self._action.space))
         transition = episode.drive(asked, self._frame_skip)
         terms = {name: float(value) for name, value in self._reward(transition).items()}
-        info = {"reward": terms, **self._facts(episode)}
+        info = {"reward_terms": terms, **self._facts(episode)}
         if episode.result is not None:
             info |= _score(episode.result)
         truncated = transition.status is Status.TIMED_OUT

@@ -2,7 +2,7 @@
 
 from plant_bench.agent import Control, Input, Observation, Plan
 from plant_bench.agents.control import control_of
-from plant_bench.gym.rewards import Transition
+from plant_bench.gym.transition import Transition
 from plant_bench.runner.jobs import Job
 from plant_bench.runner.observing import observe
 from plant_bench.scoring.referee import Referee, result_of

@@ -4,7 +4,8 @@ import numpy as np
 from jaxtyping import UInt8
 
 from plant_bench.agent import Observation
-from plant_bench.features.raster import Layer, Rasteriser, RasterSpec
+from plant_bench.features.raster import Rasteriser, RasterSpec
+from plant_bench.features.raster_layers import Layer
 from plant_bench.world.town import Town
 
 VIEW = RasterSpec(

@@ -14,9 +14,9 @@ from jaxtyping import Bool, Float
 
 from plant_bench.agent import NextLight, Observation, RouteAhead
 from plant_bench.features.tokens import CROSSED, STOPS
-from plant_bench.geometry.pose import to_frame, wrap_angle, wrap_angles
 from plant_bench.geometry.polyline import distances_to
-from plant_bench.gym.rewards import Transition
+from plant_bench.geometry.pose import to_frame, wrap_angle, wrap_angles
+from plant_bench.gym.transition import Transition
 from plant_bench.scoring.infractions import InfractionKind, Status
 from plant_bench.sim.bystanders.parking import FIRST_PARKED
 from plant_bench.sim.ego import STEERING_LIMIT

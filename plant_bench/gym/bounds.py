@@ -17,9 +17,9 @@ def box(low: float, high: float, size: int) -> spaces.Box:
     return spaces.Box(low, high, (size,), np.float32)
 
 
-def in_bounds(space: spaces.Dict, values: dict[str, Any]) -> dict[str, Any]:
+def in_bounds(parts: dict[str, spaces.Space[Any]], values: dict[str, Any]) -> dict[str, Any]:
     """Return the values with what lies beyond the bounds of a box cut off."""
-    boxes = {name: box for name, box in space.items() if isinstance(box, spaces.Box)}
+    boxes = {name: box for name, box in parts.items() if isinstance(box, spaces.Box)}
     return {
         name: np.clip(value, boxes[name].low, boxes[name].high) if name in boxes else value
         for name, value in values.items()

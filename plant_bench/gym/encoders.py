@@ -68,7 +68,7 @@ ENCODERS: dict[str, type[TokenEncoder] | type[ObjectEncoder] | type[RasterEncode
 }
 
 
-def encoder_of(wanted: str | Encoder) -> Encoder:
+def encoder_of(wanted: object) -> Encoder:
     """Return an encoder by its name, or the one given.
 
     Raises:

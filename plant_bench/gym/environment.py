@@ -147,9 +147,10 @@ class PlantBenchEnv(gymnasium.Env[Any, np.ndarray], EzPickle):
     def close(self) -> None:
         """End the simulation: another environment of this process may drive then."""
         self.leave()
+        self._episode = None
 
     def leave(self) -> None:
-        """End the simulation, if there is one."""
+        """End the simulation, if there is one; also asked when another environment drives."""
         if self._episode is not None:
             self._episode.close()
 

@@ -56,7 +56,7 @@ class ObjectEncoder:
         offset = 0.0 if observation.route is None else observation.route.offset
         distance = LIGHT_RANGE if light is None else light.distance
         return in_bounds(
-            self.space,
+            self.space.spaces,
             {
                 "ego": np.array([ego.speed, ego.acceleration, ego.steering], np.float32),
                 "actors": actors,

@@ -32,7 +32,7 @@ REWARDS: dict[str, type[RoachReward] | type[ProgressReward]] = {
 }
 
 
-def reward_of(wanted: str | Reward) -> Reward:
+def reward_of(wanted: object) -> Reward:
     """Return a reward by its name, or the one given.
 
     Raises:
@@ -43,7 +43,7 @@ def reward_of(wanted: str | Reward) -> Reward:
             message = f"There is no reward {wanted!r}. Rewards: {', '.join(REWARDS)}."
             raise InputError(message)
         return REWARDS[wanted]()
-    if not callable(wanted):
+    if not isinstance(wanted, Reward):
         message = f"{wanted!r} is no reward: something called with a Transition, or a name."
         raise InputError(message)
     return wanted

@@ -66,7 +66,7 @@ class TokenEncoder:
         mask = np.zeros(self._most, np.int8)
         mask[:count] = 1
         return in_bounds(
-            self.space,
+            self.space.spaces,
             {
                 "tokens": tokens,
                 "kinds": all_kinds,

@@ -40,5 +40,5 @@ class Reward(Protocol):
     """Values a step."""
 
     def __call__(self, transition: Transition) -> dict[str, float]:
-        """Return the terms by name; the reward is their sum, and `info["reward_terms"]` has them."""
+        """Return the terms by name: `info["reward_terms"]`; the reward is their sum."""
         ...

@@ -1,0 +1,91 @@
+"""The Gymnasium environment in several processes, and PPO of stable-baselines3 learning on it."""
+
+from typing import Any
+
+import gymnasium
+import numpy as np
+import pytest
+from stable_baselines3 import PPO
+from stable_baselines3.common.env_util import make_vec_env
+from stable_baselines3.common.vec_env import SubprocVecEnv
+
+import plant_bench.gym  # noqa: F401 - registers the environment
+from plant_bench.features.raster import RasterSpec
+from plant_bench.gym.encoders import RasterEncoder
+
+pytestmark = pytest.mark.sumo
+
+STEPS = 15
+
+
+def settings(**more: Any) -> dict[str, Any]:
+    return {"town": "town03", "density": "light", **more}
+
+
+def actions() -> np.ndarray:
+    """Actions of two drivers."""
+    wheel = 0.05 * np.random.default_rng(2).standard_normal((STEPS, 2))
+    return np.stack((np.full((STEPS, 2), 0.6), wheel), axis=2).astype(np.float32)
+
+
+def test_two_in_processes_answer_as_one_after_the_other() -> None:
+    both = gymnasium.make_vec(
+        "PlantBench-v0", num_envs=2, vectorization_mode="async", **settings(observation="objects")
+    )
+    try:
+        answers = [both.reset(seed=[5, 6])[0], *(both.step(action)[:2] for action in actions())]
+    finally:
+        both.close()
+    alone = gymnasium.make("PlantBench-v0", **settings(observation="objects"))
+    for place, seed in enumerate((5, 6)):
+        encoded, _ = alone.reset(seed=seed)
+        np.testing.assert_equal(encoded, {name: of[place] for name, of in answers[0].items()})
+        for action, (seen, rewards) in zip(actions(), answers[1:], strict=True):
+            encoded, reward, *_ = alone.step(action[place])
+            np.testing.assert_equal(encoded, {name: of[place] for name, of in seen.items()})
+            assert reward == rewards[place]
+        alone.close()
+
+
+@pytest.mark.parametrize(
+    ("observation", "policy"),
+    [("tokens", "MultiInputPolicy"), ("objects", "MultiInputPolicy"), ("raster", "CnnPolicy")],
+)
+def test_ppo_learns_some_steps(observation: str, policy: str) -> None:
+    small = RasterEncoder(RasterSpec(size=48, scale=1.25, below=12))
+    given = small if observation == "raster" else observation
+    env = gymnasium.make("PlantBench-v0", **settings(observation=given, density="empty"))
+    try:
+        model = PPO(policy, env, n_steps=256, batch_size=128, n_epochs=1, seed=1, device="cpu")
+        before = [values.detach().clone() for values in model.policy.parameters()]
+        model.learn(512)
+    finally:
+        env.close()
+    after = list(model.policy.parameters())
+    assert model.num_timesteps == 512
+    assert all(values.isfinite().all() for values in after)
+    assert any((now != then).any() for now, then in zip(after, before, strict=True))
+
+
+@pytest.mark.slow
+def test_ppo_in_two_processes_learns_to_get_on() -> None:
+    env = make_vec_env(
+        "PlantBench-v0",
+        n_envs=2,
+        seed=1,
+        vec_env_cls=SubprocVecEnv,
+        env_kwargs=settings(density="empty"),
+        wrapper_class=gymnasium.wrappers.TimeLimit,
+        wrapper_kwargs={"max_episode_steps": 300},
+    )
+    try:
+        model = PPO(
+            "MultiInputPolicy", env, n_steps=512, batch_size=128, gamma=0.95, seed=1, device="cpu"
+        )
+        model.learn(2_048)
+        first = np.mean([item["r"] for item in model.ep_info_buffer or ()])
+        model.learn(20_000, reset_num_timesteps=False)
+        last = np.mean([item["r"] for item in list(model.ep_info_buffer or ())[-10:]])
+    finally:
+        env.close()
+    assert last > first

@@ -73,7 +73,7 @@ def _processor_time() -> float:
 
 def main() -> None:
     """Print a row for each observation."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--steps", type=int, default=1000, help="of each process")
     steps = parser.parse_args().steps
     print(f"a reset: {1e3 * cost_of_a_reset():.0f} ms of processor time")

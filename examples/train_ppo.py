@@ -1,7 +1,7 @@
 """PPO learns to keep to an empty road, in two processes; minutes on a laptop.
 
 pip install 'plant-bench[gym]' stable-baselines3
-python examples/train_ppo.py --steps 20000 --out ppo.zip
+python examples/train_ppo.py --steps 32000 --out ppo.zip
 """
 
 import argparse
@@ -32,7 +32,7 @@ class EndsOffRoute(gymnasium.Wrapper):
 def main() -> None:
     """Train, and say what an episode was worth at the beginning and at the end."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--steps", type=int, default=20_000)
+    parser.add_argument("--steps", type=int, default=32_000)
     parser.add_argument("--density", default="empty", help="of the traffic")
     parser.add_argument("--out", default="ppo.zip")
     wanted = parser.parse_args()

@@ -102,8 +102,8 @@ def test_ppo_learns_some_steps(observation: str, policy: str) -> None:
 
 @pytest.mark.slow
 def test_the_example_learns_to_get_on(tmp_path: Path) -> None:
-    command = [sys.executable, str(EXAMPLE), "--steps", "20000", "--out", str(tmp_path / "a.zip")]
+    command = [sys.executable, str(EXAMPLE), "--steps", "32000", "--out", str(tmp_path / "a.zip")]
     done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=1500)
     first, last = (float(line.split()[-1]) for line in done.stdout.splitlines())
-    assert last > first + 50.0  # measured: -63 at 4,096 steps, 48 at 24,576
+    assert last > first + 50.0  # measured: -63 at 4,096 steps, 48 at 24,576, 167 at 32,768
     assert (tmp_path / "a.zip").is_file()

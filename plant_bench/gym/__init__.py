@@ -1,0 +1,19 @@
+"""The benchmark as a Gymnasium environment; importing this registers "PlantBench-v0".
+
+    gymnasium.make("plant_bench.gym:PlantBench-v0", suite="longest6", routes="0-2")
+
+See docs/gymnasium.md.
+"""
+
+from plant_bench.errors import InputError
+
+try:
+    import gymnasium
+except ModuleNotFoundError as _error:
+    _message = "The environment needs Gymnasium: pip install 'plant-bench[gym]'."
+    raise InputError(_message) from _error
+
+ENV_ID = "PlantBench-v0"
+
+if ENV_ID not in gymnasium.registry:
+    gymnasium.register(ENV_ID, entry_point="plant_bench.gym.environment:PlantBenchEnv")

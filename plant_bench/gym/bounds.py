@@ -1,0 +1,26 @@
+"""Bounds of observations: finite, as Gymnasium wants them, and beyond what ever occurs."""
+
+from typing import Any
+
+import numpy as np
+from gymnasium import spaces
+
+from plant_bench.agent import ROUTE_AHEAD
+
+FASTEST = 60.0  # m/s, beyond any speed limit
+LONGEST = 30.0  # m, beyond any vehicle
+ROUTE_REACH = float(ROUTE_AHEAD + 40)  # m: the ego may be 30 m beside the route
+
+
+def box(low: float, high: float, size: int) -> spaces.Box:
+    """Return a space of `size` numbers."""
+    return spaces.Box(low, high, (size,), np.float32)
+
+
+def in_bounds(parts: dict[str, spaces.Space[Any]], values: dict[str, Any]) -> dict[str, Any]:
+    """Return the values with what lies beyond the bounds of a box cut off."""
+    boxes = {name: box for name, box in parts.items() if isinstance(box, spaces.Box)}
+    return {
+        name: np.clip(value, boxes[name].low, boxes[name].high) if name in boxes else value
+        for name, value in values.items()
+    }

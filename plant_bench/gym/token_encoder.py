@@ -1,0 +1,89 @@
+"""PlanT's object tokens as arrays of a fixed size: the numbers are those of `features.tokens`."""
+
+import numpy as np
+from gymnasium import spaces
+from jaxtyping import Float, UInt8
+
+from plant_bench.agent import Observation
+from plant_bench.errors import InputError
+from plant_bench.features.inputs import scene_input
+from plant_bench.features.tokens import TokenKind, Tokens, TokenSpec
+from plant_bench.features.tracks import Tracks
+from plant_bench.gym.bounds import FASTEST, ROUTE_REACH, box, in_bounds
+from plant_bench.world.town import Town
+
+# Walkers and the lines of lights are told; meetings and tracks, which follow from boxes, are not.
+PLAIN_TOKENS = TokenSpec(vulnerable=True, stop_line=True)
+
+
+class TokenEncoder:
+    """What PlanT is told: object tokens, filled up with zeros, and the few facts beside them.
+
+    Args:
+        spec: What becomes a token.
+        most: Rows; actors come nearest first, and those that do not fit are left out.
+
+    Raises:
+        InputError: There are fewer rows than route segments and a stop line need.
+    """
+
+    def __init__(self, spec: TokenSpec = PLAIN_TOKENS, most: int = 40) -> None:
+        if most <= spec.segments + 1:
+            message = f"{most} tokens: more than {spec.segments + 1} are wanted."
+            raise InputError(message)
+        self._spec, self._most = spec, most
+        self._tracks = Tracks()
+        reach = ROUTE_REACH + FASTEST * spec.foresight
+        self.space = spaces.Dict(
+            {
+                "tokens": spaces.Box(-reach, reach, (most, spec.attributes), np.float32),
+                "kinds": spaces.Box(0, max(TokenKind), (most,), np.uint8),
+                "mask": spaces.MultiBinary(most),
+                "red": box(0.0, 1.0, 1),
+                "target": box(-ROUTE_REACH, ROUTE_REACH, 2),
+                "speed": box(0.0, FASTEST, 1),
+                "limit": box(0.0, FASTEST, 1),
+            }
+        )
+
+    def reset(self, town: Town) -> None:
+        """Forget who was where."""
+        del town
+        self._tracks.forget()
+
+    def encode(self, observation: Observation) -> dict[str, np.ndarray]:
+        """Return `SceneInput` as arrays."""
+        rates = None
+        if self._spec.tracks and observation.actors is not None:
+            rates = self._tracks.rates(observation.time, observation.actors)
+        given = scene_input(observation, self._spec, rates)
+        attributes, kinds = self._fitting(given.tokens)
+        count = len(kinds)
+        tokens = np.zeros((self._most, self._spec.attributes), np.float32)
+        tokens[:count] = attributes
+        all_kinds = np.full(self._most, TokenKind.PADDING, np.uint8)
+        all_kinds[:count] = kinds
+        mask = np.zeros(self._most, np.int8)
+        mask[:count] = 1
+        return in_bounds(
+            self.space.spaces,
+            {
+                "tokens": tokens,
+                "kinds": all_kinds,
+                "mask": mask,
+                "red": np.array([given.red], np.float32),
+                "target": np.array(given.target, np.float32),
+                "speed": np.array([given.speed], np.float32),
+                "limit": np.array([given.limit], np.float32),
+            },
+        )
+
+    def _fitting(
+        self, tokens: Tokens
+    ) -> tuple[Float[np.ndarray, "tokens attributes"], UInt8[np.ndarray, " tokens"]]:
+        """Return the tokens without the farthest actors that do not fit; the rest always does."""
+        surplus = max(len(tokens) - self._most, 0)
+        actors = int(np.count_nonzero(tokens.places >= 0))
+        keep = np.ones(len(tokens), bool)
+        keep[actors - surplus : actors] = False
+        return tokens.attributes[keep], tokens.kinds[keep]

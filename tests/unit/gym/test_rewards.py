@@ -1,0 +1,119 @@
+"""Rewards: what each term is made of."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from plant_bench.agent import Control, NextLight, Observation, RouteAhead
+from plant_bench.errors import InputError
+from plant_bench.gym.rewards import ProgressReward, reward_of
+from plant_bench.gym.roach import RoachReward, desired_speed
+from plant_bench.gym.transition import Transition
+from plant_bench.scoring.infractions import Infraction, InfractionKind, Status
+from plant_bench.sim.bystanders.parking import FIRST_PARKED
+from plant_bench.world.scene import EGO_LENGTH, ActorKind, Actors, EgoState, Light, Scene
+
+TOP = 6.0
+
+
+def seen(
+    *others: tuple[float, float, float],
+    kind: ActorKind = ActorKind.CAR,
+    first: int = 1,
+    light: NextLight | None = None,
+    ego: EgoState | None = None,
+    offset: float = 0.0,
+) -> Observation:
+    points = np.stack((np.arange(61.0), np.zeros(61)), axis=1)
+    actors = Actors(
+        np.arange(len(others)) + first,
+        np.array(others, np.float32).reshape(-1, 3),
+        np.zeros(len(others), np.float32),
+        np.tile(np.array([[4.0, 2.0]], np.float32), (len(others), 1)),
+        np.full(len(others), kind, np.uint8),
+    )
+    route = RouteAhead(0.0, 0.0, offset, points, np.zeros(61), np.full(61, 10.0))
+    return Observation(0.0, ego or EgoState(0.0, 0.0, 0.0, TOP), 10.0, actors, route, light)
+
+
+def step(observation: Observation, **facts: object) -> Transition:
+    scene = Scene(2, observation.ego, Actors.none(), np.zeros(0, np.uint8))
+    still = Control(0.0, 0.0)
+    transition = Transition(scene, scene, observation, still, still, 0.5, 0.0, (), None)
+    return replace(transition, **facts)
+
+
+def hit(kind: InfractionKind = InfractionKind.COLLISION_PEDESTRIAN) -> Infraction:
+    return Infraction(kind=kind, time=1.0, x=0.0, y=0.0, progress=1.0)
+
+
+def test_on_a_free_route_at_roachs_speed_the_reward_is_one() -> None:
+    terms = RoachReward()(step(seen()))
+    assert sum(terms.values()) == pytest.approx(1.0)
+    assert list(terms) == ["speed", "position", "rotation", "action", "terminal"]
+
+
+@pytest.mark.parametrize(
+    ("other", "wanted"),
+    [
+        ((9.0, 0.0, 0.0), TOP / 5.0),  # a metre beyond where to stop, of a ramp of 5 m
+        ((8.0, 0.0, 0.0), 0.0),
+        ((10.0, 0.0, 0.0), TOP),  # too far
+        ((6.0, 6.5, 0.0), TOP),  # beyond 45 degrees
+        ((8.0, 0.0, math.pi), TOP),  # oncoming
+        ((-8.0, 0.0, 0.0), TOP),  # behind
+    ],
+)
+def test_vehicles_ahead_lower_the_desired_speed(
+    other: tuple[float, float, float], wanted: float
+) -> None:
+    assert desired_speed(seen(other), TOP) == pytest.approx(wanted, abs=1e-4)
+
+
+def test_who_is_parked_or_walks_beside_the_route_does_not() -> None:
+    beside, on_it = (7.0, 2.5, 0.0), (7.0, 0.5, 0.0)
+    assert desired_speed(seen(beside, first=FIRST_PARKED), TOP) == TOP
+    assert desired_speed(seen(on_it, first=FIRST_PARKED), TOP) == 0.0
+    assert desired_speed(seen(beside, kind=ActorKind.PEDESTRIAN), TOP) == TOP
+    assert desired_speed(seen(on_it, kind=ActorKind.PEDESTRIAN), TOP) < 2.0
+
+
+def test_a_red_light_is_to_be_stopped_at_and_a_green_one_is_not() -> None:
+    distance = 7.5 - 0.5 * EGO_LENGTH  # the line is 7.5 m from the centre, which may go 2.5 m
+    assert desired_speed(seen(light=NextLight(Light.RED, distance)), TOP) == pytest.approx(3.0)
+    assert desired_speed(seen(light=NextLight(Light.GREEN, distance)), TOP) == TOP
+    assert desired_speed(seen(light=NextLight(Light.RED, -1.5)), TOP) == TOP  # crossed
+
+
+def test_position_rotation_and_steering_cost() -> None:
+    turned = EgoState(0.0, 1.0, 0.3, TOP)
+    given = step(seen(ego=turned, offset=1.0), control=Control(0.0, 0.1))
+    terms = RoachReward()(given)
+    assert terms["position"] == -0.5
+    assert terms["rotation"] == pytest.approx(-0.3)
+    assert terms["action"] == -0.1
+
+
+def test_fatal_infractions_cost_one_and_the_speed_and_failures_one() -> None:
+    assert RoachReward()(step(seen(), infractions=(hit(),)))["terminal"] == -1.0 - TOP
+    assert RoachReward()(step(seen(), status=Status.DEVIATED))["terminal"] == -1.0
+    assert RoachReward()(step(seen(), status=Status.COMPLETED))["terminal"] == 0.0
+
+
+def test_progress_is_metres_less_penalties() -> None:
+    light = hit(InfractionKind.RED_LIGHT)
+    terms = ProgressReward(lost=100.0)(step(seen(), infractions=(hit(), light), outside=0.25))
+    assert terms == pytest.approx({"progress": 0.5, "outside": -0.25, "infractions": -80.0})
+
+
+def test_a_reward_of_ones_own_is_taken_as_it_is() -> None:
+    def mine(transition: Transition) -> dict[str, float]:
+        return {"mine": transition.progress}
+
+    assert reward_of(mine) is mine
+    assert isinstance(reward_of("progress"), ProgressReward)
+    for wrong in ("raoch", 3):
+        with pytest.raises(InputError, match="reward"):
+            reward_of(wrong)

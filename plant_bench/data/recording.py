@@ -18,6 +18,7 @@ import pyarrow.parquet as pq
 
 from plant_bench.agent import Cause, Control, Plan, Reason
 from plant_bench.errors import InputError
+from plant_bench.whole_files import whole_file
 from plant_bench.world.scene import Actors, EgoState, Scene
 
 RECORDING_FORMAT = 2
@@ -91,18 +92,16 @@ class Recorder:
                 METADATA_KEY: json.dumps(self._metadata | outcome, sort_keys=True),
             }
         )
-        self._path.parent.mkdir(parents=True, exist_ok=True)
-        unfinished = self._path.with_name(self._path.name + ".part")
-        pq.write_table(
-            table,
-            unfinished,
-            compression="zstd",
-            compression_level=COMPRESSION_LEVEL,
-            use_dictionary=False,
-            use_byte_stream_split=_float_columns(table.schema),  # pyright: ignore[reportArgumentType]
-            write_statistics=False,
-        )
-        unfinished.replace(self._path)
+        with whole_file(self._path) as part:
+            pq.write_table(
+                table,
+                part,
+                compression="zstd",
+                compression_level=COMPRESSION_LEVEL,
+                use_dictionary=False,
+                use_byte_stream_split=_float_columns(table.schema),  # pyright: ignore[reportArgumentType]
+                write_statistics=False,
+            )
 
     def _thinned(self, table: pa.Table) -> pa.Table:
         """Put null where nothing was kept, and tell when the control was disturbed."""

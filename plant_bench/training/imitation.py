@@ -26,6 +26,7 @@ from plant_bench.training.interrupts import stop_wish
 from plant_bench.training.logs import History
 from plant_bench.training.settings import TrainingSettings
 from plant_bench.training.trainer import Trainer
+from plant_bench.whole_files import write_whole_text
 
 CHECKPOINT_EVERY = 300.0  # s, besides that at the end of each epoch
 LONGEST_WAIT = timedelta(days=2)  # of the other processes, while the first one drives validations
@@ -224,7 +225,7 @@ class _Keeper:
             start=self._start(),
             command=command_line(),
         )
-        (request.out / CARD_FILE).write_text(card, encoding="utf-8")
+        write_whole_text(request.out / CARD_FILE, card)
         if self._history is not None:
             self._history.close()
 

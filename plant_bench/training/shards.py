@@ -27,6 +27,7 @@ from plant_bench.runner.data_folder import DataFolder
 from plant_bench.runner.executors import Event, Finished, Lost, run_tasks
 from plant_bench.runner.worker import Report
 from plant_bench.training.samples import Samples, TargetKind, samples_of
+from plant_bench.whole_files import whole_file
 from plant_bench.world.route import PROTOCOL, Route, load_suite
 
 SHARD_FORMAT = 1
@@ -186,10 +187,8 @@ def _make_shard(task: _Task, _report: Report) -> None:
         message = f"{task.recording}: {error}"
         raise InputError(message) from error
     columns: dict[str, Any] = {item.name: getattr(samples, item.name) for item in fields(Samples)}
-    unfinished = task.shard.with_suffix(".part")
-    with unfinished.open("wb") as file:
+    with whole_file(task.shard) as part, part.open("wb") as file:
         np.savez_compressed(file, route=np.array(name), **columns)
-    unfinished.replace(task.shard)
 
 
 def _read(path: Path) -> Shard:

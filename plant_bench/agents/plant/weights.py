@@ -18,12 +18,12 @@ from plant_bench.agents.plant.config import (
 )
 from plant_bench.agents.plant.network import PlanTNetwork
 from plant_bench.errors import InputError
+from plant_bench.whole_files import whole_file, write_whole_text
 from plant_bench.world.route import PROTOCOL
 
 
 def save_network(network: PlanTNetwork, folder: Path) -> None:
     """Write a network's weights and config, each file whole or not at all."""
-    folder.mkdir(parents=True, exist_ok=True)
     facts = {"format": WEIGHTS_FORMAT, "network": "plant", "protocol": PROTOCOL}
     payload = {**facts, **asdict(network.config)}
     text = json.dumps(payload, indent=1) + "\n"
@@ -31,12 +31,10 @@ def save_network(network: PlanTNetwork, folder: Path) -> None:
         name: values.detach().to("cpu", torch.float16).contiguous()
         for name, values in network.state_dict().items()
     }
-    config_part, weights_part = folder / f"{CONFIG_FILE}.part", folder / f"{WEIGHTS_FILE}.part"
-    config_part.write_text(text, encoding="utf-8")
-    save_file(state, weights_part)
-    weights_part.chmod(0o644)  # safetensors makes it private
-    config_part.replace(folder / CONFIG_FILE)
-    weights_part.replace(folder / WEIGHTS_FILE)
+    write_whole_text(folder / CONFIG_FILE, text)
+    with whole_file(folder / WEIGHTS_FILE) as part:
+        save_file(state, part)
+        part.chmod(0o644)  # safetensors makes it private
 
 
 def weights_hash(folder: Path) -> str:

@@ -15,7 +15,6 @@ from pathlib import Path
 
 from plant_bench.agents.registry import agent_checksum
 from plant_bench.errors import InputError, PlantBenchError
-from plant_bench.reports.files import write_whole_text
 from plant_bench.reports.page_json import script_json
 from plant_bench.reports.replay.episode import load_episode, missing_script, replay_script
 from plant_bench.reports.replay.page import replay_page
@@ -23,6 +22,7 @@ from plant_bench.reports.replay.source import ReplaySource, is_replay_id
 from plant_bench.reports.replay.towns import town_script
 from plant_bench.runner.executors import Event, Finished, Lost, run_tasks
 from plant_bench.runner.expert_view import EXPERT
+from plant_bench.whole_files import write_whole_text
 from plant_bench.world.town import load_town, town_checksum
 
 STAMP = "// made from "

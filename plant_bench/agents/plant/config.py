@@ -1,15 +1,15 @@
 """What a PlanT network is: its size, what it is told, and its bins. Needs no torch."""
 
-import json
 import math
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
-from pydantic import TypeAdapter, ValidationError
+from pydantic import TypeAdapter
 
-from plant_bench.errors import InputError
+from plant_bench.errors import InputError, in_one_line
 from plant_bench.features.tokens import TokenSpec
+from plant_bench.input_files import read_json
 from plant_bench.world.route import PROTOCOL
 
 SizeName = Literal["mini", "small", "medium"]
@@ -104,7 +104,7 @@ def load_config(folder: Path) -> PlanTConfig:
     """
     path = folder / CONFIG_FILE
     try:
-        payload = json.loads(path.read_text(encoding="utf-8"))
+        payload = read_json(path)
         if payload.pop("format") != WEIGHTS_FORMAT or payload.pop("network") != "plant":
             message = f"format {WEIGHTS_FORMAT} of network 'plant' is wanted"
             raise ValueError(message)
@@ -118,6 +118,6 @@ def load_config(folder: Path) -> PlanTConfig:
             "them; `--agent plant@FOLDER` takes those of another folder."
         )
         raise InputError(message) from error
-    except (OSError, KeyError, ValueError, AttributeError, ValidationError) as error:
-        message = f"Not the config of a PlanT network: {path} ({error})."
+    except (OSError, KeyError, ValueError, AttributeError, TypeError) as error:
+        message = f"Not the config of a PlanT network: {path} ({in_one_line(error)})."
         raise InputError(message) from error

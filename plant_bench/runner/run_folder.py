@@ -20,7 +20,7 @@ from pydantic import BaseModel
 from plant_bench.errors import InputError
 from plant_bench.runner.provenance import Provenance
 from plant_bench.scoring.results import EpisodeResult
-from plant_bench.whole_files import move_whole, write_whole_text
+from plant_bench.whole_files import UNFINISHED, move_whole, write_whole_text
 
 _PARTS = {"episodes": ".json", "timing": ".json", "recordings": ".parquet"}
 
@@ -67,8 +67,9 @@ class RunFolder:
 
     def sweep(self) -> None:
         """Remove what killed workers left half written."""
-        for leftover in self.path.glob("*/*.part"):
-            leftover.unlink()
+        for pattern in (f"*{UNFINISHED}", f"*/*{UNFINISHED}"):
+            for leftover in self.path.glob(pattern):
+                leftover.unlink(missing_ok=True)
 
     def make(self, name: str) -> None:
         """Make a sub-folder.

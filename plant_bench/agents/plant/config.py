@@ -111,7 +111,9 @@ def load_config(folder: Path) -> PlanTConfig:
         if (protocol := payload.pop("protocol")) != PROTOCOL:
             message = f"trained under the protocol '{protocol}'; this is '{PROTOCOL}': train anew"
             raise ValueError(message)
-        return TypeAdapter(PlanTConfig).validate_python(payload)
+        config = TypeAdapter(PlanTConfig).validate_python(payload)
+        _check_ranges(config)
+        return config
     except FileNotFoundError as error:
         message = (
             f"There are no weights in {folder}: `plant-bench train plant --out {folder}` makes "
@@ -121,3 +123,21 @@ def load_config(folder: Path) -> PlanTConfig:
     except (OSError, KeyError, ValueError, AttributeError, TypeError) as error:
         message = f"Not the config of a PlanT network: {path} ({in_one_line(error)})."
         raise InputError(message) from error
+
+
+def _check_ranges(config: PlanTConfig) -> None:
+    """Raise ValueError where a number would make driving endless or senseless."""
+    tokens = config.tokens
+    ranges = {
+        "reach": (tokens.reach, 1.0, 1000.0),
+        "foresight": (tokens.foresight, 0.0, 60.0),
+        "segments": (tokens.segments, 0, 1000),
+        "longest": (tokens.longest, 0.1, 1000.0),
+        "tolerance": (tokens.tolerance, 0.0, 100.0),
+        "view": (tokens.view, 1, 1000),
+        "speed_dropout": (config.speed_dropout, 0.0, 1.0),
+    }
+    for name, (value, low, high) in ranges.items():
+        if not low <= value <= high:
+            message = f"{name} {value}: {low} to {high} is wanted"
+            raise ValueError(message)

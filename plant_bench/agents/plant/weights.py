@@ -17,9 +17,12 @@ from plant_bench.agents.plant.config import (
     load_config,
 )
 from plant_bench.agents.plant.network import PlanTNetwork
-from plant_bench.errors import InputError
+from plant_bench.errors import InputError, in_one_line
+from plant_bench.input_files import check_file
 from plant_bench.whole_files import whole_file, write_whole_text
 from plant_bench.world.route import PROTOCOL
+
+LARGEST_WEIGHTS = 1_000_000_000  # bytes; MEDIUM has 60 million
 
 
 def save_network(network: PlanTNetwork, folder: Path) -> None:
@@ -44,8 +47,9 @@ def weights_hash(folder: Path) -> str:
         InputError: There are none.
     """
     try:
+        check_file(folder / WEIGHTS_FILE, largest=LARGEST_WEIGHTS)
         return hashlib.sha256((folder / WEIGHTS_FILE).read_bytes()).hexdigest()[:16]
-    except OSError as error:
+    except (OSError, ValueError) as error:
         message = f"There are no weights in {folder}: a model's folder is wanted."
         raise InputError(message) from error
 
@@ -59,14 +63,14 @@ def load_network(folder: Path) -> PlanTNetwork:
     config = load_config(folder)
     path = folder / WEIGHTS_FILE
     try:
+        check_file(path, largest=LARGEST_WEIGHTS)
         state = {name: values.float() for name, values in load_file(path).items()}
         network = PlanTNetwork(config)
         network.load_state_dict(state)
-    except (OSError, SafetensorError, RuntimeError) as error:
-        lines = str(error).splitlines()
+    except (OSError, SafetensorError, RuntimeError, ValueError, TypeError) as error:
         message = (
-            f"Cannot use the weights {path} as a PlanT of size '{config.size}': {lines[0]} "
-            "Get the file again, or train anew."
+            f"Cannot use the weights {path} as a PlanT of size '{config.size}': "
+            f"{in_one_line(error)} Get the file again, or train anew."
         )
         raise InputError(message) from error
     if not all(math.isfinite(values.sum()) for values in state.values()):

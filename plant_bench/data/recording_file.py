@@ -73,6 +73,7 @@ def _check_types(schema: pa.Schema) -> None:
     found = {field.name: field.type for field in schema}
     _refuse(len(found) < len(schema), "a column is there twice")
     wanted = _WANTED | {name: kind for name, kind in _OPTIONAL.items() if name in found}
+    _refuse(("reason" in found) != ("reason_actor" in found), "half of a reason")
     for name, kind in wanted.items():
         told = found.get(name, pa.null())
         _refuse(not told.equals(kind), f"column {name}: {told} found, {kind} wanted")

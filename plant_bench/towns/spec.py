@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from plant_bench.errors import InputError
+from plant_bench.errors import InputError, in_one_line
 from plant_bench.input_files import read_text
 
 VEHICLE_KINDS = ("car", "van", "truck", "bus", "motorcycle", "bicycle")
@@ -196,4 +196,5 @@ def read_spec(path: Path) -> TownSpec:
     try:
         return TownSpec.model_validate(tomllib.loads(read_text(path)))
     except (OSError, ValueError, RecursionError) as error:
-        raise InputError(f"Found a town spec that cannot be used, {path}: {error}") from error
+        message = f"Found a town spec that cannot be used, {path}: {in_one_line(error)}"
+        raise InputError(message) from error

@@ -39,5 +39,5 @@ def _frames(folder: DataFolder) -> int:
     """Return how many frames were asked for; those that are there, if nobody has noted it."""
     try:
         return int(read_json(folder.path / "data.json")["request"]["frames"])
-    except (OSError, KeyError, TypeError, ValueError):
+    except (OSError, KeyError, TypeError, ValueError, OverflowError):
         return sum(note.frames for note in folder.notes() if not note.left_out)

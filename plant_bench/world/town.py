@@ -317,7 +317,7 @@ def load_town(name: str) -> Town:
     try:
         return Town.from_json(read_text(path))
     except (InputError, OSError, ValueError) as error:
-        message = f"Cannot use the town {path}: {error}"
+        message = f"Cannot use the town {path}: {in_one_line(error)}"
         raise InputError(message) from error
 
 

@@ -111,6 +111,8 @@ def _check_answers(table: pa.Table) -> None:
     _refuse(table["plan"].combine_chunks().flatten().null_count, "a plan with gaps")
     if "reason" in table.column_names:
         told = set(table["reason"].unique().drop_null().to_pylist())
+        equal = table["reason"].is_valid().equals(table["reason_actor"].is_valid())
+        _refuse(not equal, "half of a reason")
         _refuse(told - {int(cause) for cause in Cause}, "a reason that is none")
 
 

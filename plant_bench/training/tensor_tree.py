@@ -6,8 +6,8 @@ from typing import Any
 
 import torch
 from safetensors import SafetensorError, safe_open
-from safetensors.torch import save_file
 
+from plant_bench.agents.plant.weights import save_tensors
 from plant_bench.input_files import check_file
 
 LARGEST = 8_000_000_000  # bytes
@@ -22,7 +22,7 @@ def save_tree(value: Any, path: Path) -> None:
     """
     tensors: dict[str, torch.Tensor] = {}
     text = json.dumps(_packed(value, tensors))
-    save_file(tensors, path, metadata={_TREE: text})
+    save_tensors(tensors, path, {_TREE: text})
 
 
 def load_tree(path: Path) -> Any:

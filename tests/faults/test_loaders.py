@@ -3,6 +3,7 @@
 import importlib
 import pickle
 import random
+import resource
 import sys
 from pathlib import Path
 
@@ -95,3 +96,19 @@ def test_a_graph_whose_values_lie_in_another_file_is_refused(tmp_path: Path) -> 
 
     with pytest.raises(InputError, match="in another file, which are not read"):
         GraphPredictor(tmp_path / "network.onnx")
+
+
+def test_weights_on_a_full_disk_are_an_error_of_the_disk(tmp_path: Path) -> None:
+    import torch
+
+    from plant_bench.agents.plant.weights import save_tensors
+
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (1000, before[1]))
+    try:
+        with pytest.raises(OSError, match=r".") as caught:
+            save_tensors({"a": torch.zeros(10_000)}, tmp_path / "weights.safetensors")
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+    assert "\n" not in str(caught.value.strerror)

@@ -1,5 +1,6 @@
 """A trained network on disk: a folder with `weights.safetensors` (half precision) and a config."""
 
+import errno
 import hashlib
 import json
 import math
@@ -36,8 +37,22 @@ def save_network(network: PlanTNetwork, folder: Path) -> None:
     }
     write_whole_text(folder / CONFIG_FILE, text)
     with whole_file(folder / WEIGHTS_FILE) as part:
-        save_file(state, part)
-        part.chmod(0o644)  # safetensors makes it private
+        save_tensors(state, part)
+
+
+def save_tensors(
+    tensors: dict[str, torch.Tensor], path: Path, metadata: dict[str, str] | None = None
+) -> None:
+    """Write a safetensors file that others may read, too.
+
+    Raises:
+        OSError: The disk is full, or it cannot be written for another reason.
+    """
+    try:
+        save_file(tensors, path, metadata=metadata)
+    except SafetensorError as error:  # also for a full disk
+        raise OSError(errno.EIO, in_one_line(error), str(path)) from error
+    path.chmod(0o644)  # safetensors makes it private
 
 
 def weights_hash(folder: Path) -> str:

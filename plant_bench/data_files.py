@@ -5,6 +5,7 @@ Towns may also live elsewhere: in the folders that the environment variable PLAN
 """
 
 import os
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -41,6 +42,9 @@ def town_dir(name: str) -> Path:
     Raises:
         InputError: There is no such town.
     """
+    if not re.fullmatch(r"\w[\w.-]*", name):
+        message = f"'{name}' is no town's name: letters, digits, '_', '-' and '.' are wanted."
+        raise InputError(message)
     further = [Path(item) for item in os.environ.get(TOWNS_VARIABLE, "").split(os.pathsep) if item]
     folders = [networks_dir(), *further]
     for folder in folders:

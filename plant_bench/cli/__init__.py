@@ -20,6 +20,7 @@ from plant_bench.cli.runs import compare_runs, rescore_run
 from plant_bench.cli.score import score
 from plant_bench.cli.towns import towns_app
 from plant_bench.cli.train import train_app
+from plant_bench.cli.verify import verify_run
 from plant_bench.cli.why import explain_run
 from plant_bench.errors import InputError, PlantBenchError
 
@@ -36,6 +37,7 @@ app = typer.Typer(
 )
 app.command("score")(score)
 app.command("rescore")(rescore_run)
+app.command("verify")(verify_run)
 app.command("compare")(compare_runs)
 app.command("rfds")(score_rfds)
 app.command("report")(report)

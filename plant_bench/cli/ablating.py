@@ -131,7 +131,7 @@ def _train(request: AblationRequest, recipe: Recipe, place: Path) -> bool:
     done = place / DONE
     about = _training_text(request.data, recipe)
     if done.is_file() and (place / "model" / WEIGHTS_FILE).is_file() and not request.overwrite:
-        if done.read_text(encoding="utf-8") == about:
+        if done.read_bytes() == about.encode():
             return True
         message = (
             f"{place} holds weights that were trained otherwise or on other data (see {done}). "

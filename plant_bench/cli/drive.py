@@ -76,6 +76,7 @@ def drive_missing(
     except KeyboardInterrupt:
         _say_stopped(run, law)
         return None
+    run.folder.sweep()
     return run
 
 

@@ -17,14 +17,14 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from plant_bench.agent import Cause, Control, Plan, Reason
-from plant_bench.errors import InputError
+from plant_bench.data.recording_file import FORMAT_KEY, METADATA_KEY, read_table
+from plant_bench.errors import InputError, in_one_line
+from plant_bench.whole_files import whole_file
 from plant_bench.world.scene import Actors, EgoState, Scene
 
 RECORDING_FORMAT = 2
 THINNED_FORMAT = 3
-READABLE_FORMATS = (1, 2, 3)  # 1 has no reasons
 COMPRESSION_LEVEL = 3  # of zstd
-FORMAT_KEY, METADATA_KEY = b"plant_bench.recording", b"plant_bench.metadata"
 EGO_COLUMNS = ("x", "y", "yaw", "speed", "acceleration", "steering")  # the fields of EgoState
 ACTOR_COLUMNS = ("x", "y", "yaw", "speed", "length", "width")
 REASON_COLUMNS = ("reason", "reason_actor")  # a `Cause`, and an actor's id
@@ -91,18 +91,16 @@ class Recorder:
                 METADATA_KEY: json.dumps(self._metadata | outcome, sort_keys=True),
             }
         )
-        self._path.parent.mkdir(parents=True, exist_ok=True)
-        unfinished = self._path.with_name(self._path.name + ".part")
-        pq.write_table(
-            table,
-            unfinished,
-            compression="zstd",
-            compression_level=COMPRESSION_LEVEL,
-            use_dictionary=False,
-            use_byte_stream_split=_float_columns(table.schema),  # pyright: ignore[reportArgumentType]
-            write_statistics=False,
-        )
-        unfinished.replace(self._path)
+        with whole_file(self._path) as part:
+            pq.write_table(
+                table,
+                part,
+                compression="zstd",
+                compression_level=COMPRESSION_LEVEL,
+                use_dictionary=False,
+                use_byte_stream_split=_float_columns(table.schema),  # pyright: ignore[reportArgumentType]
+                write_statistics=False,
+            )
 
     def _thinned(self, table: pa.Table) -> pa.Table:
         """Put null where nothing was kept, and tell when the control was disturbed."""
@@ -165,14 +163,12 @@ class Recording:
             InputError: There is none, or it is broken or of another format.
         """
         try:
-            table = pq.ParquetFile(path).read(use_threads=False)
-            keys = table.schema.metadata or {}
-            if keys.get(FORMAT_KEY) not in {str(number).encode() for number in READABLE_FORMATS}:
-                message = f"format {' or '.join(map(str, READABLE_FORMATS))} is wanted"
-                raise InputError(message)
-            return cls(table, json.loads(keys[METADATA_KEY]))
-        except (InputError, OSError, pa.ArrowException, KeyError, ValueError) as error:
-            message = f"Not a recording: {path} ({error}). Remove it, and drive the episode again."
+            return cls(*read_table(path))
+        except (OSError, pa.ArrowException, KeyError, ValueError) as error:
+            message = (
+                f"Not a recording: {path} ({in_one_line(error)}). Remove it, and drive the episode "
+                "again."
+            )
             raise InputError(message) from error
 
     def __len__(self) -> int:

@@ -1,6 +1,5 @@
 """What a folder of collected data holds: counted from its recordings and routes alone."""
 
-import json
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -8,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pyarrow as pa
-import pyarrow.parquet as pq
 from pydantic import BaseModel, ConfigDict
 
-from plant_bench.data.recording import METADATA_KEY, Recording
+from plant_bench.data.recording import Recording
+from plant_bench.data.recording_file import read_table
 from plant_bench.data_files import town_dir, towns_also_from
 from plant_bench.errors import InputError
 from plant_bench.world.route import Route, load_suite
@@ -188,10 +187,8 @@ def _faults(path: Path, routes: dict[str, Route]) -> Iterator[str]:
 def _read(path: Path) -> _Episode:
     """Read what is counted of an episode, the rest left on disk."""
     try:
-        file = pq.ParquetFile(path)
-        marks = [name for name in ("disturbed",) if name in file.schema_arrow.names]
-        table = file.read(columns=[*_COLUMNS, *marks], use_threads=False)
-        metadata = json.loads((file.schema_arrow.metadata or {})[METADATA_KEY])
+        table, metadata = read_table(path)
+        marks = "disturbed" in table.column_names
         path_driven = np.hypot(np.diff(table["x"].to_numpy()), np.diff(table["y"].to_numpy()))
         marked = table["disturbed"].to_numpy() if marks else np.zeros(len(table), bool)
         whole = table["actor_x"].is_valid().to_numpy()

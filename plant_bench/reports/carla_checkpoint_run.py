@@ -4,9 +4,8 @@ import shlex
 from dataclasses import dataclass
 from itertools import pairwise
 
-from pydantic import ValidationError
-
 from plant_bench.errors import InputError
+from plant_bench.input_files import read_text
 from plant_bench.reports.carla_checkpoint_writing import checkpoint
 from plant_bench.runner.jobs import select_ids
 from plant_bench.runner.provenance import Provenance
@@ -72,8 +71,8 @@ def _walls(folder: RunFolder) -> dict[tuple[str, int], float]:
         if not timing.is_file():
             continue
         try:
-            wall = Timing.model_validate_json(timing.read_text(encoding="utf-8")).wall_s
-        except (OSError, ValidationError):
+            wall = Timing.model_validate_json(read_text(timing)).wall_s
+        except (OSError, ValueError):
             continue  # no score depends on it
         result = EpisodeResult.load(path)
         walls[result.route, result.repetition] = wall

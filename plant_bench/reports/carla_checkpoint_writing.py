@@ -20,10 +20,10 @@ from plant_bench.reports.carla_checkpoint_schema import (
     RATE_LABELS,
     SCORE_LABELS,
 )
-from plant_bench.reports.files import write_whole_text
 from plant_bench.scoring.infractions import Infraction, InfractionKind, Status
 from plant_bench.scoring.normalised import LEAST_KM, counts_per_km, kilometres, outside_metres
 from plant_bench.scoring.results import EpisodeResult
+from plant_bench.whole_files import write_whole_text
 from plant_bench.world.scene import ActorKind
 
 CRASHES = (Status.AGENT_CRASHED, Status.SIMULATION_CRASHED)

@@ -6,6 +6,7 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from plant_bench.data.statistics import NEARBY, SPEED_STEP, DataStatistics
+from plant_bench.whole_files import whole_file
 
 SIZE, DPI = (7.0, 4.0), 120
 COLOUR = "#3b6ea5"
@@ -31,7 +32,8 @@ def save_data_plots(data: DataStatistics, folder: Path) -> list[Path]:
         "routes": _bars(data.routes, "frames by kind of route"),
     }
     for name, figure in figures.items():
-        figure.savefig(folder / f"{name}.png", dpi=DPI, metadata={"Software": ""})
+        with whole_file(folder / f"{name}.png") as part:
+            figure.savefig(part, format="png", dpi=DPI, metadata={"Software": ""})
     return [folder / f"{name}.png" for name in figures]
 
 

@@ -15,6 +15,7 @@ from plant_bench.scoring.infractions import InfractionKind, Status
 from plant_bench.scoring.results import EpisodeResult
 from plant_bench.towns.training_routes import training_visits
 from plant_bench.towns.training_towns import TrainingTown, build_training_town
+from plant_bench.whole_files import move_whole
 from plant_bench.world.town import load_town
 
 
@@ -58,7 +59,7 @@ def drive_one(task: DriveTask, report: Report) -> tuple[EpisodeNote, Timing]:
     if note.left_out:
         recording.unlink()
     else:
-        recording.replace(folder.episode(episode.name))
+        move_whole(recording, folder.episode(episode.name))
     return note, done.timing
 
 

@@ -9,13 +9,13 @@ data.json, README.md: derived; a summary, and the data card.
 unfinished/, logs/: what is being written, and what the workers printed.
 """
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict
 
 from plant_bench.errors import InputError
+from plant_bench.input_files import read_json, read_text
 from plant_bench.runner.run_folder import RunFolder
 from plant_bench.towns.routes import suite_text
 from plant_bench.world.route import Route, load_suite
@@ -134,8 +134,8 @@ class DataFolder:
         if not path.is_file():
             return None
         try:
-            return Origin.model_validate_json(path.read_text(encoding="utf-8"))
-        except (ValidationError, ValueError) as error:
+            return Origin.model_validate_json(read_text(path))
+        except (OSError, ValueError) as error:
             message = f"{path} is broken. Choose another folder, or remove it and collect again."
             raise InputError(message) from error
 
@@ -155,7 +155,7 @@ class DataFolder:
     def note(self, name: str) -> EpisodeNote | None:
         """Return how an episode ended, if that and its recording are there."""
         try:
-            text = (self.path / "records" / f"{name}.json").read_text(encoding="utf-8")
+            text = read_text(self.path / "records" / f"{name}.json")
             note = EpisodeNote.model_validate_json(text)
         except (OSError, ValueError):
             return None  # missing or broken: it is driven again
@@ -202,8 +202,8 @@ class DataFolder:
         path = self.path / "routes" / f"{town}.json"
         routes = {route.id: route for route in load_suite(str(path))}
         try:
-            visits = json.loads(path.read_text(encoding="utf-8"))["visits"]
+            visits = read_json(path)["visits"]
             return [[routes[name] for name in visit] for visit in visits]
-        except (KeyError, TypeError, ValueError) as error:
+        except (OSError, KeyError, TypeError, ValueError) as error:
             message = f"{path} does not tell its visits. Remove it, and collect again."
             raise InputError(message) from error

@@ -7,10 +7,12 @@ import sys
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict, Field
 
 from plant_bench import __version__
 from plant_bench.errors import InputError, in_one_line
+from plant_bench.input_files import read_text
+from plant_bench.scoring.results import MOST_REPETITIONS
 from plant_bench.world.route import NO_HAZARDS_PROTOCOL, PROTOCOL, Route
 from plant_bench.world.town import town_checksum
 
@@ -50,7 +52,7 @@ class Provenance(BaseModel):
     protocol: str
     towns: dict[str, str]
     routes: dict[str, str]
-    repetitions: int
+    repetitions: int = Field(ge=0, le=MOST_REPETITIONS)
     command: str
     versions: dict[str, str]
     processor: str
@@ -69,8 +71,8 @@ class Provenance(BaseModel):
             InputError: The file is missing or broken.
         """
         try:
-            return cls.model_validate_json(path.read_text(encoding="utf-8"))
-        except (OSError, ValidationError) as error:
+            return cls.model_validate_json(read_text(path))
+        except (OSError, ValueError) as error:
             message = (
                 f"{path.parent} is no run of plant-bench: cannot read {path.name} "
                 f"({in_one_line(error)})."

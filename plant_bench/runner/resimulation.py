@@ -15,6 +15,7 @@ from plant_bench.data.recording import Recording
 from plant_bench.errors import InputError
 from plant_bench.scoring.results import EpisodeResult
 from plant_bench.sim.simulation import Simulation
+from plant_bench.world.hazard import HazardOutcome
 from plant_bench.world.route import Route, Scenario
 from plant_bench.world.scene import Scene
 
@@ -32,6 +33,7 @@ class Tick:
         decided: Whether the planner was asked at this tick.
         facts: Tells what only the simulator knows of this scene; true of it if nothing differs, and
             to be asked before the next tick.
+        outcomes: Tells what has become of the route's hazards by now; as `facts`.
     """
 
     row: int
@@ -40,6 +42,7 @@ class Tick:
     control: Control
     decided: bool
     facts: Callable[[], Privileged]
+    outcomes: Callable[[], tuple[HazardOutcome, ...]] = tuple
 
 
 def scenario_of(result: EpisodeResult, route: Route) -> Scenario:
@@ -91,7 +94,15 @@ def simulate_again(
             elif action is not None:
                 control = control_of(action, scene.ego)
             difference = scene_difference(scene, simulation.scene)
-            yield Tick(row, scene, difference, control, action is not None, simulation.privileged)
+            yield Tick(
+                row,
+                scene,
+                difference,
+                control,
+                action is not None,
+                simulation.privileged,
+                lambda: simulation.outcomes,
+            )
             if row < last:
                 simulation.step(control)
 

@@ -10,7 +10,6 @@ superseded/: episodes of an earlier agent, town, route or protocol.
 logs/: what the workers printed.
 """
 
-import os
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -21,6 +20,7 @@ from pydantic import BaseModel
 from plant_bench.errors import InputError
 from plant_bench.runner.provenance import Provenance
 from plant_bench.scoring.results import EpisodeResult
+from plant_bench.whole_files import UNFINISHED, move_whole, write_whole_text
 
 _PARTS = {"episodes": ".json", "timing": ".json", "recordings": ".parquet"}
 
@@ -67,8 +67,9 @@ class RunFolder:
 
     def sweep(self) -> None:
         """Remove what killed workers left half written."""
-        for leftover in self.path.glob("*/*.part"):
-            leftover.unlink()
+        for pattern in (f"*{UNFINISHED}", f"*/*{UNFINISHED}"):
+            for leftover in self.path.glob(pattern):
+                leftover.unlink(missing_ok=True)
 
     def make(self, name: str) -> None:
         """Make a sub-folder.
@@ -123,13 +124,8 @@ class RunFolder:
             InputError: The disk is full, or the folder has gone.
         """
         path = self.path / name
-        part = path.with_name(f"{path.name}.part")
         try:
-            with part.open("w", encoding="utf-8", newline="\n") as file:
-                file.write(text)
-                file.flush()
-                os.fsync(file.fileno())
-            part.replace(path)
+            write_whole_text(path, text)
         except OSError as error:
             message = f"Cannot write {path}: {error.strerror}. Finished episodes are kept."
             raise InputError(message) from error
@@ -158,12 +154,12 @@ class RunFolder:
         kept = set(keep)
         stale = [path.stem for path in self.record_files() if path.stem not in kept]
         for name in stale:
-            for part, suffix in _PARTS.items():
+            for part, suffix in reversed(_PARTS.items()):  # the record last: it names the others
                 source = self.path / part / f"{name}{suffix}"
                 target = self.path / "superseded" / part / source.name
                 if source.is_file():
                     target.parent.mkdir(parents=True, exist_ok=True)
-                    source.replace(target)
+                    move_whole(source, target)
         return len(stale)
 
     def provenance(self) -> Provenance | None:

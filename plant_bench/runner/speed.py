@@ -5,8 +5,9 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from statistics import median
 
-from pydantic import TypeAdapter, ValidationError
+from pydantic import TypeAdapter
 
+from plant_bench.input_files import read_text
 from plant_bench.runner.run_folder import RunFolder
 from plant_bench.runner.timing import Timing
 
@@ -48,8 +49,8 @@ def read_timings(folder: RunFolder, names: Iterable[str]) -> list[Timing]:
     for name in names:
         path = folder.path / "timing" / f"{name}.json"
         try:
-            found.append(Timing.model_validate_json(path.read_text(encoding="utf-8")))
-        except (OSError, ValidationError):
+            found.append(Timing.model_validate_json(read_text(path)))
+        except (OSError, ValueError):
             continue  # a timing is never worth an error
     return found
 

@@ -31,12 +31,27 @@ def write_rescored_summary(
     return _write(folder, "rescored/", results, missing, law)
 
 
+def summary_texts(
+    results: Sequence[EpisodeResult], *, missing: int = 0, law: Law = Law.LB1_0
+) -> dict[str, str]:
+    """Return the summary's files by name; equal records give equal text.
+
+    Raises:
+        InputError: There are no records, or they cannot be summed up.
+    """
+    return _texts(summarise(results, expected=len(results) + missing, law=law), results)
+
+
 def _write(
     folder: RunFolder, place: str, results: Sequence[EpisodeResult], missing: int, law: Law
 ) -> Summary:
     summary = summarise(results, expected=len(results) + missing, law=law)
-    text = TypeAdapter(Summary).dump_json(summary, indent=1).decode()
-    table = summary_frame(results, law=law).to_csv(index=False, lineterminator="\n")
-    folder.write(f"{place}summary.json", text + "\n")
-    folder.write(f"{place}summary.csv", table)
+    for name, text in _texts(summary, results).items():
+        folder.write(f"{place}{name}", text)
     return summary
+
+
+def _texts(summary: Summary, results: Sequence[EpisodeResult]) -> dict[str, str]:
+    table = summary_frame(results, law=summary.law).to_csv(index=False, lineterminator="\n")
+    text = TypeAdapter(Summary).dump_json(summary, indent=1).decode()
+    return {"summary.json": text + "\n", "summary.csv": table}

@@ -3,15 +3,18 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field
 
 from plant_bench.errors import InputError, in_one_line
+from plant_bench.input_files import read_text
 from plant_bench.scoring.infractions import Infraction, Status
 from plant_bench.scoring.laws import Law, score_of
 from plant_bench.scoring.measures import Measures
 from plant_bench.world.hazard import HazardKind, Phase
 
 RESULT_FORMAT = 2  # 1 had no measures
+MOST_REPETITIONS = 10_000  # of a route; more are a mistake, and would never end
+LARGEST_RECORD = 16_000_000  # bytes
 
 
 class EpisodeHeader(BaseModel):
@@ -43,7 +46,7 @@ class EpisodeHeader(BaseModel):
     route: str
     town: str
     scenario: str
-    repetition: int = Field(ge=0)
+    repetition: int = Field(ge=0, lt=MOST_REPETITIONS)
     seed: int
     density: str
     town_checksum: str
@@ -150,8 +153,8 @@ class EpisodeResult(EpisodeHeader):
             InputError: The file is no record.
         """
         try:
-            return cls.model_validate_json(path.read_text(encoding="utf-8"))
-        except (OSError, ValidationError) as error:
+            return cls.model_validate_json(read_text(path, largest=LARGEST_RECORD))
+        except (OSError, ValueError) as error:
             message = (
                 f"Not an episode record: {path} ({in_one_line(error)}). Remove it, or score again."
             )

@@ -4,9 +4,10 @@ import tomllib
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from plant_bench.errors import InputError
+from plant_bench.errors import InputError, in_one_line
+from plant_bench.input_files import read_text
 
 VEHICLE_KINDS = ("car", "van", "truck", "bus", "motorcycle", "bicycle")
 
@@ -193,6 +194,7 @@ def read_spec(path: Path) -> TownSpec:
     if not path.is_file():
         raise InputError(f"Found no town spec at {path}; a town needs a spec.toml in its folder.")
     try:
-        return TownSpec.model_validate(tomllib.loads(path.read_text(encoding="utf-8")))
-    except (tomllib.TOMLDecodeError, ValidationError) as error:
-        raise InputError(f"Found a town spec that cannot be used, {path}: {error}") from error
+        return TownSpec.model_validate(tomllib.loads(read_text(path)))
+    except (OSError, ValueError, RecursionError) as error:
+        message = f"Found a town spec that cannot be used, {path}: {in_one_line(error)}"
+        raise InputError(message) from error

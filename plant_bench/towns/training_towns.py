@@ -6,6 +6,7 @@ from pathlib import Path
 
 from plant_bench.errors import InputError
 from plant_bench.towns.generate import NET_FILE, TOWN_FILE, make_town, town_names, town_spec
+from plant_bench.whole_files import move_whole, write_whole_text
 
 LAYOUTS = 2  # further towns of each character
 FIRST_LAYOUT = 1001  # seed of the first; the benchmark's own seeds are small
@@ -63,7 +64,7 @@ def build_training_town(town: TrainingTown, folder: Path) -> None:
             fresh = Path(work) / town.name
             fresh.mkdir()
             for file, text in ((NET_FILE, net), (TOWN_FILE, made.to_json())):
-                (fresh / file).write_text(text, encoding="utf-8", newline="\n")
-            fresh.rename(folder / town.name)
+                write_whole_text(fresh / file, text)
+            move_whole(fresh, folder / town.name)
         return
     raise fault or InputError(f"Found no sound layout for {town.name}.")

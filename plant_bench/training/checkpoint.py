@@ -1,16 +1,18 @@
 """A training half way: everything needed to go on as if nothing had happened."""
 
-import pickle
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import torch
+from pydantic import TypeAdapter
 
-from plant_bench.errors import InputError
+from plant_bench.errors import InputError, in_one_line
+from plant_bench.training.tensor_tree import load_tree, save_tree
+from plant_bench.whole_files import write_whole
 
-CHECKPOINT_FORMAT = 1
-CHECKPOINT_FILE = "checkpoint.pt"
+CHECKPOINT_FORMAT = 2
+CHECKPOINT_FILE = "checkpoint.safetensors"
+PICKLED_FILE = "checkpoint.pt"  # of earlier versions; a pickle can run code, so it is not read
 
 
 @dataclass
@@ -54,7 +56,6 @@ def save_checkpoint(
         network: State of the network.
         optimizer: State of the optimiser.
     """
-    folder.mkdir(parents=True, exist_ok=True)
     payload = {
         "format": CHECKPOINT_FORMAT,
         "progress": vars(progress),
@@ -62,9 +63,7 @@ def save_checkpoint(
         "network": network,
         "optimizer": optimizer,
     }
-    part = folder / f"{CHECKPOINT_FILE}.part"
-    torch.save(payload, part)
-    part.replace(folder / CHECKPOINT_FILE)
+    write_whole(folder / CHECKPOINT_FILE, lambda part: save_tree(payload, part))
 
 
 def load_checkpoint(
@@ -77,17 +76,19 @@ def load_checkpoint(
     """
     path = folder / CHECKPOINT_FILE
     if not path.is_file():
+        if (folder / PICKLED_FILE).is_file():
+            message = "an earlier version wrote it as a pickle, which is not read any more"
+            raise _broken(folder / PICKLED_FILE, ValueError(message))
         return None
     try:
-        payload = torch.load(path, map_location="cpu", weights_only=True)
+        payload = load_tree(path)
         if payload["format"] != CHECKPOINT_FORMAT:
             message = f"format {CHECKPOINT_FORMAT} is wanted"
             raise ValueError(message)
         earlier, states = payload["identity"], (payload["network"], payload["optimizer"])
-        progress = Progress(**payload["progress"])
-    except (OSError, RuntimeError, ValueError, KeyError, TypeError, EOFError) as error:
-        raise _broken(path, error) from error
-    except pickle.UnpicklingError as error:
+        progress = TypeAdapter(Progress).validate_python(payload["progress"])
+        earlier = dict(earlier)
+    except (OSError, ValueError, KeyError, TypeError) as error:
         raise _broken(path, error) from error
     other = [
         f"{name} {earlier.get(name)} (now {value})"
@@ -103,6 +104,11 @@ def load_checkpoint(
     return progress, *states
 
 
+def broken_checkpoint(folder: Path, error: Exception) -> InputError:
+    """Return what to raise where a checkpoint's states do not fit."""
+    return _broken(folder / CHECKPOINT_FILE, error)
+
+
 def _broken(path: Path, error: Exception) -> InputError:
-    reason = str(error).splitlines()[0] if str(error) else type(error).__name__
+    reason = in_one_line(error) or type(error).__name__
     return InputError(f"Broken checkpoint: {path} ({reason}). Give --overwrite to start anew.")

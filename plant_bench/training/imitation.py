@@ -19,13 +19,14 @@ from plant_bench.errors import InputError
 from plant_bench.runner.provenance import command_line
 from plant_bench.training.batches import Split
 from plant_bench.training.card import model_card
-from plant_bench.training.checkpoint import load_checkpoint, save_checkpoint
+from plant_bench.training.checkpoint import broken_checkpoint, load_checkpoint, save_checkpoint
 from plant_bench.training.closed_loop import ClosedLoop, closed_loop_score
 from plant_bench.training.events import Driving, EpochEnded, Listener
 from plant_bench.training.interrupts import stop_wish
 from plant_bench.training.logs import History
 from plant_bench.training.settings import TrainingSettings
 from plant_bench.training.trainer import Trainer
+from plant_bench.whole_files import write_whole_text
 
 CHECKPOINT_EVERY = 300.0  # s, besides that at the end of each epoch
 LONGEST_WAIT = timedelta(days=2)  # of the other processes, while the first one drives validations
@@ -153,8 +154,11 @@ class _Keeper:
         found = load_checkpoint(work, self._identity())
         if found is not None:
             self._trainer.progress, network, optimizer = found
-            self._trainer.network.load_state_dict(network)
-            self._trainer.optimizer.load_state_dict(optimizer)
+            try:
+                self._trainer.network.load_state_dict(network)
+                self._trainer.optimizer.load_state_dict(optimizer)
+            except (RuntimeError, ValueError, KeyError, TypeError, AttributeError) as error:
+                raise broken_checkpoint(work, error) from error
             if not self._fabric.is_global_zero:
                 self._trainer.progress.sums = [0.0, 0.0, 0.0]  # they are the first process's
         if self._fabric.is_global_zero:
@@ -224,7 +228,7 @@ class _Keeper:
             start=self._start(),
             command=command_line(),
         )
-        (request.out / CARD_FILE).write_text(card, encoding="utf-8")
+        write_whole_text(request.out / CARD_FILE, card)
         if self._history is not None:
             self._history.close()
 

@@ -5,6 +5,7 @@ import importlib.util
 from pathlib import Path
 
 from plant_bench.training.events import EpochEnded
+from plant_bench.whole_files import whole_file
 
 COLUMNS: tuple[str, ...] = (
     "epoch",
@@ -44,12 +45,10 @@ class History:
 
     def add(self, event: EpochEnded, history: list[dict[str, float]]) -> None:
         """Write the rows of all epochs so far, and the last one's to TensorBoard."""
-        part = self._path.with_name("losses.csv.part")
-        with part.open("w", encoding="utf-8", newline="") as file:
+        with whole_file(self._path) as part, part.open("w", encoding="utf-8", newline="") as file:
             table = csv.DictWriter(file, COLUMNS, lineterminator="\n")
             table.writeheader()
             table.writerows(history)
-        part.replace(self._path)
         if self._writer is not None:
             for name in COLUMNS[1:]:
                 if name in event.row:

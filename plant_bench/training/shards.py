@@ -11,6 +11,7 @@ import hashlib
 import json
 import re
 import zipfile
+import zlib
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, fields
 from functools import cache, lru_cache
@@ -23,14 +24,17 @@ from plant_bench.data.recording import Recording
 from plant_bench.data.statistics import episode_files
 from plant_bench.errors import InputError
 from plant_bench.features.tokens import TokenSpec
+from plant_bench.input_files import check_file
 from plant_bench.runner.data_folder import DataFolder
 from plant_bench.runner.executors import Event, Finished, Lost, run_tasks
 from plant_bench.runner.worker import Report
 from plant_bench.training.samples import Samples, TargetKind, samples_of
+from plant_bench.whole_files import whole_file
 from plant_bench.world.route import PROTOCOL, Route, load_suite
 
 SHARD_FORMAT = 1
 KEY_LENGTH = 12
+LARGEST_SHARD = 2_000_000_000  # bytes, packed or not; an episode has about 1 million
 _PACKAGE = Path(__file__).parents[1]
 _CODE = (  # what decides the numbers of a sample
     *sorted((_PACKAGE / "features").glob("*.py")),
@@ -186,18 +190,42 @@ def _make_shard(task: _Task, _report: Report) -> None:
         message = f"{task.recording}: {error}"
         raise InputError(message) from error
     columns: dict[str, Any] = {item.name: getattr(samples, item.name) for item in fields(Samples)}
-    unfinished = task.shard.with_suffix(".part")
-    with unfinished.open("wb") as file:
+    with whole_file(task.shard) as part, part.open("wb") as file:
         np.savez_compressed(file, route=np.array(name), **columns)
-    unfinished.replace(task.shard)
+
+
+_UNZIPPING = (
+    zipfile.BadZipFile,
+    zlib.error,
+    EOFError,
+    NotImplementedError,
+    RuntimeError,
+    MemoryError,
+)
+
+
+def _check_unpacked(path: Path) -> None:
+    """Check what unpacking would need before it is done.
+
+    Raises:
+        OSError: It cannot be read.
+        ValueError: It would be too large; as what zipfile raises.
+    """
+    check_file(path, largest=LARGEST_SHARD)
+    with zipfile.ZipFile(path) as packed:
+        size = sum(item.file_size for item in packed.infolist())
+    if size > LARGEST_SHARD:
+        message = f"{size:,} bytes when unpacked"
+        raise ValueError(message)
 
 
 def _read(path: Path) -> Shard:
     try:
+        _check_unpacked(path)
         with path.open("rb") as opened, np.load(opened, allow_pickle=False) as file:
             columns = {item.name: file[item.name] for item in fields(Samples)}
             return Shard(str(file["route"]), Samples(**columns))
-    except (OSError, ValueError, KeyError, zipfile.BadZipFile, EOFError) as error:
+    except (OSError, ValueError, KeyError, *_UNZIPPING) as error:
         message = f"Broken samples: {path} ({error}). Remove the file; it is made again."
         raise InputError(message) from error
 

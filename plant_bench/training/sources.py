@@ -1,8 +1,8 @@
 """Where a training's data comes from: what the model card says of each folder."""
 
-import json
 from pathlib import Path
 
+from plant_bench.input_files import read_json
 from plant_bench.runner.collecting_request import CollectRequest
 from plant_bench.runner.data_folder import DataFolder, Origin
 
@@ -38,7 +38,6 @@ def _checksums(origin: Origin) -> str:
 def _frames(folder: DataFolder) -> int:
     """Return how many frames were asked for; those that are there, if nobody has noted it."""
     try:
-        text = (folder.path / "data.json").read_text(encoding="utf-8")
-        return int(json.loads(text)["request"]["frames"])
-    except (OSError, KeyError, TypeError, ValueError):
+        return int(read_json(folder.path / "data.json")["request"]["frames"])
+    except (OSError, KeyError, TypeError, ValueError, OverflowError):
         return sum(note.frames for note in folder.notes() if not note.left_out)

@@ -11,9 +11,11 @@ import numpy as np
 from jaxtyping import Float
 
 from plant_bench.data_files import routes_dir
-from plant_bench.errors import InputError
+from plant_bench.errors import InputError, in_one_line
 from plant_bench.geometry.polyline import arc_lengths
+from plant_bench.input_files import read_json
 from plant_bench.world.hazard import Hazard
+from plant_bench.world.route_schema import RoutePayload
 from plant_bench.world.town import Town
 
 ROUTE_FORMAT = 1
@@ -154,6 +156,7 @@ class Route:
             InputError: Fields are missing or of the wrong shape, or values are not finite.
         """
         try:
+            RoutePayload.model_validate(payload)
             route = cls(
                 id=str(payload["id"]),
                 town=str(payload["town"]),
@@ -168,7 +171,7 @@ class Route:
                 hazards=tuple(map(Hazard.from_payload, payload.get("hazards", ()))),
             )
         except (KeyError, TypeError, ValueError) as error:
-            message = f"Broken route ({type(error).__name__}: {error})."
+            message = f"Broken route ({type(error).__name__}: {in_one_line(error)})."
             raise InputError(message) from error
         route.validate()
         return route
@@ -197,6 +200,14 @@ class Route:
                 "found, about 1 m wanted."
             )
             raise InputError(message)
+        spans = [(item.start, item.end) for item in (*self.lanes, *self.lane_changes)]
+        spans += [(item.entry, item.exit) for item in self.passages]
+        entries = [item.entry for item in self.passages]
+        if entries != sorted(entries) or any(start > end for start, end in spans):
+            message = (
+                f"Route {self.id}: lanes, lane changes or junctions that end before they begin."
+            )
+            raise InputError(message)
         if not self.edges or not self.lanes or self.speed_limits.min() <= 0.0:
             message = f"Route {self.id}: edges, lanes and positive speed limits are wanted."
             raise InputError(message)
@@ -213,6 +224,9 @@ class Route:
             "lanes": {span.lane for span in self.lanes} - set(town.lanes),
             "signals": {str(item.signal) for item in self.signal_passages} - set(town.signals),
         }
+        for passage in self.signal_passages:
+            if not 0 <= passage.signal_index < town.signals.get(str(passage.signal), 0):
+                named["signals"].add(f"{passage.signal}/{passage.signal_index}")
         for what, unknown in named.items():
             if unknown:
                 some = ", ".join(sorted(unknown)[:3])
@@ -278,8 +292,9 @@ def load_suite(name: str) -> list[Route]:
         raise InputError(message)
     files = sorted(path.glob("*.json")) if path.is_dir() else [path]
     routes = [route for file in files for route in _load_file(file)]
-    doubled = {route.id for route in routes if [item.id for item in routes].count(route.id) > 1}
-    if doubled or not all(_ID.fullmatch(route.id) for route in routes):
+    if len({route.id for route in routes}) < len(routes) or not all(
+        _ID.fullmatch(route.id) for route in routes
+    ):
         message = f"Route ids in {path} must be unique, of letters, digits, '.', '_' and '-'."
         raise InputError(message)
     if not routes:
@@ -295,11 +310,11 @@ def _locked(values: np.ndarray) -> np.ndarray:
 
 def _load_file(path: Path) -> list[Route]:
     try:
-        payload = json.loads(path.read_text(encoding="utf-8"))
+        payload = read_json(path)
         if not isinstance(payload, dict) or payload.get("format") != ROUTE_FORMAT:
             message = f"a file of route format {ROUTE_FORMAT} is wanted"
             raise InputError(message)
         return [Route.from_payload(item) for item in payload["routes"]]
     except (InputError, ValueError, KeyError, TypeError, OSError) as error:
-        message = f"Cannot use the routes file {path}: {str(error).rstrip('.')}."
+        message = f"Cannot use the routes file {path}: {in_one_line(error).rstrip('.')}."
         raise InputError(message) from error

@@ -13,8 +13,10 @@ import numpy as np
 from jaxtyping import Float
 
 from plant_bench.data_files import town_dir
-from plant_bench.errors import InputError
+from plant_bench.errors import InputError, in_one_line
 from plant_bench.geometry.polyline import arc_lengths
+from plant_bench.input_files import parse_json, read_text
+from plant_bench.world.town_schema import TownPayload
 
 TOWN_FORMAT = 2
 
@@ -227,14 +229,15 @@ class Town:
             InputError: The text is no town of this format.
         """
         try:
-            payload = json.loads(text)
+            payload = parse_json(text)
             if payload["format"] != TOWN_FORMAT:
                 message = (
                     f"Town format {payload['format']} found, {TOWN_FORMAT} wanted: build it again."
                 )
                 raise InputError(message)
+            TownPayload.model_validate(payload)
             lanes = [_lane(item) for item in payload["lanes"]]
-            return cls(
+            town = cls(
                 name=payload["name"],
                 lanes={lane.id: lane for lane in lanes},
                 links=tuple(
@@ -248,11 +251,42 @@ class Town:
                 areas=tuple(Area(**_outlined(item)) for item in payload["areas"]),
                 life=Life(**payload["life"]),
             )
+            town.check_names()
         except (ValueError, KeyError, TypeError) as error:
             message = (
-                f"Not a town file ({type(error).__name__}: {error}). Run 'plant-bench towns build'."
+                f"Not a town file ({type(error).__name__}: {in_one_line(error)}). Run 'plant-bench "
+                "towns build'."
             )
             raise InputError(message) from error
+        return town
+
+    def check_names(self) -> None:
+        """Check that every name leads to something that is there.
+
+        Raises:
+            ValueError: One does not.
+        """
+        lanes = [
+            name
+            for lane in self.lanes.values()
+            for name in (*lane.successors, lane.left, lane.right)
+        ]
+        lanes += [name for link in self.links for name in (link.source, link.target, *link.via)]
+        junctions = [item.junction for item in (*self.lanes.values(), *self.links)]
+        lights = [link for link in self.links if link.signal is not None]
+        unknown = {
+            "lanes": {name for name in lanes if name is not None} - set(self.lanes),
+            "junctions": {name for name in junctions if name is not None} - set(self.junctions),
+            "signals": {
+                f"{link.signal}/{link.signal_index}"
+                for link in lights
+                if not 0 <= link.signal_index < self.signals.get(str(link.signal), 0)
+            },
+        }
+        for what, names in unknown.items():
+            if names:
+                message = f"unknown {what} {', '.join(sorted(names)[:3])}"
+                raise ValueError(message)
 
 
 def _lane(item: dict) -> Lane:
@@ -279,7 +313,12 @@ def load_town(name: str) -> Town:
     Raises:
         InputError: There is no such town, or its file is broken.
     """
-    return Town.from_json(town_file(name).read_text(encoding="utf-8"))
+    path = town_file(name)
+    try:
+        return Town.from_json(read_text(path))
+    except (InputError, OSError, ValueError) as error:
+        message = f"Cannot use the town {path}: {in_one_line(error)}"
+        raise InputError(message) from error
 
 
 def town_checksum(name: str) -> str:

@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -91,6 +92,25 @@ def test_the_same_command_again_drives_nothing(place):
 
     assert "Nothing was left to drive" in said
     assert records(place / "one") == before
+
+
+def test_a_run_is_confirmed_by_its_agent_and_a_tampered_one_is_not(place):
+    agent = f"{ROOT / 'examples' / 'my_agent.py'}:MyAgent"
+    routes = ["--routes", "town01-5,town02-5", "--workers", "1"]
+    shutil.copytree(place / "one", place / "tampered")
+    record = next((place / "tampered" / "episodes").glob("town01-5*"))
+    record.write_text(record.read_text().replace('"completion": 0.', '"completion": 0.9'))
+
+    said = plant_bench("verify", "one", "--agent", agent, *routes, "--sample", "1", cwd=place)
+    assert "CONFIRMED: 1 of 2 episodes simulated again" in said
+
+    drive = ["--controls", "--all", "--json", "found.json"]
+    said = plant_bench("verify", "tampered", *routes, *drive, cwd=place, code=1)
+    found = json.loads((place / "found.json").read_text())
+    assert "NOT CONFIRMED: 2 of 2 episodes simulated again, 1 different" in said
+    assert [item["equal"] for item in found["episodes"]] == [False, True]
+    assert found["episodes"][0]["difference"]["field"] == "completion"
+    assert {item["place"] for item in found["findings"]} == {"summary.json", "summary.csv"}
 
 
 def test_another_law_changes_the_summary_and_no_record(place):

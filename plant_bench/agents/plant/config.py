@@ -1,15 +1,15 @@
 """What a PlanT network is: its size, what it is told, and its bins. Needs no torch."""
 
-import json
 import math
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
-from pydantic import TypeAdapter, ValidationError
+from pydantic import TypeAdapter
 
-from plant_bench.errors import InputError
+from plant_bench.errors import InputError, in_one_line
 from plant_bench.features.tokens import TokenSpec
+from plant_bench.input_files import read_json
 from plant_bench.world.route import PROTOCOL
 
 SizeName = Literal["mini", "small", "medium"]
@@ -104,20 +104,40 @@ def load_config(folder: Path) -> PlanTConfig:
     """
     path = folder / CONFIG_FILE
     try:
-        payload = json.loads(path.read_text(encoding="utf-8"))
+        payload = read_json(path)
         if payload.pop("format") != WEIGHTS_FORMAT or payload.pop("network") != "plant":
             message = f"format {WEIGHTS_FORMAT} of network 'plant' is wanted"
             raise ValueError(message)
         if (protocol := payload.pop("protocol")) != PROTOCOL:
             message = f"trained under the protocol '{protocol}'; this is '{PROTOCOL}': train anew"
             raise ValueError(message)
-        return TypeAdapter(PlanTConfig).validate_python(payload)
+        config = TypeAdapter(PlanTConfig).validate_python(payload)
+        _check_ranges(config)
+        return config
     except FileNotFoundError as error:
         message = (
             f"There are no weights in {folder}: `plant-bench train plant --out {folder}` makes "
             "them; `--agent plant@FOLDER` takes those of another folder."
         )
         raise InputError(message) from error
-    except (OSError, KeyError, ValueError, AttributeError, ValidationError) as error:
-        message = f"Not the config of a PlanT network: {path} ({error})."
+    except (OSError, KeyError, ValueError, AttributeError, TypeError) as error:
+        message = f"Not the config of a PlanT network: {path} ({in_one_line(error)})."
         raise InputError(message) from error
+
+
+def _check_ranges(config: PlanTConfig) -> None:
+    """Raise ValueError where a number would make driving endless or senseless."""
+    tokens = config.tokens
+    ranges = {
+        "reach": (tokens.reach, 1.0, 1000.0),
+        "foresight": (tokens.foresight, 0.0, 60.0),
+        "segments": (tokens.segments, 0, 1000),
+        "longest": (tokens.longest, 0.1, 1000.0),
+        "tolerance": (tokens.tolerance, 0.0, 100.0),
+        "view": (tokens.view, 1, 1000),
+        "speed_dropout": (config.speed_dropout, 0.0, 1.0),
+    }
+    for name, (value, low, high) in ranges.items():
+        if not low <= value <= high:
+            message = f"{name} {value}: {low} to {high} is wanted"
+            raise ValueError(message)

@@ -16,6 +16,7 @@ from plant_bench.agents.plant.graph import ATTENTION, EXPLAIN, WAYPOINTS
 from plant_bench.agents.plant.network import DECODER_WIDTH, METRES, SPEED, scales_of
 from plant_bench.agents.plant.weights import load_network
 from plant_bench.errors import InputError
+from plant_bench.whole_files import write_whole
 
 if TYPE_CHECKING:
     from plant_bench.agents.plant.graph_writer import GraphWriter
@@ -44,9 +45,7 @@ def export_graph(folder: Path, bits: GraphBits = GRAPH_BITS) -> None:
     weights = {name: values.numpy() for name, values in network.state_dict().items()}
     writer = GraphWriter()
     _Export(writer, network.config, weights, bits).add_plan()
-    part = folder / f"{GRAPH_FILE}.part"
-    writer.write(part)
-    part.replace(folder / GRAPH_FILE)
+    write_whole(folder / GRAPH_FILE, writer.write)
 
 
 class _Export:

@@ -10,12 +10,14 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from plant_bench.errors import InputError
+from plant_bench.agents.plant.graph_file import read_graph
+from plant_bench.errors import InputError, in_one_line
 from plant_bench.features.inputs import SceneInput
 from plant_bench.inference import forward_pass
 
 WAYPOINTS, ATTENTION = "waypoints", "attention"
 EXPLAIN = "explain"  # the input that tells whether attention is computed
+_INPUTS = {"attributes", "kinds", "red", "target", "speed", "limit", EXPLAIN}
 _HOW = "pip install onnxruntime"
 
 
@@ -39,12 +41,16 @@ class GraphPredictor:
         options.intra_op_num_threads = options.inter_op_num_threads = 1
         try:
             self._session: Any = onnxruntime.InferenceSession(
-                str(path), options, providers=["CPUExecutionProvider"]
+                read_graph(path), options, providers=["CPUExecutionProvider"]
             )
+            self._wanted = [item.name for item in self._session.get_inputs()]
+            given = {item.name for item in self._session.get_outputs()}
+            if not (set(self._wanted) <= _INPUTS and given >= {WAYPOINTS, ATTENTION}):
+                message = f"inputs {self._wanted} and outputs {sorted(given)} are not PlanT's"
+                raise ValueError(message)
         except Exception as error:  # its errors share no base but Exception
-            message = f"Broken graph {path}: {str(error).splitlines()[0]}"
+            message = f"Broken graph {path}: {in_one_line(error)}"
             raise InputError(message) from error
-        self._wanted = [item.name for item in self._session.get_inputs()]
 
     def waypoints(self, given: SceneInput) -> Float[np.ndarray, "waypoints 2"]:
         """Return the plan in the ego frame, metres."""

@@ -8,9 +8,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ft2font import FT2Font
 
-from plant_bench.reports.files import write_whole
 from plant_bench.reports.leaderboard.board import Board, Difference, Leaderboard
 from plant_bench.reports.leaderboard.texts import LEVEL, one_line
+from plant_bench.whole_files import write_whole
 
 KINDS = ("svg", "png")
 LONGEST = 28  # characters of a name

@@ -7,9 +7,9 @@ from importlib.resources import files
 from importlib.resources.abc import Traversable
 from pathlib import Path
 
-from plant_bench.reports.files import write_whole_text
 from plant_bench.reports.leaderboard.board import Leaderboard
 from plant_bench.reports.leaderboard.page_data import page_json
+from plant_bench.whole_files import write_whole_text
 
 PAGE = "leaderboard.html"
 _SCRIPTS = (

@@ -1,14 +1,14 @@
 """What a leaderboard is made of: runs on disk, scores of rankings (RFDS), checkpoint files."""
 
-import json
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from pydantic import TypeAdapter, ValidationError
+from pydantic import TypeAdapter
 
 from plant_bench.errors import InputError, in_one_line
+from plant_bench.input_files import read_json
 from plant_bench.runner.provenance import Provenance
 from plant_bench.runner.run_folder import RunFolder
 from plant_bench.scoring.relevance import RelativeScore
@@ -142,9 +142,9 @@ def read_ranking(path: Path) -> RankingSource:
     """
     file = path / RANKING_FILE
     try:
-        told = json.loads(file.read_text(encoding="utf-8"))
+        told = read_json(file)
         score = TypeAdapter(RelativeScore).validate_python(_with_nan(told))
-    except (OSError, ValueError, ValidationError) as error:
+    except (OSError, ValueError) as error:
         message = f"Cannot read {file} ({in_one_line(error)}). Run 'plant-bench rfds' again."
         raise InputError(message) from error
     ranker, _, planner = score.agent.partition("@")[2].partition(":")

@@ -1,12 +1,12 @@
 """How many parameters a planner's network has: read from the head of its weights, without torch."""
 
-import json
 import math
 import struct
 from pathlib import Path
 
 from plant_bench.agents.plant.agent import DEFAULT_WEIGHTS
 from plant_bench.data_files import models_dir
+from plant_bench.input_files import parse_json
 
 SUFFIX = ".safetensors"
 LONGEST_HEAD = 100_000_000  # bytes, as the format's own readers allow
@@ -44,7 +44,7 @@ def _count(file: Path) -> int | None:
     try:
         with file.open("rb") as data:
             (length,) = struct.unpack("<Q", data.read(8))
-            head = json.loads(data.read(min(length, LONGEST_HEAD)))
+            head = parse_json(data.read(min(length, LONGEST_HEAD)).decode())
         return sum(
             math.prod(tensor["shape"]) for name, tensor in head.items() if name != "__metadata__"
         )

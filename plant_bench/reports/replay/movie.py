@@ -12,6 +12,7 @@ from PIL import Image
 from plant_bench.errors import InputError
 from plant_bench.reports.replay.episode import EpisodeReplay
 from plant_bench.reports.replay.panels import Panels
+from plant_bench.whole_files import whole_file
 
 STRIP = 5  # moments of a strip
 MOST_GIF = 600  # pictures: more would take hundreds of megabytes
@@ -243,13 +244,9 @@ def _pictures(
 @contextmanager
 def _whole(path: Path) -> Iterator[Path]:
     """Give where to write a file that appears under its name whole or not at all."""
-    part = path.with_name(f"{path.name}.part")
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        yield part
-        part.replace(path)
+        with whole_file(path) as part:
+            yield part
     except OSError as error:
         message = f"Cannot write {path}: {error.strerror or error}. Choose another place."
         raise InputError(message) from error
-    finally:
-        part.unlink(missing_ok=True)

@@ -7,7 +7,6 @@ towns/<town>.js                 what is drawn under it
 """
 
 import hashlib
-import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -15,7 +14,7 @@ from pathlib import Path
 
 from plant_bench.agents.registry import agent_checksum
 from plant_bench.errors import InputError, PlantBenchError
-from plant_bench.reports.files import write_whole_text
+from plant_bench.input_files import parse_json, read_text
 from plant_bench.reports.page_json import script_json
 from plant_bench.reports.replay.episode import load_episode, missing_script, replay_script
 from plant_bench.reports.replay.page import replay_page
@@ -23,6 +22,7 @@ from plant_bench.reports.replay.source import ReplaySource, is_replay_id
 from plant_bench.reports.replay.towns import town_script
 from plant_bench.runner.executors import Event, Finished, Lost, run_tasks
 from plant_bench.runner.expert_view import EXPERT
+from plant_bench.whole_files import write_whole_text
 from plant_bench.world.town import load_town, town_checksum
 
 STAMP = "// made from "
@@ -163,8 +163,8 @@ def _index(sources: Sequence[ReplaySource], out: Path, *, leaderboard: bool) -> 
 def _listed_before(out: Path, new: set[str], keys: set[str]) -> list[dict[str, object]]:
     """Return what the list told of other replays whose files are there; nothing if it is broken."""
     try:
-        text = (out / INDEX).read_text(encoding="utf-8")
-        told = json.loads(text[text.index("(") + 1 : text.rindex(")")])["replays"]
+        text = read_text(out / INDEX)
+        told = parse_json(text[text.index("(") + 1 : text.rindex(")")])["replays"]
         known = [item for item in told if set(item) == keys and is_replay_id(item["id"])]
     except (OSError, ValueError, TypeError, KeyError):
         return []

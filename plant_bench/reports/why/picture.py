@@ -12,7 +12,6 @@ from matplotlib.font_manager import FontProperties, findfont, get_font
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from plant_bench.reports.files import write_whole
 from plant_bench.reports.why.findings import Finding
 from plant_bench.reports.why.incidents import actor_name
 from plant_bench.reports.why.scenery import (
@@ -29,6 +28,7 @@ from plant_bench.reports.why.scenery import (
 from plant_bench.reports.why.text import episode_line, incident_line, spread_moments
 from plant_bench.reports.why.verdicts import verdict
 from plant_bench.runner.moments import Hindsight, Moment
+from plant_bench.whole_files import write_whole
 
 PANELS = 4
 SIZE_IN = (13.0, 9.6)

@@ -208,7 +208,7 @@ def test_another_training_is_not_gone_on_with(tmp_path: Path, split: Split) -> N
     with pytest.raises(InputError, match=r"rate 0.01 \(now 0.001\)"):
         run(other, split)
     run(replace(other, overwrite=True), split)
-    checkpoint = tmp_path / "work" / "checkpoint.pt"
+    checkpoint = tmp_path / "work" / "checkpoint.safetensors"
     checkpoint.write_bytes(checkpoint.read_bytes()[:100])
     with pytest.raises(InputError, match="Broken checkpoint"):
         run(other, split)

@@ -1,0 +1,63 @@
+"""`plant-bench verify`."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from plant_bench.cli.interrupts import ending_at_ctrl_c
+from plant_bench.cli.options import CORES
+
+
+def verify_run(
+    run: Annotated[Path, typer.Argument(help="A folder that `plant-bench score` wrote, anywhere.")],
+    sample: Annotated[
+        str, typer.Option(help="Episodes to simulate again: a share as in 10%, or a number.")
+    ] = "10%",
+    all_of_them: Annotated[bool, typer.Option("--all", help="Simulate all again.")] = False,
+    seed: Annotated[
+        int | None, typer.Option(help="Draws the sample; a new one each time without it.", min=0)
+    ] = None,
+    workers: Annotated[int, typer.Option(help="Processes.", min=1)] = CORES,
+    agent: Annotated[
+        str | None,
+        typer.Option(help="Who drives again, as for `score`; its code is run: trust it first."),
+    ] = None,
+    controls: Annotated[
+        bool, typer.Option("--controls", help="Execute the recorded controls instead of the agent.")
+    ] = False,
+    suite: Annotated[
+        str | None, typer.Option(help="The routes you trust, where the run's are its own.")
+    ] = None,
+    routes: Annotated[
+        str | None, typer.Option(help="Which routes it should have driven; all without it.")
+    ] = None,
+    repetitions: Annotated[
+        int | None, typer.Option(help="And how often; as the run says without it.", min=1)
+    ] = None,
+    json: Annotated[Path | None, typer.Option(help="Write what was found for machines.")] = None,
+) -> None:
+    """Confirm a run's scores: simulate a sample of its episodes again, and check all the rest.
+
+    Records, names, checksums and the summary are checked for all episodes; a sample, over all
+    towns, is simulated again: by the agent where it is one of plant-bench's own of the same
+    checksum or is named with --agent, else by the recorded controls. Nothing in RUN is executed
+    or written to. An agent's code is run only if it is plant-bench's or you name it. Exit code 0:
+    confirmed, 1: something differs, 2: it cannot be checked.
+
+    For instance:
+
+        plant-bench verify reports/plant-longest6
+
+        plant-bench verify submitted --sample 20 --json verdict.json
+
+        plant-bench verify submitted --agent their_agent.py:Agent --all
+    """
+    from plant_bench.cli.verifying import VerifyRequest, verify
+
+    request = VerifyRequest(
+        run, "100%" if all_of_them else sample, seed, workers, agent, controls=controls
+    )
+    with ending_at_ctrl_c():
+        confirmed = verify(request, suite=suite, routes=routes, repetitions=repetitions, out=json)
+    raise typer.Exit(0 if confirmed else 1)

@@ -1,0 +1,122 @@
+"""A recording's file, checked before it is used: columns, types, lengths and numbers.
+
+A Parquet file can say anything. What passes here can be read row by row without a surprise.
+"""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from plant_bench.agent import Cause
+from plant_bench.input_files import check_file, parse_json
+
+READABLE_FORMATS = (1, 2, 3)  # 1 has no reasons
+FORMAT_KEY, METADATA_KEY = b"plant_bench.recording", b"plant_bench.metadata"
+LARGEST_FILE = 200_000_000  # bytes; an episode has about 1 million
+LARGEST_UNPACKED = 400_000_000  # bytes of all columns; an episode has about 7 million
+MOST_TICKS = 200_000  # nearly three hours; an episode times out long before
+
+_EGO = dict.fromkeys(("x", "y", "yaw", "speed", "acceleration", "steering"), pa.float64())
+_ASKED = {
+    "acceleration_asked": pa.float64(),
+    "steering_asked": pa.float64(),
+    "plan": pa.list_(pa.float64()),
+}
+_PLACES = ("x", "y", "yaw", "speed", "length", "width")
+_ACTORS = {
+    "actor_id": pa.list_(pa.int64()),
+    **{f"actor_{name}": pa.list_(pa.float32()) for name in _PLACES},
+    "actor_kind": pa.list_(pa.uint8()),
+}
+_LIGHTS = {"lights": pa.list_(pa.uint8())}
+_WANTED = {"tick": pa.int32(), **_EGO, **_ASKED, **_ACTORS, **_LIGHTS}
+_OPTIONAL = {"reason": pa.int8(), "reason_actor": pa.int64(), "disturbed": pa.bool_()}
+
+
+def read_table(path: Path) -> tuple[pa.Table, dict[str, Any]]:
+    """Read a recording's table and metadata.
+
+    Raises:
+        OSError: It cannot be read.
+        ValueError: It is no recording, or cannot be one; so are arrow's own errors.
+    """
+    check_file(path, largest=LARGEST_FILE)
+    with pq.ParquetFile(path) as file:
+        _check_size(file.metadata)
+        keys = file.schema_arrow.metadata or {}
+        if keys.get(FORMAT_KEY) not in {str(number).encode() for number in READABLE_FORMATS}:
+            message = f"format {' or '.join(map(str, READABLE_FORMATS))} is wanted"
+            raise ValueError(message)
+        _check_types(file.schema_arrow)
+        metadata = parse_json(keys.get(METADATA_KEY, b"").decode())
+        _refuse(not isinstance(metadata, dict), "its metadata is no JSON object")
+        table = file.read(use_threads=False)
+    table.validate(full=True)
+    _check_ego(table)
+    _check_actors(table)
+    _check_answers(table)
+    return table, metadata
+
+
+def _check_size(facts: pq.FileMetaData) -> None:
+    """Check what reading would need, before anything is unpacked."""
+    parts = [facts.row_group(place).total_byte_size for place in range(facts.num_row_groups)]
+    size = -1 if min(parts, default=0) < 0 else sum(parts)
+    fits = facts.num_rows <= MOST_TICKS and 0 <= size <= LARGEST_UNPACKED
+    _refuse(not fits, f"{facts.num_rows:,} ticks of {size:,} bytes")
+
+
+def _check_types(schema: pa.Schema) -> None:
+    found = {field.name: field.type for field in schema}
+    _refuse(len(found) < len(schema), "a column is there twice")
+    wanted = _WANTED | {name: kind for name, kind in _OPTIONAL.items() if name in found}
+    _refuse(("reason" in found) != ("reason_actor" in found), "half of a reason")
+    for name, kind in wanted.items():
+        told = found.get(name, pa.null())
+        _refuse(not told.equals(kind), f"column {name}: {told} found, {kind} wanted")
+
+
+def _check_ego(table: pa.Table) -> None:
+    for name in ("tick", *_EGO, *(name for name in ("disturbed",) if name in table.column_names)):
+        _refuse(table[name].null_count, f"column {name} has gaps")
+    for name in _EGO:
+        _refuse(not np.isfinite(table[name].to_numpy()).all(), f"column {name} is not finite")
+    ticks = np.diff(table["tick"].to_numpy().astype(np.int64))
+    _refuse((ticks <= 0).any(), "ticks that do not rise")
+
+
+def _check_actors(table: pa.Table) -> None:
+    """Check that all columns tell of equally many actors, and of lights at the same ticks."""
+    counts = table["actor_id"].combine_chunks().value_lengths()
+    for name in (*_ACTORS, *_LIGHTS):
+        inside = table[name].combine_chunks().flatten()
+        _refuse(inside.null_count, f"column {name} has gaps")
+        if name in _ACTORS:
+            equal = table[name].combine_chunks().value_lengths().equals(counts)
+            _refuse(not equal, f"column {name} is of other actors")
+        if pa.types.is_floating(inside.type):
+            _refuse(not np.isfinite(inside.to_numpy()).all(), f"column {name} is not finite")
+    equal = table["lights"].is_valid().equals(table["actor_id"].is_valid())
+    _refuse(not equal, "lights and actors of different ticks")
+
+
+def _check_answers(table: pa.Table) -> None:
+    one, other = (table[name].is_valid() for name in ("acceleration_asked", "steering_asked"))
+    _refuse(not one.equals(other), "half of a control")
+    numbers = table["plan"].combine_chunks().value_lengths().drop_null().to_numpy()
+    _refuse((numbers % 2 != 0).any(), "half of a waypoint")
+    _refuse(table["plan"].combine_chunks().flatten().null_count, "a plan with gaps")
+    if "reason" in table.column_names:
+        told = set(table["reason"].unique().drop_null().to_pylist())
+        equal = table["reason"].is_valid().equals(table["reason_actor"].is_valid())
+        _refuse(not equal, "half of a reason")
+        _refuse(told - {int(cause) for cause in Cause}, "a reason that is none")
+
+
+def _refuse(fault: object, message: str) -> None:
+    """Raise where there is a fault."""
+    if fault:
+        raise ValueError(message)

@@ -1,0 +1,78 @@
+"""Episodes of a run verified with SUMO, by the agent and by the recorded controls."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from plant_bench.agents.registry import agent_checksum
+from plant_bench.data.recording import Recorder, Recording
+from plant_bench.runner.differences import Difference
+from plant_bench.runner.episode import run_episode
+from plant_bench.runner.jobs import Job
+from plant_bench.runner.verification import Task, check_episode
+from plant_bench.scoring.results import EpisodeResult
+from plant_bench.world.route import Route
+
+pytestmark = pytest.mark.sumo
+AGENT = "cruise"
+
+
+@pytest.fixture(scope="module")
+def driven(
+    beginning: Callable[[int], Route], tmp_path_factory: pytest.TempPathFactory
+) -> tuple[Job, Path, EpisodeResult]:
+    job = Job(AGENT, agent_checksum(AGENT), beginning(120), 0, 5, "dense")
+    file = tmp_path_factory.mktemp("driven") / "episode.parquet"
+    return job, file, run_episode(job, recording=file).result
+
+
+def difference(job: Job, record: EpisodeResult, recording: Path | None) -> Difference | None:
+    return check_episode(Task("name", job, record, recording), lambda _: None).difference
+
+
+def test_an_honest_record_is_equal_both_ways(driven: tuple[Job, Path, EpisodeResult]):
+    job, file, record = driven
+
+    assert difference(job, record, None) is None
+    assert difference(job, record, file) is None
+
+
+@pytest.mark.parametrize("way", ["agent", "controls"])
+def test_a_record_with_an_infraction_left_out_is_different(
+    driven: tuple[Job, Path, EpisodeResult], way: str
+):
+    job, file, record = driven
+    better = record.model_copy(update={"distance": record.distance + 1.0})
+
+    found = difference(job, better, file if way == "controls" else None)
+
+    assert found is not None
+    assert (found.field, found.again) == ("distance", str(record.distance))
+
+
+def test_a_recording_of_scenes_that_never_were_is_different(
+    driven: tuple[Job, Path, EpisodeResult], tmp_path: Path
+):
+    job, file, record = driven
+    recording = Recording.load(file)
+    recorder = Recorder(tmp_path / "forged.parquet", recording.metadata)
+    for scene in list(recording)[20:]:  # the start is skipped
+        recorder.add(scene)
+    recorder.close()
+
+    found = difference(job, record, tmp_path / "forged.parquet")
+
+    assert found is not None
+    assert found.field == "recording, tick 20"
+
+
+def test_an_episode_without_a_recording_is_not_confirmed(
+    driven: tuple[Job, Path, EpisodeResult], tmp_path: Path
+):
+    job, _, record = driven
+
+    found = difference(job, record, tmp_path / "none.parquet")
+
+    assert found is not None
+    assert found.told == "none"

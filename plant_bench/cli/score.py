@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from plant_bench.cli.executing import AddressOption, ExecutorOption, ManyWorkersOption, Where
 from plant_bench.cli.options import (
     CORES,
     DensityOption,
@@ -13,7 +14,6 @@ from plant_bench.cli.options import (
     RepetitionsOption,
     RoutesOption,
     SuiteOption,
-    WorkersOption,
 )
 
 
@@ -33,7 +33,9 @@ def score(
     hazards: Annotated[
         bool, typer.Option(help="Play the routes' hazards; without them it is another protocol.")
     ] = True,
-    workers: WorkersOption = CORES,
+    workers: ManyWorkersOption = None,
+    executor: ExecutorOption = Where.LOCAL,
+    address: AddressOption = None,
     out: Annotated[
         Path | None, typer.Option(help="The run's folder; reports/AGENT-SUITE without it.")
     ] = None,
@@ -57,12 +59,19 @@ def score(
         plant-bench score --agent my_agent.py:MyAgent --routes 0,3-5 --out reports/first-try
     """
     from plant_bench.cli.drive import drive
+    from plant_bench.cli.executing import chosen_executor
     from plant_bench.runner.run import ScoreRequest
     from plant_bench.scoring.laws import law_of
 
     chosen = law_of(law)
     request = ScoreRequest(agent, suite, routes, repetitions, seed, density, hazards)
     code = drive(
-        request, out, overwrite=overwrite, workers=workers, recordings=recordings, law=chosen
+        request,
+        out,
+        overwrite=overwrite,
+        workers=workers or CORES,
+        recordings=recordings,
+        law=chosen,
+        executor=chosen_executor(executor, address, workers),
     )
     raise typer.Exit(code)

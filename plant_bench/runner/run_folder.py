@@ -12,6 +12,8 @@ logs/: what the workers printed.
 
 import os
 import re
+import secrets
+import socket
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -122,11 +124,19 @@ class RunFolder:
         Raises:
             InputError: The disk is full, or the folder has gone.
         """
+        self.keep(name, text.encode())
+
+    def keep(self, name: str, content: bytes) -> None:
+        """Write a file, whole or not at all, also where others write the same one.
+
+        Raises:
+            InputError: The disk is full, or the folder has gone.
+        """
         path = self.path / name
-        part = path.with_name(f"{path.name}.part")
+        part = path.with_name(f"{path.name}.{_writer()}.part")
         try:
-            with part.open("w", encoding="utf-8", newline="\n") as file:
-                file.write(text)
+            with part.open("wb") as file:
+                file.write(content)
                 file.flush()
                 os.fsync(file.fileno())
             part.replace(path)
@@ -173,3 +183,8 @@ class RunFolder:
             InputError: The note is broken.
         """
         return Provenance.load(self.run_file) if self.run_file.is_file() else None
+
+
+def _writer() -> str:
+    """Return a name that no other writer has, on any machine."""
+    return f"{socket.gethostname()}-{os.getpid()}-{secrets.token_hex(4)}"

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import Protocol, Self, runtime_checkable
+from typing import Protocol, runtime_checkable
 
 from plant_bench.agent import Input
 from plant_bench.agents.registry import agent_files
@@ -78,7 +78,7 @@ class Portable(Protocol):
         """What it must find there."""
         ...
 
-    def at(self, place: Place) -> Self:
+    def at(self, place: Place) -> "Portable":
         """Return the same task with the paths it has there."""
         ...
 

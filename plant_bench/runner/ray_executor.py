@@ -192,16 +192,9 @@ class _RayPool:
 
         taken = {one.number for one in self._workers}
         number = next(number for number in range(len(taken) + 1) if number not in taken)
-        actor = (
-            self._ray.remote(NodeWorker)
-            .options(
-                num_cpus=1,
-                max_restarts=0,
-                max_task_retries=0,
-                scheduling_strategy=NodeAffinitySchedulingStrategy(node, soft=False),
-            )
-            .remote()
-        )
+        remote: Any = self._ray.remote(NodeWorker)
+        strategy = NodeAffinitySchedulingStrategy(node, soft=False)
+        actor = remote.options(num_cpus=1, max_restarts=0, scheduling_strategy=strategy).remote()
         answer = actor.start.remote(self._cargo, self._work)
         self._workers.append(_Remote(number, actor, node, f"{name} ({node[:8]})", answer))
 

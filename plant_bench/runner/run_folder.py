@@ -8,13 +8,15 @@ summary.json, summary.csv: derived from the records alone.
 speed.json: derived from the timings.
 superseded/: episodes of an earlier agent, town, route or protocol.
 logs/: what the workers printed.
+claims/: who is driving into it now (`runner.claims`).
 """
 
 import os
 import re
 import secrets
 import socket
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -55,22 +57,30 @@ class RunFolder:
         """Where the provenance lies."""
         return self.path / "run.json"
 
-    def create(self) -> None:
+    def create(self, *, sweeping: Sequence[str] | None = None) -> None:
         """Make the folder, and clear away what an interrupted run left half written.
+
+        Args:
+            sweeping: As in `sweep`.
 
         Raises:
             InputError: It cannot be written to.
         """
         for name in (*_PARTS, "logs"):
             self.make(name)
-        self.sweep()
+        self.sweep(sweeping)
         self.write("probe", "")
-        (self.path / "probe").unlink()
+        (self.path / "probe").unlink(missing_ok=True)
 
-    def sweep(self) -> None:
-        """Remove what killed workers left half written."""
-        for leftover in self.path.glob("*/*.part"):
-            leftover.unlink()
+    def sweep(self, names: Sequence[str] | None = None) -> None:
+        """Remove what killed workers left half written.
+
+        Args:
+            names: Of episodes that nobody else drives; None where nobody else drives any.
+        """
+        for leftover in (*self.path.glob("*.part"), *self.path.glob("*/*.part")):
+            if names is None or leftover.name.startswith(tuple(f"{name}." for name in names)):
+                leftover.unlink(missing_ok=True)
 
     def make(self, name: str) -> None:
         """Make a sub-folder.
@@ -173,7 +183,8 @@ class RunFolder:
                 target = self.path / "superseded" / part / source.name
                 if source.is_file():
                     target.parent.mkdir(parents=True, exist_ok=True)
-                    source.replace(target)
+                    with suppress(FileNotFoundError):  # another shard has done it
+                        source.replace(target)
         return len(stale)
 
     def provenance(self) -> Provenance | None:

@@ -61,7 +61,8 @@ def drive(
         print_summary(write_summary(run.folder, law=law))
         print_planner_time(write_speed(run.folder, map(episode_name, [*run.jobs, *run.others])))
     now = speed_of(read_timings(run.folder, map(episode_name, run.missing)))
-    print_speed(now, wall_s=time.monotonic() - start, workers=workers)
+    by = f"{workers} workers" if executor is None else str(executor)
+    print_speed(now, wall_s=time.monotonic() - start, workers=by)
     if not run.missing:
         typer.echo("Nothing was left to drive: these episodes were finished before.")
     typer.echo(f"Records: {run.folder.path}")

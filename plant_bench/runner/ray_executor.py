@@ -47,6 +47,10 @@ class RayExecutor:
     workers: int | None = None
     say: Say = print
 
+    def __str__(self) -> str:
+        most = "all CPUs" if self.workers is None else f"{self.workers} workers"
+        return f"{most} of the Ray cluster at {self.address}"
+
     def run_tasks(
         self, tasks: Sequence[Any], work: Work, *, on_event: Listener, logs: Path, keep: Keep
     ) -> None:

@@ -70,7 +70,7 @@ def test_values_and_files_come_back(cluster, scripted, tmp_path):
     assert told.values() == {0: 0, 1: 1, 2: 2}
     assert told.kept == {f"recordings/{number}.parquet": b"ticks" for number in range(3)}
     assert len(cluster.actors) == 2
-    assert not any(Path(actor.made._folder).exists() for actor in cluster.actors)
+    assert not any(actor.made._folder.exists() for actor in cluster.actors)
 
 
 def test_no_more_work_at_a_time_than_asked_for(cluster, scripted, tmp_path):
@@ -183,3 +183,16 @@ def test_an_address_at_which_nobody_listens_is_told_at_once(scripted, tmp_path):
             run(scripted, [scripted.Step("give")], tmp_path, address=address)
 
     assert time.monotonic() - start < 5.0
+
+
+def test_ctrl_c_ends_all_workers_and_leaves_nothing_on_the_nodes(cluster, scripted, tmp_path):
+    def interrupt(actor, method, given):
+        if method == "step" and given[0] is None:
+            raise KeyboardInterrupt
+
+    cluster.on_call = interrupt
+    with pytest.raises(KeyboardInterrupt):
+        run(scripted, [scripted.Step("sleep")] * 2, tmp_path)
+
+    assert all(actor.killed for actor in cluster.actors)
+    assert not any(actor.made._folder.exists() for actor in cluster.actors)

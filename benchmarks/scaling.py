@@ -152,7 +152,7 @@ def time_nothing(executor: Executor, folder: Path) -> tuple[float, float]:
 
 def main() -> None:
     """Measure what is asked for."""
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--agent", default="expert")
     parser.add_argument("--routes", default="town01-3,town03-1", help="ids, with commas")
     parser.add_argument("--workers", type=int, nargs="+", default=[1, 2])

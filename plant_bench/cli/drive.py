@@ -1,6 +1,7 @@
 """What `plant-bench score` does: drive what is missing, show it, and sum up all there is."""
 
 import time
+from contextlib import ExitStack
 from pathlib import Path
 
 import typer
@@ -8,6 +9,8 @@ import typer
 from plant_bench.cli.options import EXIT_INTERRUPTED
 from plant_bench.cli.progress import RunProgress
 from plant_bench.reports.tables import print_planner_time, print_speed, print_summary
+from plant_bench.runner.claims import Shard
+from plant_bench.runner.executors import Executor
 from plant_bench.runner.jobs import episode_name
 from plant_bench.runner.run import Run, ScoreRequest, open_run
 from plant_bench.runner.speed import read_timings, speed_of, write_speed
@@ -25,6 +28,8 @@ def drive(
     workers: int,
     recordings: bool,
     law: Law,
+    executor: Executor | None = None,
+    shard: Shard | None = None,
 ) -> int:
     """Drive a run to its end, or until Ctrl-C.
 
@@ -36,14 +41,28 @@ def drive(
     """
     start = time.monotonic()
     run = drive_missing(
-        request, out, overwrite=overwrite, workers=workers, recordings=recordings, law=law
+        request,
+        out,
+        overwrite=overwrite,
+        workers=workers,
+        recordings=recordings,
+        law=law,
+        executor=executor,
+        shard=shard,
     )
     if run is None:
         return EXIT_INTERRUPTED
-    print_summary(write_summary(run.folder, law=law))
-    print_planner_time(write_speed(run.folder, map(episode_name, run.jobs)))
+    if left := run.unfinished_by_others():
+        typer.echo(
+            f"Shard {shard} is finished: {len(run.jobs)} episodes. Of the other shards' "
+            f"{len(run.others)}, {left} have no record yet; who ends last writes the summary."
+        )
+    else:
+        print_summary(write_summary(run.folder, law=law))
+        print_planner_time(write_speed(run.folder, map(episode_name, [*run.jobs, *run.others])))
     now = speed_of(read_timings(run.folder, map(episode_name, run.missing)))
-    print_speed(now, wall_s=time.monotonic() - start, workers=workers)
+    by = f"{workers} workers" if executor is None else str(executor)
+    print_speed(now, wall_s=time.monotonic() - start, workers=by)
     if not run.missing:
         typer.echo("Nothing was left to drive: these episodes were finished before.")
     typer.echo(f"Records: {run.folder.path}")
@@ -58,25 +77,33 @@ def drive_missing(
     workers: int,
     recordings: bool,
     law: Law,
+    executor: Executor | None = None,
+    shard: Shard | None = None,
 ) -> Run | None:
     """Drive what of a run has no record, and show how it goes; None if Ctrl-C ended it.
 
     Raises:
         PlantBenchError: The run cannot be started or cannot go on.
     """
-    run = open_run(request, out, overwrite=overwrite)
-    for note in run.notes:
-        typer.echo(note, err=True)
-    progress = RunProgress(run.jobs, run.missing, law)
-    try:
-        with progress.shown():
-            run_suite(
-                run.missing, run.folder, workers=workers, recordings=recordings, on_event=progress
-            )
-    except KeyboardInterrupt:
-        _say_stopped(run, law)
-        return None
-    run.folder.sweep()
+    with ExitStack() as hold:
+        run = open_run(request, out, overwrite=overwrite, shard=shard, hold=hold)
+        for note in run.notes:
+            typer.echo(note, err=True)
+        progress = RunProgress(run.jobs, run.missing, law)
+        try:
+            with progress.shown():
+                run_suite(
+                    run.missing,
+                    run.folder,
+                    workers=workers,
+                    recordings=recordings,
+                    on_event=progress,
+                    executor=executor,
+                )
+        except KeyboardInterrupt:
+            _say_stopped(run, law)
+            return None
+        run.sweep()
     return run
 
 
@@ -98,9 +125,9 @@ def say_crashes(run: Run) -> int:
 
 
 def _say_stopped(run: Run, law: Law) -> None:
-    run.folder.sweep()
+    run.sweep()
     left = run.unfinished()
-    if left < len(run.jobs):
+    if left < len(run.jobs) and not run.others:
         write_summary(run.folder, missing=left, law=law)
     typer.echo(
         f"Stopped. {len(run.jobs) - left} of {len(run.jobs)} episodes are finished and kept in "

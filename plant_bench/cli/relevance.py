@@ -19,6 +19,7 @@ from plant_bench.cli.drive import drive_missing, say_crashes
 from plant_bench.cli.options import EXIT_INTERRUPTED
 from plant_bench.errors import InputError
 from plant_bench.reports.relevance import print_relative_scores
+from plant_bench.runner.executors import Executor
 from plant_bench.runner.jobs import episode_name
 from plant_bench.runner.run import Run, ScoreRequest
 from plant_bench.runner.summary import write_summary
@@ -75,7 +76,13 @@ class RelevanceRequest:
 
 
 def score_relevance(
-    request: RelevanceRequest, *, overwrite: bool, workers: int, recordings: bool, law: Law
+    request: RelevanceRequest,
+    *,
+    overwrite: bool,
+    workers: int,
+    recordings: bool,
+    law: Law,
+    executor: Executor | None = None,
 ) -> int:
     """Drive the expert with everybody in sight and with each ranking, and print RFDS.
 
@@ -101,6 +108,7 @@ def score_relevance(
             workers=workers,
             recordings=recordings,
             law=law,
+            executor=executor,
         )
         if run is None:
             return EXIT_INTERRUPTED

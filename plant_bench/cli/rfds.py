@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from plant_bench.cli.executing import AddressOption, ExecutorOption, ManyWorkersOption, Where
 from plant_bench.cli.options import (
     CORES,
     DensityOption,
@@ -13,7 +14,6 @@ from plant_bench.cli.options import (
     RepetitionsOption,
     RoutesOption,
     SuiteOption,
-    WorkersOption,
 )
 
 RANKER_HELP = (
@@ -34,7 +34,9 @@ def score_rfds(
     seed: Annotated[int, typer.Option(help="Base seed of traffic.")] = 0,
     density: DensityOption = "dense",
     hazards: Annotated[bool, typer.Option(help="Play the routes' hazards.")] = True,
-    workers: WorkersOption = CORES,
+    workers: ManyWorkersOption = None,
+    executor: ExecutorOption = Where.LOCAL,
+    address: AddressOption = None,
     out: Annotated[
         Path | None,
         typer.Option(help="Folder of the runs, one each; without it where `score` puts them."),
@@ -61,6 +63,7 @@ def score_rfds(
 
         plant-bench rfds --agent rule-based --ranker masking
     """
+    from plant_bench.cli.executing import chosen_executor
     from plant_bench.cli.relevance import RelevanceRequest, score_relevance
     from plant_bench.runner.run import ScoreRequest
     from plant_bench.scoring.laws import law_of
@@ -69,6 +72,11 @@ def score_rfds(
     drives = ScoreRequest("expert", suite, routes, repetitions, seed, density, hazards)
     request = RelevanceRequest(agent, ranker or (), drives, out)
     code = score_relevance(
-        request, overwrite=overwrite, workers=workers, recordings=recordings, law=chosen
+        request,
+        overwrite=overwrite,
+        workers=workers or CORES,
+        recordings=recordings,
+        law=chosen,
+        executor=chosen_executor(executor, address, workers),
     )
     raise typer.Exit(code)

@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from plant_bench.cli.executing import AddressOption, ExecutorOption, ManyWorkersOption, Where
 from plant_bench.cli.options import (
     CORES,
     DensityOption,
@@ -13,7 +14,6 @@ from plant_bench.cli.options import (
     RepetitionsOption,
     RoutesOption,
     SuiteOption,
-    WorkersOption,
 )
 
 
@@ -33,7 +33,15 @@ def score(
     hazards: Annotated[
         bool, typer.Option(help="Play the routes' hazards; without them it is another protocol.")
     ] = True,
-    workers: WorkersOption = CORES,
+    workers: ManyWorkersOption = None,
+    executor: ExecutorOption = Where.LOCAL,
+    address: AddressOption = None,
+    shard: Annotated[
+        str | None,
+        typer.Option(
+            help="Drive one part of the episodes, as 1/8 (1 to 8): for array jobs that share --out."
+        ),
+    ] = None,
     out: Annotated[
         Path | None, typer.Option(help="The run's folder; reports/AGENT-SUITE without it.")
     ] = None,
@@ -55,14 +63,25 @@ def score(
         plant-bench score --agent rule-based --repetitions 3 --workers 2
 
         plant-bench score --agent my_agent.py:MyAgent --routes 0,3-5 --out reports/first-try
+
+        plant-bench score --agent plant --executor ray --address ray://head:10001
     """
     from plant_bench.cli.drive import drive
+    from plant_bench.cli.executing import chosen_executor
+    from plant_bench.runner.claims import Shard
     from plant_bench.runner.run import ScoreRequest
     from plant_bench.scoring.laws import law_of
 
     chosen = law_of(law)
     request = ScoreRequest(agent, suite, routes, repetitions, seed, density, hazards)
     code = drive(
-        request, out, overwrite=overwrite, workers=workers, recordings=recordings, law=chosen
+        request,
+        out,
+        overwrite=overwrite,
+        workers=workers or CORES,
+        recordings=recordings,
+        law=chosen,
+        executor=chosen_executor(executor, address, workers),
+        shard=None if shard is None else Shard.parse(shard),
     )
     raise typer.Exit(code)

@@ -119,20 +119,20 @@ def inference_time(speed: Speed) -> str:
     return f"{speed.inference_ms:.2f} ms at {speed.inference_tokens:.0f} tokens"
 
 
-def print_speed(speed: Speed, *, wall_s: float, workers: int) -> None:
+def print_speed(speed: Speed, *, wall_s: float, workers: str) -> None:
     """Print how fast a command drove.
 
     Args:
         speed: Of the episodes driven by it.
         wall_s: From start to end.
-        workers: Number of processes.
+        workers: Which processes, as in "2 workers".
     """
     if not speed.episodes:
         return
     parts = ", ".join(f"{name} {share:.0%}" for name, share in speed.shares.items())
     _console.print(
         f"Driven now: {speed.episodes} episodes, {speed.simulated_s / 3600:.2f} h simulated in "
-        f"{wall_s / 60:.1f} min with {workers} workers: {speed.simulated_s / wall_s:.0f} x real "
+        f"{wall_s / 60:.1f} min with {workers}: {speed.simulated_s / wall_s:.0f} x real "
         f"time ({parts})"
     )
 

@@ -1,29 +1,29 @@
 """Runs tasks in warm worker processes; a worker that dies costs one retry and nothing else.
 
+`Executor` is what a run needs of whoever runs its tasks: `LocalExecutor` does so in processes of
+this machine, `runner.ray_executor` on a Ray cluster. Both tell the same events.
+
 Each worker is a spawned process with a pipe of its own. `ProcessPoolExecutor` gives up the whole
 pool when one worker dies and cannot tell whose task killed it; a shared queue can be left locked by
 a killed worker. With a pipe each, the parent knows what each worker was doing, and reads all that a
 worker said before it died.
 """
 
-import os
-import signal
 from collections import Counter, deque
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from multiprocessing import connection, get_context, resource_tracker
+from multiprocessing import connection
 from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol, runtime_checkable
 
 from plant_bench.errors import InputError, SimulationError
+from plant_bench.runner.processes import cause_of_death, start_process
 from plant_bench.runner.worker import Done, Failed, Message, Ready, Share, Work, serve
 
 TRIES = 2  # a task that fails this often is lost
 STARTS = 3  # workers that die in a row before they are ready end the run
-_THREAD_LIMITS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,6 +72,72 @@ class Lost:
 
 Event = Started | Progressed | Finished | Retried | Lost
 Listener = Callable[[Event], None]
+Keep = Callable[[str, bytes], None]
+
+
+@runtime_checkable
+class Executor(Protocol):
+    """Runs tasks somewhere."""
+
+    def run_tasks(
+        self, tasks: Sequence[Any], work: Work, *, on_event: Listener, logs: Path, keep: Keep
+    ) -> None:
+        """Run all tasks, begun in the given order as workers become free.
+
+        Args:
+            tasks: Picklable values.
+            work: An importable function that is given a task and a callback for its progress.
+            on_event: Called in this process, one event after the other.
+            logs: Folder that takes what workers print.
+            keep: Writes a file that came back from another machine, by its path in the run's
+                folder; not called by an executor whose workers write there themselves.
+
+        Raises:
+            InputError: No task can run like this.
+            SimulationError: Workers do not start, or cannot be had any more.
+        """
+        ...
+
+
+@dataclass(frozen=True)
+class LocalExecutor:
+    """Runs tasks in processes of this machine.
+
+    Attributes:
+        workers: Number of processes.
+    """
+
+    workers: int
+
+    def run_tasks(
+        self, tasks: Sequence[Any], work: Work, *, on_event: Listener, logs: Path, keep: Keep
+    ) -> None:
+        """Run all tasks; see `Executor` and the function `run_tasks`."""
+        del keep  # workers here write into the run's folder themselves
+        run_tasks(tasks, work, workers=self.workers, on_event=on_event, logs=logs)
+
+
+class Agenda:
+    """Which tasks wait, and how often each has failed; mutable.
+
+    Args:
+        count: Number of tasks.
+        on_event: Told of each failure.
+    """
+
+    def __init__(self, count: int, on_event: Listener) -> None:
+        self.waiting = deque(range(count))
+        self._on_event = on_event
+        self._failures: Counter[int] = Counter()
+
+    def fail(self, worker: int, task: int, reason: str) -> None:
+        """Note a failure: the task is the next to be tried again, or lost."""
+        self._failures[task] += 1
+        if self._failures[task] < TRIES:
+            self.waiting.appendleft(task)
+            self._on_event(Retried(worker, task, reason))
+        else:
+            self._on_event(Lost(worker, task, reason))
 
 
 def run_tasks(
@@ -128,20 +194,14 @@ class _Pool:
         self._on_event = on_event
         self._logs = logs
         self._workers: list[_Worker] = []
-        self._waiting = deque(range(len(tasks)))
-        self._failures: Counter[int] = Counter()
+        self._agenda = Agenda(len(tasks), on_event)
         self._stillborn = 0  # workers in a row that died before they were ready
 
     def start(self, number: int) -> None:
         """Start a worker in a process of its own."""
-        context = get_context("spawn")
-        ours, theirs = context.Pipe()
         log = None if self._logs is None else self._logs / f"worker{number}.log"
-        process = context.Process(target=serve, args=(theirs, self._work, log), daemon=True)
-        with _child_settings():
-            process.start()
-            self._workers.append(_Worker(number, process, ours))
-        theirs.close()
+        process, pipe = start_process(serve, self._work, log)
+        self._workers.append(_Worker(number, process, pipe))
 
     def stop(self) -> None:
         """End all workers at once, whatever they do."""
@@ -154,7 +214,9 @@ class _Pool:
 
     def busy(self) -> bool:
         """Tell whether a task waits or is worked on."""
-        return bool(self._waiting) or any(worker.task is not None for worker in self._workers)
+        return bool(self._agenda.waiting) or any(
+            worker.task is not None for worker in self._workers
+        )
 
     def listen(self) -> None:
         """Wait until workers say something, and answer them."""
@@ -188,9 +250,9 @@ class _Pool:
             self._replace(worker)  # what failed may have left the simulator in any state
 
     def _give(self, worker: _Worker) -> None:
-        if not self._waiting:
+        if not self._agenda.waiting:
             return
-        worker.task = self._waiting.popleft()
+        worker.task = self._agenda.waiting.popleft()
         try:
             worker.pipe.send(self._tasks[worker.task])
         except OSError:
@@ -199,18 +261,12 @@ class _Pool:
 
     def _fail(self, worker: _Worker, reason: str) -> None:
         task, worker.task = worker.task, None
-        if task is None:
-            return
-        self._failures[task] += 1
-        if self._failures[task] < TRIES:
-            self._waiting.appendleft(task)
-            self._on_event(Retried(worker.number, task, reason))
-        else:
-            self._on_event(Lost(worker.number, task, reason))
+        if task is not None:
+            self._agenda.fail(worker.number, task, reason)
 
     def _bury(self, worker: _Worker) -> None:
         worker.process.join()
-        reason = _cause_of_death(worker.process.exitcode or 0)
+        reason = cause_of_death(worker.process.exitcode or 0)
         if not worker.ready:
             self._stillborn += 1
             if self._stillborn >= STARTS:
@@ -225,33 +281,5 @@ class _Pool:
         worker.process.join()
         worker.pipe.close()
         self._workers.remove(worker)
-        if self._waiting:
+        if self._agenda.waiting:
             self.start(worker.number)
-
-
-def _cause_of_death(code: int) -> str:
-    if code < 0:
-        return f"The worker process was ended by {signal.Signals(-code).name}."
-    return f"The worker process ended with exit code {code}."
-
-
-@contextmanager
-def _child_settings() -> Iterator[None]:
-    """Let children inherit one thread each, and deafness to Ctrl-C from their first line on."""
-    before = {name: os.environ.get(name) for name in _THREAD_LIMITS}
-    os.environ.update(dict.fromkeys(_THREAD_LIMITS, "1"))
-    can_block = hasattr(signal, "pthread_sigmask")
-    mask: set[int] = set()
-    if can_block:
-        resource_tracker.ensure_running()  # its own start would lift the block
-        mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        for name, value in before.items():
-            if value is None:
-                os.environ.pop(name)
-            else:
-                os.environ[name] = value
-        if can_block:
-            signal.pthread_sigmask(signal.SIG_SETMASK, mask)

@@ -2,11 +2,13 @@
 
 import re
 from collections.abc import Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 
 from plant_bench.agents.registry import agent_checksum, load_agent
 from plant_bench.errors import InputError
+from plant_bench.runner.claims import Shard, claimed
 from plant_bench.runner.jobs import Job, episode_name, make_jobs, select_routes
 from plant_bench.runner.provenance import Provenance, provenance
 from plant_bench.runner.run_folder import RunFolder
@@ -71,19 +73,39 @@ class Run:
         jobs: What was asked for.
         missing: Those of them without a record, the longest first so that workers end together.
         notes: What the user should know of what was found in the folder.
+        others: What other shards of the run drive.
     """
 
     folder: RunFolder
     jobs: list[Job]
     missing: list[Job]
     notes: list[str]
+    others: tuple[Job, ...] = ()
 
     def unfinished(self) -> int:
         """Return how many of the jobs have no record now."""
-        return sum(self.folder.record(episode_name(job)) is None for job in self.jobs)
+        return self._without_record(self.jobs)
+
+    def unfinished_by_others(self) -> int:
+        """Return how many of the jobs of other shards have no record now."""
+        return self._without_record(self.others)
+
+    def sweep(self) -> None:
+        """Remove what killed workers left half written, of this run's own jobs."""
+        self.folder.sweep([episode_name(job) for job in self.jobs] if self.others else None)
+
+    def _without_record(self, jobs: Sequence[Job]) -> int:
+        return sum(self.folder.record(episode_name(job)) is None for job in jobs)
 
 
-def open_run(request: ScoreRequest, out: Path | None, *, overwrite: bool = False) -> Run:
+def open_run(
+    request: ScoreRequest,
+    out: Path | None,
+    *,
+    overwrite: bool = False,
+    shard: Shard | None = None,
+    hold: ExitStack | None = None,
+) -> Run:
     """Find out what there is to do, and write `run.json`.
 
     Records made with another version of the agent, the towns, the routes or the rules are moved to
@@ -93,9 +115,13 @@ def open_run(request: ScoreRequest, out: Path | None, *, overwrite: bool = False
         request: What is wanted.
         out: The run's folder; None for `reports/<run name>` in the working folder.
         overwrite: Run all that is asked for again, and let the folder belong to this request.
+        shard: The part of the request that is driven here; None for all of it.
+        hold: Keeps others out of the folder until it is closed (see `claimed`); without it the
+            caller knows that there are none.
 
     Raises:
-        InputError: The request cannot be met, or the folder belongs to another one.
+        InputError: The request cannot be met, or the folder belongs to another one, or somebody
+            else is driving into it.
     """
     suite = load_suite(request.suite)
     chosen = select_routes(suite, request.routes)
@@ -120,9 +146,14 @@ def open_run(request: ScoreRequest, out: Path | None, *, overwrite: bool = False
     earlier = folder.provenance()
     if earlier is not None and not overwrite:
         _check_same_run(folder, earlier, now)
-    folder.create()
+    everything = request.jobs(now.agent_checksum, chosen, request.repetitions)
+    jobs = everything
+    if shard is not None:
+        jobs = shard.of(everything, [job.route.length for job in everything])
+    if hold is not None:
+        hold.enter_context(claimed(folder.path, shard, now.agent_checksum))
+    folder.create(sweeping=None if shard is None else [episode_name(job) for job in jobs])
     notes = _set_aside(folder, request, now.agent_checksum, suite)
-    jobs = request.jobs(now.agent_checksum, chosen, request.repetitions)
     missing = (
         jobs if overwrite else [job for job in jobs if folder.record(episode_name(job)) is None]
     )
@@ -132,7 +163,8 @@ def open_run(request: ScoreRequest, out: Path | None, *, overwrite: bool = False
         notes += _changed_versions(earlier, now)
     folder.write("run.json", now.model_dump_json(indent=1) + "\n")
     by_length = sorted(missing, key=lambda job: (-job.route.length, job.route.id, job.repetition))
-    return Run(folder, jobs, by_length, notes)
+    others = tuple(job for job in everything if job not in jobs)
+    return Run(folder, jobs, by_length, notes, others)
 
 
 def _check_same_run(folder: RunFolder, earlier: Provenance, now: Provenance) -> None:

@@ -8,10 +8,12 @@ summary.json, summary.csv: derived from the records alone.
 speed.json: derived from the timings.
 superseded/: episodes of an earlier agent, town, route or protocol.
 logs/: what the workers printed.
+claims/: who is driving into it now (`runner.claims`).
 """
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -20,7 +22,7 @@ from pydantic import BaseModel
 from plant_bench.errors import InputError
 from plant_bench.runner.provenance import Provenance
 from plant_bench.scoring.results import EpisodeResult
-from plant_bench.whole_files import UNFINISHED, move_whole, write_whole_text
+from plant_bench.whole_files import UNFINISHED, move_whole, write_whole
 
 _PARTS = {"episodes": ".json", "timing": ".json", "recordings": ".parquet"}
 
@@ -53,22 +55,29 @@ class RunFolder:
         """Where the provenance lies."""
         return self.path / "run.json"
 
-    def create(self) -> None:
+    def create(self, *, sweeping: Sequence[str] | None = None) -> None:
         """Make the folder, and clear away what an interrupted run left half written.
+
+        Args:
+            sweeping: As in `sweep`.
 
         Raises:
             InputError: It cannot be written to.
         """
         for name in (*_PARTS, "logs"):
             self.make(name)
-        self.sweep()
+        self.sweep(sweeping)
         self.write("probe", "")
-        (self.path / "probe").unlink()
+        (self.path / "probe").unlink(missing_ok=True)
 
-    def sweep(self) -> None:
-        """Remove what killed workers left half written."""
-        for pattern in (f"*{UNFINISHED}", f"*/*{UNFINISHED}"):
-            for leftover in self.path.glob(pattern):
+    def sweep(self, names: Sequence[str] | None = None) -> None:
+        """Remove what killed workers left half written.
+
+        Args:
+            names: Of episodes that nobody else drives; None where nobody else drives any.
+        """
+        for leftover in (*self.path.glob(f"*{UNFINISHED}"), *self.path.glob(f"*/*{UNFINISHED}")):
+            if names is None or leftover.name.startswith(tuple(f"{name}." for name in names)):
                 leftover.unlink(missing_ok=True)
 
     def make(self, name: str) -> None:
@@ -123,9 +132,17 @@ class RunFolder:
         Raises:
             InputError: The disk is full, or the folder has gone.
         """
+        self.keep(name, text.encode())
+
+    def keep(self, name: str, content: bytes) -> None:
+        """Write a file, whole or not at all, also where others write the same one.
+
+        Raises:
+            InputError: The disk is full, or the folder has gone.
+        """
         path = self.path / name
         try:
-            write_whole_text(path, text)
+            write_whole(path, lambda part: part.write_bytes(content))
         except OSError as error:
             message = f"Cannot write {path}: {error.strerror}. Finished episodes are kept."
             raise InputError(message) from error
@@ -159,7 +176,8 @@ class RunFolder:
                 target = self.path / "superseded" / part / source.name
                 if source.is_file():
                     target.parent.mkdir(parents=True, exist_ok=True)
-                    move_whole(source, target)
+                    with suppress(FileNotFoundError):  # another shard has done it
+                        move_whole(source, target)
         return len(stale)
 
     def provenance(self) -> Provenance | None:

@@ -1,20 +1,22 @@
 """Runs many episodes over worker processes and writes each one's record the moment it ends."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib import import_module
 from pathlib import Path
 
 from plant_bench.agents.registry import load_agent
+from plant_bench.runner.cargo import Needs, Place, shipped
 from plant_bench.runner.episode import Episode
 from plant_bench.runner.executors import (
     Event,
+    Executor,
     Finished,
+    LocalExecutor,
     Lost,
     Progressed,
     Retried,
     Started,
-    run_tasks,
 )
 from plant_bench.runner.jobs import Job, episode_name
 from plant_bench.runner.run_folder import RunFolder
@@ -73,6 +75,16 @@ class _Task:
     recording: Path | None
     run_episode: str
 
+    @property
+    def needs(self) -> Needs:
+        """What it must find on another machine."""
+        return Needs(frozenset({self.job.agent}), frozenset({self.job.route.town}))
+
+    def at(self, place: Place) -> "_Task":
+        """Return the same task as it is done on another machine."""
+        recording = self.recording and place.output / "recordings" / self.recording.name
+        return replace(self, job=shipped(self.job, place), recording=recording)
+
 
 def run_suite(
     jobs: Sequence[Job],
@@ -82,6 +94,7 @@ def run_suite(
     recordings: bool = True,
     on_event: Callable[[SuiteEvent], None],
     run_episode: str = RUN_EPISODE,
+    executor: Executor | None = None,
 ) -> None:
     """Run jobs and write each one's record the moment it ends.
 
@@ -91,10 +104,11 @@ def run_suite(
     Args:
         jobs: What to run; records that are there are replaced.
         folder: Where to write.
-        workers: Number of processes.
+        workers: Number of processes, of this machine.
         recordings: Also write every tick.
         on_event: Told what happens, in this process.
         run_episode: "module:function" that runs a job.
+        executor: Runs the jobs somewhere else, with as many workers as it likes.
 
     Raises:
         InputError: Something no episode can run without is missing or cannot be written.
@@ -123,7 +137,9 @@ def run_suite(
         folder.save(episode_name(job), result, timing)
         on_event(EpisodeEnded(worker, job, result, timing))
 
-    run_tasks(tasks, _run_task, workers=workers, on_event=listen, logs=folder.path / "logs")
+    executor = LocalExecutor(workers) if executor is None else executor
+    logs = folder.path / "logs"
+    executor.run_tasks(tasks, _run_task, on_event=listen, logs=logs, keep=folder.keep)
 
 
 def _run_task(task: _Task, report: Report) -> Episode:

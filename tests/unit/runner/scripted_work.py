@@ -5,10 +5,11 @@ import signal
 import sys
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from plant_bench.errors import InputError, SimulationError
+from plant_bench.runner.cargo import Needs, Place
 
 
 @dataclass(frozen=True)
@@ -18,6 +19,11 @@ class Step:
     act: str
     value: int = 0
     marker: Path | None = None
+    needs: Needs = field(default_factory=Needs)
+    output: Path | None = None
+
+    def at(self, place: Place) -> "Step":
+        return replace(self, output=place.output)
 
 
 def fail(error: Exception) -> Callable[[Step], int]:
@@ -46,6 +52,13 @@ def sleep(step: Step) -> int:
     return step.value
 
 
+def write(step: Step) -> int:
+    assert step.output is not None
+    (step.output / "recordings").mkdir(parents=True, exist_ok=True)
+    (step.output / "recordings" / f"{step.value}.parquet").write_bytes(b"ticks")
+    return step.value
+
+
 ACTS: dict[str, Callable[[Step], int]] = {
     "exit": lambda step: os._exit(7),
     "kill": kill,
@@ -56,6 +69,7 @@ ACTS: dict[str, Callable[[Step], int]] = {
     "sleep": sleep,
     "threads": lambda step: int(os.environ["OMP_NUM_THREADS"]),
     "print": talk,
+    "write": write,
 }
 
 

@@ -1,0 +1,181 @@
+"""What a worker costs and how workers disturb each other; what Ray adds to an episode.
+
+    python benchmarks/scaling.py --agent expert --workers 1 2 --repeat 3
+    python benchmarks/scaling.py --agent plant --workers 1 2 --ray auto
+
+Times are processor time where they can be, so that other work on the machine changes them little;
+medians over the repetitions. Ray's part is timed on tasks that do nothing but bring back as much as
+an episode does, from a cluster that runs already (`ray start --head --num-cpus 2`).
+"""
+
+import argparse
+import resource
+import statistics
+import tempfile
+import time
+from dataclasses import dataclass, field
+from itertools import pairwise
+from pathlib import Path
+
+from plant_bench.agents.registry import agent_checksum
+from plant_bench.runner.cargo import Needs, Place
+from plant_bench.runner.executors import Event, Executor, Finished, LocalExecutor, Started
+from plant_bench.runner.jobs import make_jobs
+from plant_bench.runner.suite import _run_task, _Task
+from plant_bench.runner.worker import Report
+from plant_bench.world.route import load_suite
+
+EPISODE = 1_060_000  # bytes of a record and a recording, mean of PlanT on longest6
+NOTHINGS = 30
+
+
+@dataclass(frozen=True)
+class Cost:
+    """Of one task in its worker."""
+
+    processor_s: float
+    wall_s: float
+    rss_mb: float
+
+
+@dataclass(frozen=True)
+class Nothing:
+    """A task that is no work."""
+
+    output: Path
+    needs: Needs = field(default_factory=Needs)
+
+    def at(self, place: Place) -> "Nothing":
+        """Return the same task as it is done on another machine."""
+        return Nothing(place.output)
+
+
+def bring(task: Nothing, _report: Report) -> None:
+    """Write as much as an episode does."""
+    (task.output / "recordings").mkdir(parents=True, exist_ok=True)
+    (task.output / "recordings" / "a.parquet").write_bytes(bytes(EPISODE))
+
+
+def measured(task: _Task, report: Report) -> Cost:
+    """Drive an episode and say what it cost."""
+    processor, wall = time.process_time(), time.perf_counter()
+    _run_task(task, report)
+    rss = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
+    return Cost(time.process_time() - processor, time.perf_counter() - wall, rss)
+
+
+def tasks_of(agent: str, routes: str, folder: Path, count: int) -> list[_Task]:
+    """Return episodes, the same for each worker."""
+    chosen = [route for route in load_suite("longest6") if route.id in routes.split(",")]
+    checksum = agent_checksum(agent)
+    jobs = make_jobs(agent, checksum, chosen, repetitions=1, seed=0, density="dense")
+    return [
+        _Task(
+            job,
+            folder / f"{number}-{job.route.id}.parquet",
+            "plant_bench.runner.episode:run_episode",
+        )
+        for job in jobs
+        for number in range(count)
+    ]
+
+
+def time_start_up(repeat: int, folder: Path) -> None:
+    """Print how long a worker takes until it is given its first task, and with how much memory."""
+    spent, processor = [], []
+    for _ in range(repeat):
+        begin, before = time.perf_counter(), resource.getrusage(resource.RUSAGE_CHILDREN)
+        at: list[float] = []
+
+        def listen(event: Event, at: list[float] = at) -> None:
+            if isinstance(event, Started):
+                at.append(time.perf_counter())
+
+        LocalExecutor(1).run_tasks(
+            [Nothing(folder)], bring, on_event=listen, logs=folder, keep=lambda *_: None
+        )
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        spent.append(at[0] - begin)
+        processor.append(after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime)
+    print(
+        f"start of a worker: {statistics.median(spent):.2f} s of wall time, "
+        f"{statistics.median(processor):.2f} s of processor time (median of {repeat})"
+    )
+
+
+def drive(agent: str, routes: str, workers: int, folder: Path) -> list[Cost]:
+    """Return what episodes cost with so many workers at once."""
+    costs: list[Cost] = []
+
+    def listen(event: Event) -> None:
+        if isinstance(event, Finished):
+            costs.append(event.value)
+
+    tasks = tasks_of(agent, routes, folder, workers)
+    LocalExecutor(workers).run_tasks(
+        tasks, measured, on_event=listen, logs=folder, keep=lambda *_: None
+    )
+    return costs
+
+
+def time_workers(agent: str, routes: str, workers: list[int], repeat: int, folder: Path) -> None:
+    """Print what an episode costs, by the number of workers."""
+    found: dict[int, list[Cost]] = {count: [] for count in workers}
+    for _ in range(repeat):
+        for count in workers:  # in turn, so that what else runs here meets all of them
+            found[count] += drive(agent, routes, count, folder)
+    base = statistics.median(cost.processor_s for cost in found[workers[0]])
+    print(f"{agent} on {routes}: workers, processor s an episode, ratio, wall s, peak MB a worker")
+    for count, costs in found.items():
+        processor = statistics.median(cost.processor_s for cost in costs)
+        wall = statistics.median(cost.wall_s for cost in costs)
+        peak = max(cost.rss_mb for cost in costs)
+        print(f"{count:3d} {processor:8.2f} {processor / base:6.2f} {wall:8.2f} {peak:6.0f}")
+
+
+def time_nothing(executor: Executor, folder: Path) -> tuple[float, float]:
+    """Return ms a task that does nothing: of wall time, and of this process's processor time."""
+    at: list[float] = []
+
+    def listen(event: Event) -> None:
+        if isinstance(event, Finished):
+            at.append(time.perf_counter())
+
+    def keep(name: str, content: bytes) -> None:
+        (folder / Path(name).name).write_bytes(content)
+
+    processor = time.process_time()
+    executor.run_tasks([Nothing(folder)] * NOTHINGS, bring, on_event=listen, logs=folder, keep=keep)
+    ours = 1000.0 * (time.process_time() - processor) / NOTHINGS
+    return 1000.0 * statistics.median(b - a for a, b in pairwise(at)), ours
+
+
+def main() -> None:
+    """Measure what is asked for."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument("--agent", default="expert")
+    parser.add_argument("--routes", default="town01-3,town03-1", help="ids, with commas")
+    parser.add_argument("--workers", type=int, nargs="+", default=[1, 2])
+    parser.add_argument("--repeat", type=int, default=3)
+    parser.add_argument("--ray", help="address of a Ray cluster that runs")
+    asked = parser.parse_args()
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        time_start_up(asked.repeat, folder)
+        time_workers(asked.agent, asked.routes, asked.workers, asked.repeat, folder)
+        if asked.ray:
+            from plant_bench.runner.ray_executor import RayExecutor
+
+            for label, executor in (
+                ("here", LocalExecutor(1)),
+                ("on Ray", RayExecutor(asked.ray, 1)),
+            ):
+                wall, ours = time_nothing(executor, folder)
+                print(
+                    f"a task of {EPISODE / 1e6:.2f} MB {label}: {wall:.0f} ms, of which {ours:.0f} "
+                    "ms of processor time in the command itself"
+                )
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,148 @@
+from pathlib import Path
+
+import pytest
+
+from plant_bench.agents.registry import agent_checksum
+from plant_bench.data_files import TOWNS_VARIABLE
+from plant_bench.errors import InputError
+from plant_bench.runner import cargo
+from plant_bench.runner.cargo import Needs, Place, differences, pack, shipped, unpack
+from plant_bench.runner.jobs import make_jobs
+from plant_bench.runner.suite import _Task
+
+AGENT = """
+from pathlib import Path
+import near
+from plant_bench.agent import Control
+
+
+class Mine:
+    inputs = frozenset()
+
+    def __init__(self, weights):
+        self.files = [Path(weights)]
+        self.gain = float(Path(weights).read_text())
+
+    def reset(self, route): ...
+
+    def act(self, observation):
+        return Control(self.gain, near.STEERING)
+"""
+
+
+@pytest.fixture
+def mine(tmp_path, monkeypatch):
+    """A planner in two modules and a file of weights, in a folder of its own."""
+    folder = tmp_path / "mine"
+    folder.mkdir()
+    (folder / "mine.py").write_text(AGENT)
+    (folder / "near.py").write_text("STEERING = 0.0\n")
+    (folder / "weights.txt").write_text("1.0")
+    monkeypatch.chdir(folder)
+    return f"{folder / 'mine.py'}:Mine@{folder / 'weights.txt'}"
+
+
+@pytest.fixture
+def task(route):
+    def task_of(agent: str) -> _Task:
+        jobs = make_jobs(
+            agent, agent_checksum(agent), [route("a")], repetitions=1, seed=0, density="dense"
+        )
+        return _Task(jobs[0], Path("run/recordings/a.parquet"), "x:y")
+
+    return task_of
+
+
+@pytest.fixture
+def place(tmp_path):
+    return Place(tmp_path / "node" / "files", tmp_path / "node" / "output")
+
+
+def test_code_and_weights_arrive_as_they_were(mine, task, place):
+    sent = pack([task(mine)])
+    unpack(sent, place)
+
+    names = sorted(path.name for path in place.root.rglob("*") if path.is_file())
+    assert names == ["mine.py", "near.py", "weights.txt"]
+    assert place.found(str(Path.cwd())).is_dir()
+    assert sent.towns.keys() == {"town01"}
+
+
+def test_what_plant_bench_itself_holds_does_not_travel(task):
+    assert not pack([task("cruise")]).files
+
+
+def test_paths_in_a_planner_s_name_lead_to_what_has_arrived(mine, task, place):
+    unpack(pack([task(mine)]), place)
+
+    moved = place.spec(f"expert-filtered@masking:{mine}")
+
+    assert moved.count(str(place.root)) == 2
+    assert moved.startswith(f"expert-filtered@masking:{place.root}")
+    assert place.spec("plant@/no/such/weights") == "plant@/no/such/weights"
+    assert place.spec("mine.py:Mine@weights.txt") == "mine.py:Mine@weights.txt"
+
+
+def test_a_record_names_the_planner_as_it_was_asked_for(mine, task, place):
+    one = task(mine)
+    unpack(pack([one]), place)
+
+    there = one.at(place)
+
+    assert there.job.agent != one.job.agent
+    assert there.job.header(frozenset()) == one.job.header(frozenset())
+    assert there.recording == place.output / "recordings" / "a.parquet"
+    assert shipped(task("cruise").job, place).agent == "cruise"
+
+
+def test_what_changes_on_the_way_is_refused(mine, task, place):
+    sent = pack([task(mine)])
+    path = next(path for path in sent.files if path.endswith("near.py"))
+    broken = cargo.replace(sent, files={**sent.files, path: b"STEERING = 1.0\n"})
+
+    with pytest.raises(InputError, match=r"near\.py has arrived with another content"):
+        unpack(broken, place)
+
+
+def test_another_planner_or_town_of_the_same_name_is_refused(mine, task, place):
+    sent = pack([task(mine)])
+    unpack(sent, place)
+    cargo.check_arrived(sent, place)
+
+    place.found(next(path for path in sent.files if path.endswith("weights.txt"))).write_text("2")
+    with pytest.raises(InputError, match=r"is another planner: weights\.txt differs"):
+        cargo.check_arrived(sent, place)
+    with pytest.raises(InputError, match="The town 'town01' is another one"):
+        cargo.check_arrived(cargo.replace(sent, towns={"town01": "0"}), place)
+
+
+def test_a_town_from_elsewhere_travels(tmp_path, monkeypatch):
+    town = tmp_path / "towns" / "mytown"
+    town.mkdir(parents=True)
+    for name in ("town.json", "town.net.xml"):
+        (town / name).write_text(name)
+    monkeypatch.setenv(TOWNS_VARIABLE, str(town.parent))
+    monkeypatch.setattr(cargo, "town_checksum", lambda name: name)
+
+    class Task:
+        needs = Needs(towns=frozenset({"mytown"}))
+
+        def at(self, place):
+            return self
+
+    sent = pack([Task()])
+
+    assert sorted(Path(path).name for path in sent.files) == ["town.json", "town.net.xml"]
+    assert sent.towns_in == (str(town.parent),)
+
+
+def test_files_too_large_to_travel_are_refused(mine, task, monkeypatch):
+    monkeypatch.setattr(cargo, "LARGEST", 10)
+
+    with pytest.raises(InputError, match="travel to other machines"):
+        pack([task(mine)])
+
+
+def test_equal_installations_have_no_differences():
+    assert differences(cargo.facts(), cargo.facts()) == ""
+    assert "unknown there" in differences({"numpy": "2"}, {})

@@ -1,0 +1,142 @@
+import json
+import os
+import subprocess
+import sys
+from dataclasses import asdict, replace
+from pathlib import Path
+
+import pytest
+
+from plant_bench.errors import InputError
+from plant_bench.runner import claims
+from plant_bench.runner.claims import Holder, Shard, claimed
+
+
+@pytest.fixture
+def held(tmp_path):
+    """Put somebody else's claim into the folder."""
+
+    def hold(**facts) -> Path:
+        usual = Holder("whole", "v", "elsewhere", 7, 1, "2026-01-01 10:00:00", "t")
+        path = tmp_path / "claims" / f"{facts.get('what', 'whole')}.json"
+        path.parent.mkdir(exist_ok=True)
+        path.write_text(json.dumps(asdict(replace(usual, **facts))))
+        return path
+
+    return hold
+
+
+def test_two_runs_in_one_folder_are_refused_and_told_who_has_it(tmp_path):
+    with (
+        claimed(tmp_path, None, "v"),
+        pytest.raises(InputError, match=rf"A run \(host .*, process {os.getpid()}, since 20"),
+        claimed(tmp_path, None, "v"),
+    ):
+        pass
+
+
+def test_a_folder_is_free_again_when_the_run_has_ended(tmp_path):
+    for _ in range(2):
+        with claimed(tmp_path, None, "v"):
+            assert (tmp_path / "claims").is_dir()
+    assert not list(tmp_path.iterdir())
+
+
+def test_shards_of_one_division_drive_together(tmp_path):
+    with claimed(tmp_path, Shard(1, 3), "v"), claimed(tmp_path, Shard(3, 3), "v"):
+        assert len(list((tmp_path / "claims").iterdir())) == 2
+
+
+@pytest.mark.parametrize(
+    ("what", "version"),
+    [("whole", "v"), ("1of3", "v"), ("1of2", "v"), ("2of3", "another agent")],
+)
+def test_a_shard_is_refused_beside_what_may_drive_the_same_episodes(tmp_path, held, what, version):
+    held(what=what, version=version)
+
+    with pytest.raises(InputError, match="is driving into"), claimed(tmp_path, Shard(1, 3), "v"):
+        pass
+    assert len(list((tmp_path / "claims").iterdir())) == 1
+
+
+def test_a_whole_run_is_refused_while_shards_drive(tmp_path):
+    with (
+        claimed(tmp_path, Shard(2, 3), "v"),
+        pytest.raises(InputError, match="Shard 2/3"),
+        claimed(tmp_path, None, "v"),
+    ):
+        pass
+
+
+def test_the_claim_of_a_dead_process_here_is_taken_over(tmp_path):
+    code = f"""
+import os
+from pathlib import Path
+from plant_bench.runner.claims import Shard, claimed
+here = Path({str(tmp_path)!r})
+with claimed(here, None, "v"), claimed(here / "b", Shard(1, 2), "v"):
+    os._exit(9)
+"""
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 9
+    assert (tmp_path / "claims" / "whole.json").is_file()
+
+    with claimed(tmp_path, None, "v"), claimed(tmp_path / "b", None, "v"):
+        pass
+
+
+def test_the_claim_of_a_process_whose_number_was_given_again_is_taken_over(tmp_path, held):
+    held(host=claims.socket.gethostname(), pid=os.getpid(), born=1)
+
+    with claimed(tmp_path, None, "v"):
+        pass
+
+
+def test_the_claim_of_another_host_is_void_when_it_is_silent_for_long(tmp_path, held):
+    path = held()
+    with pytest.raises(InputError, match="host elsewhere, process 7"), claimed(tmp_path, None, "v"):
+        pass
+
+    old = path.stat().st_mtime - claims.SILENT - 10
+    os.utime(path, (old, old))
+    with claimed(tmp_path, None, "v"):
+        pass
+
+
+def test_a_claim_that_lives_is_beaten(tmp_path, monkeypatch):
+    monkeypatch.setattr(claims, "BEAT", 0.01)
+    with claimed(tmp_path, None, "v"):
+        path = tmp_path / "claims" / "whole.json"
+        os.utime(path, (1, 1))
+        for _ in range(500):
+            if path.stat().st_mtime > 1:
+                break
+            claims.time.sleep(0.01)
+        assert path.stat().st_mtime > 1
+
+
+def test_a_half_written_claim_is_void_only_after_a_while(tmp_path):
+    (tmp_path / "claims").mkdir()
+    path = tmp_path / "claims" / "whole.json"
+    path.write_text('{"what"')
+
+    with pytest.raises(InputError, match="host unknown"), claimed(tmp_path, None, "v"):
+        pass
+    os.utime(path, (1, 1))
+    with claimed(tmp_path, None, "v"):
+        pass
+
+
+def test_shards_share_all_episodes_evenly_and_none_twice():
+    lengths = [900.0, 100.0, 120.0, 500.0, 800.0, 420.0, 300.0]
+    parts = [Shard(number, 3).of(range(7), lengths) for number in (1, 2, 3)]
+
+    assert sorted(place for part in parts for place in part) == list(range(7))
+    loads = [sum(lengths[place] for place in part) for part in parts]
+    assert max(loads) - min(loads) <= 120.0
+
+
+@pytest.mark.parametrize("text", ["0/3", "4/3", "1", "a/b", "1/0", "-1/3"])
+def test_what_is_no_shard_is_refused(text):
+    with pytest.raises(InputError, match="I/N is wanted"):
+        Shard.parse(text)
+    assert str(Shard.parse("2/3")) == "2/3"

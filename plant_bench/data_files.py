@@ -1,7 +1,8 @@
 """Where networks, routes and models live: beside the package, or inside it in a wheel.
 
 Towns may also live elsewhere: in the folders that the environment variable PLANT_BENCH_TOWNS lists
-(separated as in PATH). Worker processes inherit it.
+(separated as in PATH), and in a folder `towns` in or beside a suite's, which is put into that
+variable when the suite is read. Worker processes inherit it.
 """
 
 import os
@@ -13,6 +14,7 @@ from plant_bench.errors import InputError
 
 _PACKAGE = Path(__file__).resolve().parent
 TOWNS_VARIABLE = "PLANT_BENCH_TOWNS"
+TOWNS_FOLDER, ROUTES_FOLDER = "towns", "routes"
 
 
 def _data_dir(name: str) -> Path:
@@ -41,14 +43,32 @@ def town_dir(name: str) -> Path:
     Raises:
         InputError: There is no such town.
     """
-    further = [Path(item) for item in os.environ.get(TOWNS_VARIABLE, "").split(os.pathsep) if item]
-    folders = [networks_dir(), *further]
+    folders = [networks_dir(), *map(Path, _further())]
     for folder in folders:
         if (folder / name / "town.json").is_file():
             return folder / name
     known = sorted({path.parent.name for folder in folders for path in folder.glob("*/town.json")})
     message = f"There is no town '{name}'. Towns here: {', '.join(known) or 'none'}."
     raise InputError(message)
+
+
+def _further() -> list[str]:
+    return [item for item in os.environ.get(TOWNS_VARIABLE, "").split(os.pathsep) if item]
+
+
+def suite_towns_dirs(suite: Path) -> list[Path]:
+    """Return the folders of towns that a suite (a folder, or a file in it) brings along."""
+    folder = suite.resolve() if suite.is_dir() else suite.resolve().parent
+    places = (folder / TOWNS_FOLDER, folder.parent / TOWNS_FOLDER)
+    return [place for place in places if place.is_dir()]
+
+
+def bring_towns_of(suite: Path) -> None:
+    """Let the towns that a suite brings along be found, from now on and in new processes."""
+    brought = [str(folder) for folder in suite_towns_dirs(suite)]
+    if brought:
+        others = [item for item in _further() if item not in brought]
+        os.environ[TOWNS_VARIABLE] = os.pathsep.join([*brought, *others])
 
 
 @contextmanager

@@ -12,6 +12,7 @@ from plant_bench.cli.collect import collect
 from plant_bench.cli.data import data_app
 from plant_bench.cli.export import export_run
 from plant_bench.cli.hazards import hazards_app
+from plant_bench.cli.importing import import_town
 from plant_bench.cli.replay import replay, serve
 from plant_bench.cli.report import report
 from plant_bench.cli.rfds import score_rfds
@@ -51,6 +52,7 @@ app.command("ablate")(ablate_plant)
 app.add_typer(towns_app, name="towns")
 app.add_typer(routes_app, name="routes")
 app.add_typer(hazards_app, name="hazards")
+app.command("import")(import_town)
 
 
 def _print_version(wanted: bool) -> bool:

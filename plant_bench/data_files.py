@@ -56,16 +56,15 @@ def _further() -> list[str]:
     return [item for item in os.environ.get(TOWNS_VARIABLE, "").split(os.pathsep) if item]
 
 
-def suite_towns_dirs(suite: Path) -> list[Path]:
-    """Return the folders of towns that a suite (a folder, or a file in it) brings along."""
-    folder = suite.resolve() if suite.is_dir() else suite.resolve().parent
-    places = (folder / TOWNS_FOLDER, folder.parent / TOWNS_FOLDER)
-    return [place for place in places if place.is_dir()]
+def towns_dirs_of(suite: Path) -> list[Path]:
+    """Return the folders where towns are that a suite's folder brings along, there or not."""
+    folder = suite.resolve()
+    return [folder / TOWNS_FOLDER, folder.parent / TOWNS_FOLDER]
 
 
 def bring_towns_of(suite: Path) -> None:
-    """Let the towns that a suite brings along be found, from now on and in new processes."""
-    brought = [str(folder) for folder in suite_towns_dirs(suite)]
+    """Let the towns that a suite's folder brings along be found, also by processes yet to start."""
+    brought = [str(folder) for folder in towns_dirs_of(suite) if folder.is_dir()]
     if brought:
         others = [item for item in _further() if item not in brought]
         os.environ[TOWNS_VARIABLE] = os.pathsep.join([*brought, *others])

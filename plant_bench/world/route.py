@@ -278,7 +278,7 @@ def load_suite(name: str) -> list[Route]:
     if not path.exists():
         message = f"There is no suite '{name}'. Suites here: {', '.join(suite_names())}."
         raise InputError(message)
-    bring_towns_of(path)
+    bring_towns_of(path if path.is_dir() else path.parent)
     files = sorted(path.glob("*.json")) if path.is_dir() else [path]
     routes = [route for file in files for route in _load_file(file)]
     doubled = {route.id for route in routes if [item.id for item in routes].count(route.id) > 1}

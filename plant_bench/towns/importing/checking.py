@@ -4,9 +4,10 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from plant_bench.towns.drivable import ERROR_MAX_M, GAP_MAX_M, RADIUS_MIN_M, drive_all
+from plant_bench.towns.drivable import drive_all
 from plant_bench.towns.importing.findings import REPAIRED, Finding, reported
 from plant_bench.towns.importing.levels import report_flat_crossings
+from plant_bench.towns.importing.mending import is_uneven
 from plant_bench.towns.importing.source import MapSource
 from plant_bench.towns.soundness import find_dead_lanes
 from plant_bench.world.town import Lane, Town
@@ -46,11 +47,7 @@ def _missing_signals(town: Town) -> list[Finding]:
 
 
 def _shapes(town: Town) -> list[Finding]:
-    names = [
-        drive.path
-        for drive in drive_all(town)
-        if drive.gap > GAP_MAX_M or drive.radius < RADIUS_MIN_M or drive.error > ERROR_MAX_M
-    ]
+    names = [drive.path for drive in drive_all(town) if is_uneven(drive)]
     return reported("tight or uneven ways", "driven, slowly: planners may cut corners", names)
 
 

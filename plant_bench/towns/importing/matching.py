@@ -5,6 +5,7 @@ place that is not much longer than the straight line.
 """
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -20,7 +21,6 @@ HEIGHT_SPREAD = 1.5  # m
 DETOUR_SPREAD = 8.0  # m that a way is longer than the straight line
 DETOUR_MOST = 3.0  # times the straight line, and
 DETOUR_FREE = 200.0  # m that a way may be long
-BACK = 2.0  # m that the next place may lie behind, where points are dense
 
 
 class Unmatched(Exception):
@@ -104,16 +104,10 @@ def _onward(
 
 
 def _step_cost(ways: LaneWays, start: OnLane, goal: OnLane, straight: float) -> float:
-    begin = ways.from_lane(start.lane)[0].get(goal.lane)
-    if begin is None:
+    way = ways.way(start, goal)
+    if way is None or way.metres > DETOUR_MOST * straight + DETOUR_FREE:
         return np.inf
-    way = begin + goal.at - start.at
-    if way < -BACK or way > DETOUR_MOST * straight + DETOUR_FREE:
-        return np.inf
-    same_edge = ways.town.lanes[start.lane].edge == ways.town.lanes[goal.lane].edge
-    if same_edge and goal.at < start.at - BACK and begin < ways.town.lanes[start.lane].length:
-        return np.inf
-    return abs(way - straight) / DETOUR_SPREAD
+    return abs(way.metres - straight) / DETOUR_SPREAD
 
 
 def _best(steps: list[_Steps]) -> list[OnLane]:
@@ -128,9 +122,10 @@ def _best(steps: list[_Steps]) -> list[OnLane]:
 def lanes_driven(ways: LaneWays, places: list[OnLane]) -> list[tuple[str, list[float]]]:
     """Return the lanes of a matched route in order, each with the places matched on it, rising."""
     visits: list[tuple[str, list[float]]] = [(places[0].lane, [places[0].at])]
-    for place in places[1:]:
-        for lane in ways.from_lane(visits[-1][0])[1][place.lane][1:]:
+    for start, goal in pairwise(places):
+        way = ways.way(start, goal)
+        for lane in way.lanes[1:] if way is not None else ():
             visits.append((lane, []))
         anchors = visits[-1][1]
-        anchors.append(max(place.at, anchors[-1]) if anchors else place.at)
+        anchors.append(max(goal.at, anchors[-1]) if anchors else goal.at)
     return visits

@@ -1,25 +1,34 @@
 """Mending a network: converted again and again until all that is left of it can be driven."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import networkx as nx
 
 from plant_bench.errors import InputError
-from plant_bench.towns.drivable import drive_all
+from plant_bench.towns.drivable import (
+    ERROR_MAX_M,
+    GAP_MAX_M,
+    RADIUS_MIN_M,
+    PathDrive,
+    drive_all,
+)
 from plant_bench.towns.extract import extract_town
 from plant_bench.towns.importing.converting import Converted, convert_again, convert_source
 from plant_bench.towns.importing.findings import Finding, merged, repaired, reported
 from plant_bench.towns.importing.levels import lift_crossings
 from plant_bench.towns.importing.net_edits import (
     Way,
+    drawn_ways,
     ends_of_edges,
     turnarounds,
     way_of_link,
+    with_round_bends,
+    without_lines,
     without_ways,
 )
 from plant_bench.towns.importing.source import MapSource
-from plant_bench.world.town import Lane, Town
+from plant_bench.world.town import Lane, Link, Town
 
 ROUNDS = 12  # conversions until nothing is left to mend
 MOST_LANES = 20_000
@@ -62,13 +71,13 @@ def mend(source: MapSource, name: str, *, guess_signals: bool, say: Progress) ->
     say(f"Converting {source.file}")
     converted = convert_source(source, guess_signals=guess_signals)
     findings = _of_the_file(source, converted)
-    net = converted.net
+    mender = _Mender(source, name, converted.net)
     for number in range(1, ROUNDS + 1):
         say(f"Looking for what cannot be driven, round {number}")
-        net, town, found = _round(net, source, name)
+        found = mender.mend_once()
         findings += found
         if not found:
-            return Mended(net, town, merged(findings))
+            return Mended(mender.net, mender.town, merged(findings))
     raise InputError(
         f"{source.file}: after {ROUNDS} rounds of repairs there is still something that cannot be "
         f"driven ({findings[-1].what}). Mend the map in netedit, or cut out another part."
@@ -88,25 +97,106 @@ def _of_the_file(source: MapSource, converted: Converted) -> list[Finding]:
     return findings
 
 
-def _round(net: str, source: MapSource, name: str) -> tuple[str, Town, list[Finding]]:
-    """Find what cannot be driven and convert without it; equal net and no findings at the end."""
-    town = _extract(net, source, name)
-    back = turnarounds(net)
-    if back:
-        return _again(without_ways(net, back), [], source), town, _turned(back)
-    lifted, findings = lift_crossings(net, town, ends_of_edges(net))
-    if findings:
-        return _again(lifted, [], source), town, findings
-    town, narrow = _without_narrow(town)
-    bad, findings = _undrivable(town)
-    if bad:
-        return _again(without_ways(net, bad), [], source), town, findings
-    cut_off = _cut_off(town, set(ends_of_edges(net)))
-    if cut_off:
-        if not _metres_left(town, cut_off) >= SHORTEST_TOWN:
-            raise InputError(_nothing_left(source, town, cut_off))
-        return _again(net, cut_off, source), town, [*narrow, *_dropped(town, cut_off)]
-    return net, town, []
+class _Mender:
+    """A network on its way to being drivable; mutable."""
+
+    def __init__(self, source: MapSource, name: str, net: str) -> None:
+        self.net = net
+        self.town = _extract(net, source, name)
+        self._source = source
+        self._name = name
+        self._rounded: set[str] = set()
+        self._drives: list[PathDrive] = []
+
+    def mend_once(self) -> list[Finding]:
+        """Convert without, or with a better, what is worst; return what that was."""
+        for step in (self._turn, self._lift, self._cut, self._redraw, self._round, self._close):
+            findings = step()
+            if findings:
+                return findings
+        return []
+
+    def _convert(self, net: str, removed: Sequence[str] = ()) -> None:
+        self.net = convert_again(net, removed, self._source.file).net
+        self.town = _extract(self.net, self._source, self._name)
+
+    def _turn(self) -> list[Finding]:
+        ways = turnarounds(self.net)
+        if ways:
+            self._convert(without_ways(self.net, ways))
+        done = "removed: no car turns on the spot"
+        return repaired("turnarounds", done, [f"{before} to {after}" for before, after in ways])
+
+    def _lift(self) -> list[Finding]:
+        lifted, findings = lift_crossings(self.net, self.town, ends_of_edges(self.net))
+        if findings:
+            self._convert(lifted)
+        return findings
+
+    def _cut(self) -> list[Finding]:
+        """Remove what is cut off from the rest, once the narrow lanes are left out."""
+        self.town, narrow = _without_narrow(self.town)
+        removed = _cut_off(self.town, set(ends_of_edges(self.net)))
+        if not removed:
+            return []
+        if _metres_left(self.town, removed) < SHORTEST_TOWN:
+            raise InputError(_nothing_left(self._source, self.town, removed))
+        findings = [*narrow, *_dropped(self.town, removed)]
+        self._convert(self.net, removed)
+        return findings
+
+    def _redraw(self) -> list[Finding]:
+        """Let netconvert draw the ways through junctions that the map draws badly."""
+        self._drives = drive_all(self.town)
+        links, drawn = _links_by_path(self.town), drawn_ways(self.net)
+        paths = [item.path for item in self._drives if is_uneven(item) and item.path in links]
+        ways = [way_of_link(links[path]) for path in paths]
+        ways = [way for way in ways if way in drawn]
+        if ways:
+            self._convert(without_lines(self.net, ways))
+        done = "drawn anew: the map's own line has gaps or kinks"
+        return repaired("uneven ways", done, [f"{before} to {after}" for before, after in ways])
+
+    def _round(self) -> list[Finding]:
+        """Round the bends of roads that no car can follow; remove those where that was no help."""
+        links = _links_by_path(self.town)
+        bent = {
+            self.town.lanes[item.path.rsplit("@", 1)[0]].edge
+            for item in self._drives
+            if item.path not in links and is_undrivable(item)
+        }
+        ends = ends_of_edges(self.net)
+        hopeless = sorted(bent & self._rounded)
+        if hopeless:
+            self._convert(self.net, hopeless)
+            done = "removed: too sharp to be rounded"
+            return repaired("roads that bend too sharply", done, hopeless)
+        both = [edge for edge in ends if any(set(ends[edge]) == set(ends[one]) for one in bent)]
+        if both:
+            self._convert(with_round_bends(self.net, both))
+            self._rounded.update(both)
+        return repaired("roads with sharp bends", "their bends rounded", sorted(bent))
+
+    def _close(self) -> list[Finding]:
+        bad, findings = _undrivable(self.town, self._drives)
+        if bad:
+            self._convert(without_ways(self.net, bad))
+        return findings
+
+
+def _links_by_path(town: Town) -> dict[str, Link]:
+    """A town's links by the names that `drive_all` gives to their paths."""
+    return {f"{link.source}->{link.target}": link for link in town.links}
+
+
+def is_uneven(drive: PathDrive) -> bool:
+    """Tell whether a path is worse than those of the benchmark's own towns may be."""
+    return drive.gap > GAP_MAX_M or drive.radius < RADIUS_MIN_M or drive.error > ERROR_MAX_M
+
+
+def is_undrivable(drive: PathDrive) -> bool:
+    """Tell whether no car can follow a path."""
+    return drive.error > WORST_ERROR or drive.radius < TIGHTEST
 
 
 def _extract(net: str, source: MapSource, name: str) -> Town:
@@ -123,21 +213,10 @@ def _extract(net: str, source: MapSource, name: str) -> Town:
     return town
 
 
-def _again(net: str, removed: list[str], source: MapSource) -> str:
-    return convert_again(net, removed, source.file).net
-
-
-def _turned(ways: list[Way]) -> list[Finding]:
-    done = "removed: no car turns on the spot"
-    return repaired("turnarounds", done, [f"{before} to {after}" for before, after in ways])
-
-
 def _without_narrow(town: Town) -> tuple[Town, list[Finding]]:
     """The town without lanes that the ego does not fit on, unless they are inside junctions."""
     narrow = {
-        lane.id
-        for lane in town.lanes.values()
-        if lane.width < NARROWEST and lane.junction is None
+        lane.id for lane in town.lanes.values() if lane.width < NARROWEST and lane.junction is None
     }
     done = f"not driven: narrower than {NARROWEST} m"
     return without_lanes(town, narrow), repaired("narrow lanes", done, sorted(narrow))
@@ -157,10 +236,7 @@ def without_lanes(town: Town, left_out: set[str]) -> Town:
         )
 
     gone = left_out | {
-        via
-        for link in town.links
-        if {link.source, link.target} & left_out
-        for via in link.via
+        via for link in town.links if {link.source, link.target} & left_out for via in link.via
     }
     left_out |= gone
     return replace(
@@ -170,15 +246,15 @@ def without_lanes(town: Town, left_out: set[str]) -> Town:
     )
 
 
-def _undrivable(town: Town) -> tuple[list[Way], list[Finding]]:
+def _undrivable(town: Town, drives: Sequence[PathDrive]) -> tuple[list[Way], list[Finding]]:
     """The ways through junctions that no car can follow."""
-    links = {f"{link.source}->{link.target}": link for link in town.links}
+    links = _links_by_path(town)
     gaps, tight = [], []
-    for drive in drive_all(town):
+    for drive in drives:
         link = links.get(drive.path)
         if link is not None and drive.gap > WORST_GAP:
             gaps.append(link)
-        elif link is not None and (drive.error > WORST_ERROR or drive.radius < TIGHTEST):
+        elif link is not None and is_undrivable(drive):
             tight.append(link)
     found = repaired(
         "disconnected lanes",
@@ -231,10 +307,6 @@ def _dropped(town: Town, cut_off: list[str]) -> list[Finding]:
     ends = [edge for edge in driven if edge not in onward or edge not in entered]
     return [
         *repaired("dead ends", "removed: cars cannot turn back there", ends),
-        *repaired(
-            "parts without a way in or back", "removed", sorted(set(driven) - set(ends))
-        ),
-        *repaired(
-            "edges too narrow for cars", "removed", sorted(set(cut_off) - set(town.edges))
-        ),
+        *repaired("parts without a way in or back", "removed", sorted(set(driven) - set(ends))),
+        *repaired("edges too narrow for cars", "removed", sorted(set(cut_off) - set(town.edges))),
     ]

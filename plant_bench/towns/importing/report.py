@@ -46,7 +46,11 @@ def report_markdown(town: Town, findings: Sequence[Finding], about: dict) -> str
             f"Made of `{about['file']}` by `plant-bench import`: {town.lane_km:.1f} km of lanes on "
             f"{width:.0f} x {height:.0f} m, {len(town.edges)} edges, {len(town.signals)} signals.",
             "",
-            *(table if findings else ["Nothing was to be repaired, and nothing is to be reported."]),
+            *(
+                table
+                if findings
+                else ["Nothing was to be repaired, and nothing is to be reported."]
+            ),
             "",
         ]
     )

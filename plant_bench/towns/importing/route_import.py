@@ -254,4 +254,3 @@ def _table(matches: Sequence[RouteMatch]) -> str:
     writer.writerow(HEADS)
     writer.writerows(match.row for match in matches)
     return text.getvalue()
-

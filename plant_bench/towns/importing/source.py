@@ -16,7 +16,9 @@ from plant_bench.towns.importing.xml_reading import read_limited, scan_xml
 
 MOST_BYTES = 200 * 2**20
 WANTED = "a SUMO network (.net.xml), an OpenDRIVE (.xodr) or an OpenStreetMap (.osm) file is wanted"
-_LEFT = "has left-hand traffic, and the benchmark drives on the right: mirror the map, or take another"
+_LEFT = (
+    "has left-hand traffic, and the benchmark drives on the right: mirror the map, or take another"
+)
 _NO_CARS = (
     "footway", "cycleway", "pedestrian", "steps", "path", "bridleway",
     "sidewalk", "biking", "tram", "rail",

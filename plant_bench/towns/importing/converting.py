@@ -19,6 +19,7 @@ TIMEOUT_S = 300
 MOST_MEMORY = 4 * 2**30  # bytes
 MOST_OUTPUT = 2**30
 LAYER_HEIGHT = 5.0  # m between the layers of an OpenStreetMap file
+NOTHING = ("No nodes loaded", "No edges loaded")  # what netconvert says of a map without roads
 
 _COMMON = {
     "--xml-validation": "never",
@@ -104,6 +105,8 @@ def _convert(
         out = Path(folder) / "town.net.xml"
         lines = _lines(run.stderr)
         if run.returncode != 0 or not out.is_file():
+            if any(line.startswith(NOTHING) for line in lines):
+                raise InputError(f"{name} has no road that a car may drive on: take another map.")
             said = "; ".join(lines[:2]) or f"it ended with code {run.returncode}"
             raise InputError(f"netconvert makes no network of {name}: {said}")
         return Converted(without_header(out.read_text(encoding="utf-8")), tuple(lines))

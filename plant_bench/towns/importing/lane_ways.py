@@ -143,4 +143,5 @@ class LaneWays:
         def metres(one: str, other: str, data: dict[str, float]) -> float | None:
             return None if not may_change and one == lane and other in beside else data["way"]
 
-        return nx.single_source_dijkstra(self._graph, lane, cutoff=REACH, weight=metres)
+        found, lanes = nx.single_source_dijkstra(self._graph, lane, cutoff=REACH, weight=metres)
+        return {name: float(way) for name, way in found.items()}, lanes

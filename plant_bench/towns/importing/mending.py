@@ -4,8 +4,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import networkx as nx
+import numpy as np
 
-from plant_bench.errors import InputError
+from plant_bench.errors import InputError, in_one_line
 from plant_bench.towns.drivable import (
     ERROR_MAX_M,
     GAP_MAX_M,
@@ -31,6 +32,7 @@ from plant_bench.towns.importing.source import MapSource
 from plant_bench.world.town import Lane, Link, Town
 
 ROUNDS = 12  # conversions until nothing is left to mend
+FASTEST = 100.0  # m/s
 MOST_LANES = 20_000
 NARROWEST = 2.3  # m: the ego's 2.13 and a hand's breadth on each side
 WORST_GAP = 0.5  # m between the lanes of one way
@@ -200,11 +202,18 @@ def is_undrivable(drive: PathDrive) -> bool:
 
 
 def _extract(net: str, source: MapSource, name: str) -> Town:
-    town = extract_town(net, name)
-    if not town.edges:
+    try:
+        town = extract_town(net, name)
+    except (KeyError, ValueError) as error:
         raise InputError(
-            f"{source.file} has no lane that a car may drive on. A map with roads is wanted."
-        )
+            f"netconvert makes a network of {source.file} that cannot be read "
+            f"({type(error).__name__}: {in_one_line(error)}): mend the map in netedit."
+        ) from error
+    if not town.edges:
+        raise InputError(f"{source.file} has no road that a car may drive on: take another map.")
+    for lane in town.lanes.values():
+        if not (np.isfinite(lane.points).all() and 0.0 < lane.speed_limit < FASTEST):
+            raise InputError(f"{source.file}: lane {lane.id} has a place or speed that is none.")
     if len(town.lanes) > MOST_LANES:
         raise InputError(
             f"{source.file} has {len(town.lanes)} lanes, {MOST_LANES} at most can be used: cut out "

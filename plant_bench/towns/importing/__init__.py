@@ -7,6 +7,6 @@ mending     converts again until all that is left can be driven; each step is a 
 levels      roads that cross at one height without a junction: lifted where there is room
 checking    what is only reported
 town_making the folders of a town and its routes, whole or not at all
-carla_routes, lane_ways, matching, matched_route, route_import   CARLA's route files onto such a town
+carla_routes, lane_ways, matching, matched_route, route_import   CARLA's routes onto such towns
 ```
 """

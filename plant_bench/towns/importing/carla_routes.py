@@ -105,8 +105,8 @@ class _Reader:
         if not abs(value) <= FARTHEST:
             name = self._route[0] if self._route else "?"
             raise InputError(
-                f"{self._path}: route {name}, point {len(self._rows)}: x, y and yaw must be numbers, "
-                f"{(text or 'nothing')[:40]!r} found."
+                f"{self._path}: route {name}, point {len(self._rows)}: x, y and yaw must be "
+                f"numbers, {(text or 'nothing')[:40]!r} found."
             )
         return value
 

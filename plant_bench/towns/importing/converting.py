@@ -26,6 +26,7 @@ _COMMON = {
     "--xml-validation.net": "never",
     "--keep-edges.by-vclass": "passenger",
     "--no-turnarounds": "true",
+    "--no-internal-links": "false",
     "--junctions.internal-link-detail": "20",
     "--junctions.limit-turn-speed": "3",
     "--speed.minimum": "2.8",
@@ -107,7 +108,7 @@ def _convert(
         if run.returncode != 0 or not out.is_file():
             if any(line.startswith(NOTHING) for line in lines):
                 raise InputError(f"{name} has no road that a car may drive on: take another map.")
-            said = "; ".join(lines[:2]) or f"it ended with code {run.returncode}"
+            said = "; ".join(lines[:2]) or f"it ended with code {run.returncode}: mend the map"
             raise InputError(f"netconvert makes no network of {name}: {said}")
         return Converted(without_header(out.read_text(encoding="utf-8")), tuple(lines))
 

@@ -1,4 +1,4 @@
-"""A town's lanes as a graph: which lane a point may be on, and how far it is from place to place."""
+"""A town's lanes as a graph: which of them a point may be on, and the ways between places."""
 
 from collections.abc import Iterator
 from functools import cached_property, lru_cache

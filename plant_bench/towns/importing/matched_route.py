@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-from plant_bench.towns.importing.matching import Unmatched
+from plant_bench.towns.importing.matching import UnmatchedError
 from plant_bench.towns.route_graph import StreetGraph
 from plant_bench.towns.route_lanes import (
     AFTER_JUNCTION,
@@ -44,7 +44,7 @@ def build_route(graph: StreetGraph, visits: Sequence[Visit], name: str) -> Route
         name: The route's id.
 
     Raises:
-        Unmatched: There is no room for a lane change, or hardly any route.
+        UnmatchedError: There is no room for a lane change, or hardly any route.
     """
     town = graph.town
     visits = _from_outside(town, list(visits))
@@ -63,7 +63,7 @@ def build_route(graph: StreetGraph, visits: Sequence[Visit], name: str) -> Route
     )
     start, end = edges[0].start, edges[-1].end
     if len(edges) == 1 and end - start < SHORTEST:
-        raise Unmatched(0, f"the route has less than {SHORTEST:.0f} m")
+        raise UnmatchedError(0, f"the route has less than {SHORTEST:.0f} m")
     return route_along(graph, plan, trace_steps(town, steps, start=start, end=end), name)
 
 
@@ -85,7 +85,7 @@ def _before(town: Town, lane: str) -> str:
         if lane in link.via:
             chain = (link.source, *link.via)
             return chain[chain.index(lane) - 1]
-    raise Unmatched(0, f"nothing leads to {lane}")
+    raise UnmatchedError(0, f"nothing leads to {lane}")
 
 
 def _edges_and_links(town: Town, visits: Sequence[Visit]) -> tuple[list[_Edge], list[Link]]:
@@ -148,6 +148,6 @@ def _spans(lane: Lane, low: float, high: float, count: int, start: float) -> lis
         low = max(start, min(low, high - count * CHANGE_SHORTEST))
     room = (high - low) / count
     if room < 0.5 * CHANGE_SHORTEST:
-        raise Unmatched(0, f"no room for {count} lane changes on {lane.id}")
+        raise UnmatchedError(0, f"no room for {count} lane changes on {lane.id}")
     length = min(room, max(CHANGE_USUAL, CHANGE_TIME * lane.speed_limit))
     return [ChangeSpan(low + i * room, low + i * room + length) for i in range(count)]

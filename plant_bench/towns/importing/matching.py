@@ -23,7 +23,7 @@ DETOUR_MOST = 3.0  # times the straight line, and
 DETOUR_FREE = 200.0  # m that a way may be long
 
 
-class Unmatched(Exception):
+class UnmatchedError(Exception):
     """Raised where a route does not fit: says where and why."""
 
     def __init__(self, point: int, why: str) -> None:
@@ -49,7 +49,7 @@ def match(ways: LaneWays, route: CarlaRoute) -> list[OnLane]:
         route: The route, its points in the town's coordinates.
 
     Raises:
-        Unmatched: A point has no lane near, or there is no way from one to the next.
+        UnmatchedError: A point has no lane near, or there is no way from one to the next.
     """
     use_height = ways.has_levels and float(np.ptp(route.points[:, 2])) > 0.5
     steps: list[_Steps] = []
@@ -59,7 +59,7 @@ def match(ways: LaneWays, route: CarlaRoute) -> list[OnLane]:
             straight = float(np.hypot(*(route.points[number] - route.points[number - 1])[:2]))
             steps.append(_onward(ways, steps[-1], places, costs, straight))
             if not np.isfinite(steps[-1].costs).any():
-                raise Unmatched(number, f"no way leads there from point {number - 1}")
+                raise UnmatchedError(number, f"no way leads there from point {number - 1}")
         else:
             steps.append(_Steps(places, costs, [-1] * len(places)))
     return _best(steps)
@@ -72,7 +72,7 @@ def _places(
     near = ways.near(x, y, SEARCH)
     if not near:
         away = ways.distance_to_nearest(x, y)
-        raise Unmatched(number, f"the nearest lane is {away:.1f} m away")
+        raise UnmatchedError(number, f"the nearest lane is {away:.1f} m away")
     heading = float(route.headings[number])
     places, costs = [], []
     for place in near:
@@ -84,7 +84,7 @@ def _places(
         places.append(place)
         costs.append(0.5 * cost)
     if not places:
-        raise Unmatched(number, "the lanes there run in another direction")
+        raise UnmatchedError(number, "the lanes there run in another direction")
     return places, costs
 
 

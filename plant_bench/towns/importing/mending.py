@@ -244,10 +244,8 @@ def without_lanes(town: Town, left_out: set[str]) -> Town:
             right=None if lane.right in left_out else lane.right,
         )
 
-    gone = left_out | {
-        via for link in town.links if {link.source, link.target} & left_out for via in link.via
-    }
-    left_out |= gone
+    doomed = [link for link in town.links if {link.source, link.target} & left_out]
+    gone = left_out | {via for link in doomed for via in link.via}
     return replace(
         town,
         lanes={name: kept(lane) for name, lane in town.lanes.items() if name not in gone},
@@ -286,7 +284,8 @@ def _cut_off(town: Town, edges: set[str]) -> list[str]:
     graph.add_edges_from(
         (town.lanes[link.source].edge, town.lanes[link.target].edge) for link in town.links
     )
-    parts = sorted(map(sorted, nx.strongly_connected_components(graph)))
+    parts = sorted(sorted(part) for part in nx.strongly_connected_components(graph))
+    parts = [part for part in parts if len(part) > 1 or graph.has_edge(part[0], part[0])]
     best = max(parts, key=lambda part: _metres(town, part), default=[])
     return sorted(edges - set(best))
 

@@ -39,21 +39,12 @@ def report_markdown(town: Town, findings: Sequence[Finding], about: dict) -> str
     rows = [HEADS, ("---",) * len(HEADS), *finding_rows(findings, 5)]
     table = ["| " + " | ".join(str(cell).replace("|", "/") for cell in row) + " |" for row in rows]
     width, height = town.extent
-    return "\n".join(
-        [
-            f"# {town.name}",
-            "",
-            f"Made of `{about['file']}` by `plant-bench import`: {town.lane_km:.1f} km of lanes on "
-            f"{width:.0f} x {height:.0f} m, {len(town.edges)} edges, {len(town.signals)} signals.",
-            "",
-            *(
-                table
-                if findings
-                else ["Nothing was to be repaired, and nothing is to be reported."]
-            ),
-            "",
-        ]
+    about_town = (
+        f"Made of `{about['file']}` by `plant-bench import`: {town.lane_km:.1f} km of lanes on "
+        f"{width:.0f} x {height:.0f} m, {len(town.edges)} edges, {len(town.signals)} signals."
     )
+    nothing = ["Nothing was to be repaired, and nothing is to be reported."]
+    return "\n".join([f"# {town.name}", "", about_town, "", *(table if findings else nothing), ""])
 
 
 def _some(examples: Sequence[str]) -> str:

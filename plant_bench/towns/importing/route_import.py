@@ -17,7 +17,7 @@ from plant_bench.towns.generate import NET_FILE, PICTURE_FILE, TOWN_FILE
 from plant_bench.towns.importing.carla_routes import CarlaRoute
 from plant_bench.towns.importing.lane_ways import LaneWays
 from plant_bench.towns.importing.matched_route import build_route
-from plant_bench.towns.importing.matching import Unmatched, lanes_driven, match
+from plant_bench.towns.importing.matching import UnmatchedError, lanes_driven, match
 from plant_bench.towns.importing.net_edits import net_offset
 from plant_bench.towns.importing.suite_making import with_hazards
 from plant_bench.towns.route_graph import StreetGraph
@@ -150,7 +150,7 @@ class _Matcher:
             visits = lanes_driven(self._ways, match(self._ways, moved))
             route = build_route(self._graph, visits, f"{self.town.name}-{source.id}")
             route.validate()
-        except Unmatched as error:
+        except UnmatchedError as error:
             return RouteMatch(source, None, float("nan"), error.point, error.why)
         except InputError as error:
             return RouteMatch(source, None, float("nan"), 0, str(error).rstrip("."))

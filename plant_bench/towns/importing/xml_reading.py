@@ -1,4 +1,4 @@
-"""Reading XML of strangers: limits on size and depth, no document types, one line for each fault."""
+"""Reading XML of strangers: limits on size and depth, no document types, one line a fault."""
 
 import gzip
 import zlib

@@ -12,7 +12,8 @@ from plant_bench.towns.importing.town_making import check_name
 BOMB = """<?xml version="1.0"?><!DOCTYPE net [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;">]>
 <net><edge id="&b;"/></net>"""
 NET = """<net><edge id=":j" function="internal"><lane id=":j_0"/></edge>
-<edge id="road"><lane id="road_0"/></edge><edge id="path"><lane id="path_0" allow="pedestrian"/></edge>
+<edge id="road"><lane id="road_0"/></edge>
+<edge id="path"><lane id="path_0" allow="pedestrian"/></edge>
 <connection/></net>"""
 
 

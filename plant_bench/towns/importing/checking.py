@@ -61,7 +61,8 @@ def _wrong_way(town: Town, ends: Mapping[str, tuple[str, str]]) -> list[Finding]
     by_ends = {ends[edge]: lanes for edge, lanes in town.edges.items()}
     names = []
     for edge, lanes in town.edges.items():
-        opposite = by_ends.get(ends[edge][::-1])
+        begin, end = ends[edge]
+        opposite = by_ends.get((end, begin))
         if opposite is not None and edge < opposite[0].edge and _overlap(lanes[-1], opposite[-1]):
             names.append(f"{edge} and {opposite[0].edge}")
     return reported("wrong-way lanes: two directions on the same ground", "head-on traffic", names)

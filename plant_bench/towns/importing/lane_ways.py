@@ -143,5 +143,12 @@ class LaneWays:
         def metres(one: str, other: str, data: dict[str, float]) -> float | None:
             return None if not may_change and one == lane and other in beside else data["way"]
 
-        found, lanes = nx.single_source_dijkstra(self._graph, lane, cutoff=REACH, weight=metres)
-        return {name: float(way) for name, way in found.items()}, lanes
+        predecessors, metres_to = nx.dijkstra_predecessor_and_distance(
+            self._graph, lane, cutoff=REACH, weight=metres
+        )
+        found = {name: float(way) for name, way in metres_to.items()}
+        lanes: dict[str, list[str]] = {}
+        for name in found:  # nearer lanes come first
+            before = predecessors[name]
+            lanes[name] = [*lanes[before[0]], name] if before else [name]
+        return found, lanes

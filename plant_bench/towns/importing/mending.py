@@ -291,7 +291,7 @@ def _cut_off(town: Town, edges: set[str]) -> list[str]:
 
 
 def _metres(town: Town, edges: list[str]) -> float:
-    return round(sum(town.edges[edge][0].length for edge in edges), 3)
+    return round(sum((town.edges[edge][0].length for edge in edges), 0.0), 3)
 
 
 def _metres_left(town: Town, cut_off: list[str]) -> float:

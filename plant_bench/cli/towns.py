@@ -54,16 +54,23 @@ def list_towns(
     pictures: Annotated[
         Path | None, typer.Option(help="Folder to save a picture of each town to.")
     ] = None,
+    suite: Annotated[
+        str | None, typer.Option(help="Only the towns of this suite (its name, folder or file).")
+    ] = None,
 ) -> None:
-    """List the towns and what each contains."""
+    """List the towns and what each contains; imported ones with --suite NAME/routes."""
     from plant_bench.reports.tables import print_rows
     from plant_bench.towns.generate import describe_town, stored_towns
     from plant_bench.towns.picture import save_town_picture
     from plant_bench.towns.unseen import UNSEEN
+    from plant_bench.world.route import load_suite
 
-    towns = [asdict(describe_town(name)) for name in stored_towns()]
+    names = stored_towns() if suite is None else sorted({r.town for r in load_suite(suite)})
+    towns = [asdict(describe_town(name)) for name in names]
     for title, further in (("Towns", False), ("Unseen towns", True)):
         shown = [town for town in towns if (town["name"] in UNSEEN) == further]
+        if not shown:
+            continue
         heads = ["", *(str(town["name"]) for town in shown)]
         kinds = [kind for kind in shown[0] if kind != "name"]
         print_rows(title, heads, [[_words(k), *(town[k] for town in shown)] for k in kinds])

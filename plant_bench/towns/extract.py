@@ -3,6 +3,7 @@
 Besides SUMO, only this and `sim.bystanders.footways` (sidewalks, crossings) read `town.net.xml`.
 """
 
+from collections.abc import Mapping
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
@@ -32,7 +33,7 @@ def extract_town(net: str, name: str) -> Town:
         for edge in edges
         if edge.get("function") not in AREAS
         for lane in edge.findall("lane")
-        if not _is_sidewalk(lane)
+        if carries_cars(lane.attrib)
     }
     links = _links(connections, driving)
     rings = [tuple(ring.attrib["edges"].split()) for ring in root.findall("roundabout")]
@@ -45,6 +46,12 @@ def extract_town(net: str, name: str) -> Town:
         roundabouts=tuple(rings),
         areas=_areas(edges),
     )
+
+
+def carries_cars(lane: Mapping[str, str]) -> bool:
+    """Tell from the attributes of a net's lane whether cars may drive on it."""
+    allowed, banned = lane.get("allow", "all").split(), lane.get("disallow", "").split()
+    return not {"passenger", "all"}.isdisjoint(allowed) and {"passenger", "all"}.isdisjoint(banned)
 
 
 def _is_sidewalk(lane: Element) -> bool:

@@ -31,7 +31,7 @@ def convert(plan: StreetPlan, spec: TownSpec, seed: int) -> str:
                 f"{run.stderr.strip() or run.returncode}. Change its spec or its seed."
             )
         text = (Path(folder) / "town.net.xml").read_text(encoding="utf-8")
-    return _with_offsets(_without_header(text), spec, seed)
+    return _with_offsets(without_header(text), spec, seed)
 
 
 def complaints_of_sumo(net: str) -> list[str]:
@@ -77,8 +77,8 @@ def _options(spec: TownSpec) -> list[str]:
     return [word for pair in options.items() for word in pair]
 
 
-def _without_header(text: str) -> str:
-    """The net without the comment that holds the date of the run."""
+def without_header(text: str) -> str:
+    """Return a net (XML text) without the comment that holds the date of the run."""
     return re.sub(r"\s*<!--.*?-->\s*", "\n\n", text, count=1, flags=re.DOTALL)
 
 

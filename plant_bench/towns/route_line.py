@@ -1,5 +1,6 @@
 """The centre line of a route: lane after lane, with smooth lane changes, one point a metre."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -87,6 +88,44 @@ class _Tracer:
         if self.spans and self.spans[-1][0] == lane.id:
             begin = self.spans.pop()[1]
         self.spans.append((lane.id, begin, self.length))
+
+
+@dataclass(frozen=True, eq=False)
+class LaneStep:
+    """A lane to be followed, to its end or to a lane change.
+
+    Attributes:
+        lane: The lane.
+        change: Where on it the lane change is, metres; None where the lane is followed to its end.
+        other: The lane that is changed to.
+    """
+
+    lane: Lane
+    change: ChangeSpan | None = None
+    other: Lane | None = None
+
+
+def trace_steps(town: Town, steps: Sequence[LaneStep], *, start: float, end: float) -> RouteLine:
+    """Draw the line of lanes and lane changes whose places are known.
+
+    Args:
+        town: The town.
+        steps: In order; after a lane change comes the lane that it leads to.
+        start: Where the route starts on the first lane, metres.
+        end: Where it ends on the last lane, metres.
+    """
+    tracer = _Tracer(town)
+    at = start
+    for step in steps[:-1]:
+        if step.change is None or step.other is None:
+            tracer.follow(step.lane, at, step.lane.length)
+            at = 0.0
+            continue
+        span = ChangeSpan(max(step.change.start, at), max(step.change.end, at + 1.0))
+        tracer.follow(step.lane, at, span.start)
+        at = tracer.change(step.lane, step.other, span)
+    tracer.follow(steps[-1].lane, at, max(end, at))
+    return _finish(tracer)
 
 
 def trace_line(town: Town, plan: LanePlan, start: float, end: float) -> RouteLine:

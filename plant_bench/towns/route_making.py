@@ -28,7 +28,11 @@ def make_route(graph: StreetGraph, plan: LanePlan, *, name: str, start: float, e
         start: Where it starts on its first lane, metres.
         end: Where it ends on its last lane, metres.
     """
-    line = trace_line(graph.town, plan, start, end)
+    return route_along(graph, plan, trace_line(graph.town, plan, start, end), name)
+
+
+def route_along(graph: StreetGraph, plan: LanePlan, line: RouteLine, name: str) -> Route:
+    """Make the route of a lane plan whose line is drawn."""
     return Route(
         id=name,
         town=graph.town.name,

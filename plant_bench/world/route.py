@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from plant_bench.data_files import routes_dir
+from plant_bench.data_files import bring_towns_of, routes_dir
 from plant_bench.errors import InputError, in_one_line
 from plant_bench.geometry.polyline import arc_lengths
 from plant_bench.input_files import read_json
@@ -281,6 +281,8 @@ def suite_names() -> list[str]:
 def load_suite(name: str) -> list[Route]:
     """Read a suite by its name in `routes/`, or a folder or file of routes.
 
+    The towns of a folder `towns` in it or beside it are found from now on.
+
     Raises:
         InputError: There is no such suite, or a file of it is broken.
     """
@@ -290,6 +292,7 @@ def load_suite(name: str) -> list[Route]:
     if not path.exists():
         message = f"There is no suite '{name}'. Suites here: {', '.join(suite_names())}."
         raise InputError(message)
+    bring_towns_of(path if path.is_dir() else path.parent)
     files = sorted(path.glob("*.json")) if path.is_dir() else [path]
     routes = [route for file in files for route in _load_file(file)]
     if len({route.id for route in routes}) < len(routes) or not all(

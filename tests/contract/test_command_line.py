@@ -42,6 +42,8 @@ def test_version(tmp_path):
         "why",
         "serve",
         "export",
+        "import",
+        "import-routes",
     ],
 )
 def test_help_teaches(command, tmp_path):

@@ -1,0 +1,52 @@
+"""What an import reports: for the terminal, for people as Markdown, for programs as JSON."""
+
+from collections.abc import Sequence
+from dataclasses import asdict
+
+from plant_bench.towns.importing.findings import Finding
+from plant_bench.towns.summary import summarise
+from plant_bench.world.route import Route
+from plant_bench.world.town import Town
+
+HEADS = ("fault", "what became of it", "count", "how", "for instance")
+_LONGEST = 60  # characters of an example
+
+
+def finding_rows(findings: Sequence[Finding], examples: int = 2) -> list[list[object]]:
+    """Return one row a finding, as `HEADS` says."""
+    return [
+        [item.what, item.outcome, item.count, item.done, _some(item.examples[:examples])]
+        for item in findings
+    ]
+
+
+def report_payload(
+    town: Town, routes: Sequence[Route], findings: Sequence[Finding], offset: tuple[float, float]
+) -> dict:
+    """Return an import's report as JSON-able values."""
+    return {
+        "town": asdict(summarise(town)),
+        "offset": list(offset),
+        "routes": [
+            {"id": r.id, "length": round(r.length, 1), "hazards": len(r.hazards)} for r in routes
+        ],
+        "findings": [item.to_payload() for item in findings],
+    }
+
+
+def report_markdown(town: Town, findings: Sequence[Finding], about: dict) -> str:
+    """Return an import's report for people."""
+    rows = [HEADS, ("---",) * len(HEADS), *finding_rows(findings, 5)]
+    table = ["| " + " | ".join(str(cell).replace("|", "/") for cell in row) + " |" for row in rows]
+    width, height = town.extent
+    about_town = (
+        f"Made of `{about['file']}` by `plant-bench import`: {town.lane_km:.1f} km of lanes on "
+        f"{width:.0f} x {height:.0f} m, {len(town.edges)} edges, {len(town.signals)} signals."
+    )
+    nothing = ["Nothing was to be repaired, and nothing is to be reported."]
+    return "\n".join([f"# {town.name}", "", about_town, "", *(table if findings else nothing), ""])
+
+
+def _some(examples: Sequence[str]) -> str:
+    short = (item if len(item) <= _LONGEST else f"{item[:_LONGEST]}..." for item in examples)
+    return "; ".join(short)

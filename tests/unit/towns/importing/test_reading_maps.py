@@ -1,0 +1,89 @@
+"""Map files of strangers: what is read of them, and what is refused with one line."""
+
+import gzip
+
+import pytest
+
+from plant_bench.errors import InputError
+from plant_bench.towns.importing import source
+from plant_bench.towns.importing.source import MapKind, read_source
+from plant_bench.towns.importing.town_making import check_name
+
+BOMB = """<?xml version="1.0"?><!DOCTYPE net [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;">]>
+<net><edge id="&b;"/></net>"""
+NET = """<net><edge id=":j" function="internal"><lane id=":j_0"/></edge>
+<edge id="road"><lane id="road_0"/></edge>
+<edge id="path"><lane id="path_0" allow="pedestrian"/></edge>
+<connection/></net>"""
+
+
+def write(folder, content):
+    path = folder / "map.xml"
+    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    return path
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        ("", "no whole XML"),
+        ("<net><edge", "no whole XML"),
+        ("no xml at all", "no whole XML"),
+        ("<routes/>", "begins with <routes>"),
+        (BOMB, "document type"),
+        ("<!DOCTYPE osm SYSTEM 'file:///etc/passwd'><osm/>", "document type"),
+        ("<net><include href='/etc/passwd'/></net>", "<include>"),
+        ("<net>" + "<a>" * 100 + "</a>" * 100 + "</net>", "inside each other"),
+        ("<?xml version='1.0' encoding='utf-7'?><net/>", "UTF-8"),
+        ("<net/>".encode("utf-16"), "UTF-8"),
+        (b"PK\x03\x04....", "archive"),
+        (gzip.compress(b"<net/>")[:-9], "damaged gzip"),
+        ("<net lefthand='true'/>", "left-hand"),
+        ("<OpenDRIVE><road rule='LHT'/></OpenDRIVE>", "left-hand"),
+        ("<osm><way><tag k='driving_side' v='left'/></way></osm>", "left-hand"),
+    ],
+)
+def test_what_no_map_should_be_is_refused(content, words, tmp_path):
+    with pytest.raises(InputError, match=words) as error:
+        read_source(write(tmp_path, content))
+
+    assert "\n" not in str(error.value)
+
+
+def test_a_packed_file_may_not_grow_without_end(tmp_path, monkeypatch):
+    monkeypatch.setattr(source, "MOST_BYTES", 2**20)
+
+    with pytest.raises(InputError, match="more than 1 MB"):
+        read_source(write(tmp_path, gzip.compress(b" " * 2**23)))
+
+
+def test_a_missing_file_is_named(tmp_path):
+    with pytest.raises(InputError, match=r"no map file .*nothing\.osm"):
+        read_source(tmp_path / "nothing.osm")
+
+
+def test_a_packed_network_is_counted(tmp_path):
+    found = read_source(write(tmp_path, gzip.compress(NET.encode())))
+
+    assert found.kind is MapKind.SUMO
+    assert found.internal_lanes
+    assert found.no_cars == 1
+    assert found.counts["connection"] == 1
+
+
+@pytest.mark.parametrize(
+    "name", ["", "../x", "/abs", "a/b", "a.b", "a b", "1a", "a" * 41, "😀", "..", "é", "town01\n"]
+)
+def test_a_name_that_could_lead_elsewhere_is_refused(name):
+    with pytest.raises(InputError, match="--name"):
+        check_name(name)
+
+
+@pytest.mark.parametrize("name", ["town01", "TOWN06", "unseen03"])
+def test_the_benchmarks_names_are_taken(name):
+    with pytest.raises(InputError, match="has a town of that name"):
+        check_name(name)
+
+
+def test_an_ordinary_name_is_accepted():
+    check_name("my-Town_2")

@@ -1,0 +1,177 @@
+"""CARLA's route files: read, matched to towns, and named where they do not fit."""
+
+import csv
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from plant_bench.cli import app
+from plant_bench.data_files import networks_dir
+from plant_bench.errors import InputError
+from plant_bench.towns.importing.carla_routes import read_carla_routes
+from plant_bench.towns.importing.route_import import TownFound, match_routes
+from plant_bench.world.route import load_suite
+from tests.unit.towns.importing.carla_files import as_carla
+
+TOWN02 = TownFound("town02", networks_dir() / "town02", brought=False)
+
+
+def town_routes(name):
+    return [route for route in load_suite("longest6") if route.town == name]
+
+
+def read(tmp_path: Path, text: str):
+    path = tmp_path / "routes.xml"
+    path.write_text(text, encoding="utf-8")
+    return read_carla_routes(path)
+
+
+def matched(tmp_path, text, town=TOWN02, limit=1.5):
+    return match_routes(read(tmp_path, text), {"Town02": town}, limit, lambda _: None)
+
+
+def test_both_flavours_are_turned_right_handed(tmp_path):
+    one = '<route id="7" town="Town01"><waypoint x="1" y="2" z="3" yaw="90"/>' * 1
+    one += '<waypoint x="5" y="-6" z="0" yaw="0"/></route>'
+    two = '<route id="8" town="Town02"><waypoints><position x="1" y="2" z="3"/>'
+    two += '<position x="2" y="2" z="3"/></waypoints>'
+    two += '<scenarios><scenario><trigger_point x="9" y="9"/></scenario></scenarios></route>'
+
+    first, second = read(tmp_path, f"<routes>{one}{two}</routes>")
+
+    assert (first.id, first.town) == ("7", "Town01")
+    np.testing.assert_allclose(first.points, [[1, -2, 3], [5, 6, 0]])
+    np.testing.assert_allclose(first.headings, [-math.pi / 2, 0])
+    np.testing.assert_allclose(second.points, [[1, -2, 3], [2, -2, 3]])
+    assert np.isnan(second.headings).all()
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("<routes></routes>", "holds no routes"),
+        ("<net/>", "begins with <net>"),
+        ("<routes><route id='1'><waypoint x='1' y='2'/></route></routes>", "two or more"),
+        ("<routes><route id='1'><waypoint x='nan' y='2'/></route></routes>", "must be numbers"),
+        ("<routes><route id='1'><waypoint y='2'/></route></routes>", "must be numbers"),
+        ("<routes><route id='1'><waypoint x='1e9' y='2'/></route></routes>", "must be numbers"),
+        ("<routes><route id='../'/></routes>", "no id"),
+        ("<!DOCTYPE a><routes/>", "document type"),
+    ],
+)
+def test_an_unusable_route_file_is_refused_with_one_line(text, words, tmp_path):
+    with pytest.raises(InputError, match=words) as error:
+        read(tmp_path, text)
+
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize("version", [1, 2])
+def test_routes_come_back_as_they_were(version, tmp_path):
+    ours = town_routes("town02")
+
+    for route, match in zip(ours, matched(tmp_path, as_carla(ours, version=version)), strict=True):
+        assert match.route is not None, match.why
+        assert match.worst < 0.3
+        lanes = [span.lane for span in match.route.lanes]
+        assert [span.lane for span in route.lanes][: len(lanes) - 1] == lanes[:-1]
+        assert match.route.length == pytest.approx(route.length, abs=5.0)
+        assert len(match.route.passages) >= len(route.passages) - 1
+
+
+def test_all_36_routes_of_longest6_fit_the_towns_they_were_made_in(tmp_path):
+    routes = load_suite("longest6")
+    names = {route.town for route in routes}
+    towns = {
+        f"Town{name[-2:]}": TownFound(name, networks_dir() / name, brought=False) for name in names
+    }
+
+    matches = match_routes(read(tmp_path, as_carla(routes)), towns, 1.5, lambda _: None)
+
+    assert len(matches) == 36
+    assert [match.why for match in matches] == [""] * 36
+    assert max(match.worst for match in matches) < 1.0
+    assert all(match.route is not None for match in matches)
+
+
+def test_a_point_off_the_map_names_the_route_the_point_and_the_reason(tmp_path):
+    text = as_carla(town_routes("town02")[:1]).replace("</route>", "")
+    text = text.replace("</routes>", "<waypoint x='900' y='-900' yaw='0'/></route></routes>")
+
+    (match,) = matched(tmp_path, text)
+
+    assert match.route is None
+    assert "the nearest lane is" in match.why
+    assert match.point == len(match.source.points) - 1
+    assert "x 900.0, y -900.0" in str(match.row)
+
+
+def test_a_point_beside_its_lane_is_measured(tmp_path):
+    text = as_carla(town_routes("town02")[:1])
+    first = read(tmp_path, text)[0].points[0]
+    away = text.replace(f'x="{first[0]:.2f}"', f'x="{first[0] + 1.2:.2f}"', 1)
+    away = away.replace(f'y="{-first[1]:.2f}"', f'y="{-first[1] + 1.2:.2f}"', 1)
+
+    (match,) = matched(tmp_path, away, limit=0.5)
+
+    assert match.route is None
+    assert match.why == "farther than 0.5 m from the lanes"
+    assert 0.5 < match.worst < 1.8
+    assert match.point == 0
+
+
+def test_a_route_against_the_traffic_does_not_fit(tmp_path):
+    route = read(tmp_path, as_carla(town_routes("town02")[:1]))[0]
+    points = [
+        f'<waypoint x="{x:.2f}" y="{-y:.2f}" yaw="{180 - math.degrees(h):.1f}"/>'
+        for (x, y, _), h in zip(route.points[::-1], route.headings[::-1], strict=True)
+    ]
+    text = f'<routes><route id="1" town="Town02">{"".join(points)}</route></routes>'
+
+    (match,) = matched(tmp_path, text, limit=0.5)
+
+    assert match.route is None
+    assert match.why
+
+
+def test_the_command_writes_the_suite_and_names_what_does_not_fit(tmp_path):
+    text = as_carla(town_routes("town02")[:2])
+    text = text.replace('id="1" town="Town02"', 'id="1" town="Town09"')
+    (tmp_path / "file.xml").write_text(text, encoding="utf-8")
+    out = tmp_path / "suite"
+    command = ["import-routes", str(tmp_path / "file.xml"), "--out", str(out)]
+
+    done = CliRunner().invoke(app, [*command, "--town-map", "Town02=town02"])
+
+    assert done.exit_code == 1
+    assert "no --town-map for" in done.output
+    assert "1 of 2 routes are matched" in done.output
+    (route,) = load_suite(str(out))
+    assert route.id == "town02-0"
+    assert route.hazards
+    with (out / "matching.csv").open(encoding="utf-8") as file:
+        assert [row["outcome"][:9] for row in csv.DictReader(file)] == ["matched", "unmatched"]
+
+
+def test_nothing_is_written_where_nothing_fits(tmp_path):
+    text = as_carla(town_routes("town02")[:1]).replace("Town02", "Town09")
+    (tmp_path / "file.xml").write_text(text, encoding="utf-8")
+    command = ["import-routes", str(tmp_path / "file.xml"), "--out", str(tmp_path / "suite")]
+
+    done = CliRunner().invoke(app, [*command, "--town-map", "Town01=town01"])
+
+    assert done.exit_code == 1
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["file.xml"]
+
+
+@pytest.mark.parametrize("pair", ["Town02", "=town02", "Town02=", "Town02=nowhere"])
+def test_a_mistaken_pair_of_towns_is_refused(pair, tmp_path):
+    (tmp_path / "file.xml").write_text(as_carla(town_routes("town02")[:1]), encoding="utf-8")
+    command = ["import-routes", str(tmp_path / "file.xml"), "--out", str(tmp_path / "suite")]
+
+    done = CliRunner().invoke(app, [*command, "--town-map", pair])
+
+    assert isinstance(done.exception, InputError)

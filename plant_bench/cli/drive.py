@@ -8,6 +8,7 @@ import typer
 from plant_bench.cli.options import EXIT_INTERRUPTED
 from plant_bench.cli.progress import RunProgress
 from plant_bench.reports.tables import print_planner_time, print_speed, print_summary
+from plant_bench.runner.isolation import Isolation, isolated
 from plant_bench.runner.jobs import episode_name
 from plant_bench.runner.run import Run, ScoreRequest, open_run
 from plant_bench.runner.speed import read_timings, speed_of, write_speed
@@ -25,6 +26,7 @@ def drive(
     workers: int,
     recordings: bool,
     law: Law,
+    isolation: Isolation | None = None,
 ) -> int:
     """Drive a run to its end, or until Ctrl-C.
 
@@ -35,9 +37,16 @@ def drive(
         PlantBenchError: The run cannot be started or cannot go on.
     """
     start = time.monotonic()
-    run = drive_missing(
-        request, out, overwrite=overwrite, workers=workers, recordings=recordings, law=law
-    )
+    with isolated(isolation):  # this process loads planners, too
+        run = drive_missing(
+            request,
+            out,
+            overwrite=overwrite,
+            workers=workers,
+            recordings=recordings,
+            law=law,
+            isolation=isolation,
+        )
     if run is None:
         return EXIT_INTERRUPTED
     print_summary(write_summary(run.folder, law=law))
@@ -58,6 +67,7 @@ def drive_missing(
     workers: int,
     recordings: bool,
     law: Law,
+    isolation: Isolation | None = None,
 ) -> Run | None:
     """Drive what of a run has no record, and show how it goes; None if Ctrl-C ended it.
 
@@ -71,7 +81,12 @@ def drive_missing(
     try:
         with progress.shown():
             run_suite(
-                run.missing, run.folder, workers=workers, recordings=recordings, on_event=progress
+                run.missing,
+                run.folder,
+                workers=workers,
+                recordings=recordings,
+                on_event=progress,
+                isolation=isolation,
             )
     except KeyboardInterrupt:
         _say_stopped(run, law)

@@ -1,0 +1,144 @@
+"""Planners that misbehave, each in one way; run in processes of their own alone."""
+
+import ctypes
+import os
+import sys
+import threading
+import time
+
+import numpy as np
+
+from plant_bench.agent import Control, Input
+
+BRAKE = Control(-1.0, 0.0)
+
+
+class Good:
+    """Drives on, and does something else at its third decision."""
+
+    inputs = frozenset({Input.ROUTE})
+    decisions = 0
+
+    def reset(self, route):
+        self.decisions = 0
+
+    def act(self, observation):
+        self.decisions += 1
+        return Control(1.0, 0.0) if self.decisions < 3 else self.third()
+
+    def third(self):
+        return Control(0.5, 0.0)
+
+
+class Hangs(Good):
+    def third(self):
+        while True:
+            time.sleep(1.0)
+
+
+class Leaks(Good):
+    def third(self):
+        kept = []
+        while True:
+            kept.append(np.ones(1_000_000))
+
+
+class LeaksInAChild(Good):
+    def third(self):
+        if os.fork() == 0:
+            Leaks().third()
+        time.sleep(600.0)
+
+
+class WantsAll(Good):
+    def third(self):
+        return np.ones(10_000_000_000)
+
+
+class Segfaults(Good):
+    def third(self):
+        ctypes.string_at(0)
+
+
+class Raises(Good):
+    def third(self):
+        raise ValueError(f"no way out of {object()}")
+
+
+class AnswersNaN(Good):
+    def third(self):
+        return Control(float("nan"), 0.0)
+
+
+class AnswersNothing(Good):
+    def third(self):
+        return None
+
+
+class ExitsAtOnce(Good):
+    def third(self):
+        os._exit(3)
+
+
+class Exits(Good):
+    def third(self):
+        sys.exit(4)
+
+
+class PrintsForEver(Good):
+    def third(self):
+        while True:
+            print("x" * 10_000)
+
+
+class PrintsInAThread(Good):
+    """Goes on driving."""
+
+    def third(self):
+        if self.decisions == 3:
+            threading.Thread(target=PrintsForEver().third, daemon=True).start()
+        return BRAKE
+
+
+class ClosesItsPipe(Good):
+    def third(self):
+        os.closerange(3, 100)
+        time.sleep(600.0)
+
+
+class AnswersGarbage(Good):
+    def third(self):
+        for descriptor in range(3, 30):
+            try:
+                os.write(descriptor, b"\x05\x00\x00\x00hello world")
+            except OSError:
+                pass
+        time.sleep(600.0)
+
+
+class AnnouncesTooMuch(Good):
+    def third(self):
+        for descriptor in range(3, 30):
+            try:
+                os.write(descriptor, b"\xff" * 8)
+            except OSError:
+                pass
+        time.sleep(600.0)
+
+
+class LeavesDaemons(Good):
+    """Starts processes that leave its group, and dies."""
+
+    def third(self):
+        for _ in range(3):
+            if os.fork() == 0:
+                os.setsid()
+                if os.fork() == 0:
+                    time.sleep(600.0)
+                os._exit(0)
+        os._exit(0)
+
+
+class DiesAtReset(Good):
+    def reset(self, route):
+        os._exit(5)

@@ -1,7 +1,7 @@
 """Planners of installed packages, found by the entry points that they declare.
 
-    [project.entry-points."plant_bench.agents"]
-    my-planner = "my_planner.agent:MyPlanner"
+[project.entry-points."plant_bench.agents"]
+my-planner = "my_planner.agent:MyPlanner"
 """
 
 from collections.abc import Mapping

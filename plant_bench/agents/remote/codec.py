@@ -15,7 +15,8 @@ MOST_AXES = 3
 
 def pack(message: Mapping[str, Any]) -> bytes:
     """Return a message as bytes."""
-    return msgpack.packb(message, use_bin_type=True)
+    packed = msgpack.packb(message, use_bin_type=True)
+    return bytes(packed or b"")  # never None: that is for packers that keep what they pack
 
 
 def unpack(data: bytes) -> dict[str, Any]:

@@ -16,15 +16,15 @@ class RemoteError(AgentError):
     """Base of what a planner in another process can do wrong."""
 
 
-class TimedOut(RemoteError):
+class TimeLimitError(RemoteError):
     """Raised when it does not answer in time."""
 
 
-class MemoryLimit(RemoteError):
+class MemoryLimitError(RemoteError):
     """Raised when its processes hold more memory than they may."""
 
 
-class ProcessEnded(RemoteError):
+class ProcessEndedError(RemoteError):
     """Raised when its process is gone, or has closed its pipe."""
 
 

@@ -118,7 +118,7 @@ def _become(command: list[str], status: int, words: int, memory: int) -> None:
         Path("/proc/self/oom_score_adj").write_text("1000", encoding="ascii")
     os.dup2(words, 2)
     try:
-        os.execvp(command[0], command)  # noqa: S606  the user's own command
+        os.execvp(command[0], command)  # the user's own command
     except OSError as error:
         os.write(status, f"unstartable {error.strerror}\n".encode())
         os._exit(127)

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from plant_bench.agent import Input, NextLight, Observation, Privileged, RouteAhead
+from plant_bench.agent import NextLight, Observation, Privileged, RouteAhead
 from plant_bench.agents.remote.codec import array_in, array_out
 from plant_bench.world.route import LaneChange, LaneSpan, Passage, Route
 from plant_bench.world.scene import Actors, EgoState, Light
@@ -92,21 +92,16 @@ def route_in(wire: Wire) -> Route:
         passages=tuple(Passage(**passage) for passage in wire["passages"]),
         lane_changes=tuple(LaneChange(**change) for change in wire["lane_changes"]),
         manoeuvres=wire["manoeuvres"],
-        **{name: array_in(wire[name]) for name in _ROUTE_ARRAYS},
+        **_arrays_in(wire, _ROUTE_ARRAYS),
     )
-
-
-def inputs_in(names: list[str]) -> frozenset[Input]:
-    """Return the inputs of these names.
-
-    Raises:
-        ValueError: There is no such input.
-    """
-    return frozenset(map(Input, names))
 
 
 def _arrays_out(value: object, names: Any) -> Wire:
     return {name: array_out(getattr(value, name)) for name in names}
+
+
+def _arrays_in(wire: Wire, names: Any) -> dict[str, Any]:
+    return {name: array_in(wire[name]) for name in names}
 
 
 def _numbers_out(ahead: RouteAhead) -> Wire:
@@ -121,9 +116,9 @@ def _actors_in(wire: Wire) -> Actors:
 
 
 def _ahead_in(wire: Wire) -> RouteAhead:
-    arrays = {name: array_in(wire[name]) for name in _AHEAD_ARRAYS}
-    return RouteAhead(**{name: wire[name] for name in _AHEAD_NUMBERS}, **arrays)
+    numbers = {name: wire[name] for name in _AHEAD_NUMBERS}
+    return RouteAhead(**numbers, **_arrays_in(wire, _AHEAD_ARRAYS))
 
 
 def _privileged_in(wire: Wire) -> Privileged:
-    return Privileged(**{name: array_in(wire[name]) for name in _PRIVILEGED})
+    return Privileged(**_arrays_in(wire, _PRIVILEGED))

@@ -13,11 +13,11 @@ from dataclasses import dataclass
 
 from plant_bench.agents.remote import keeper
 from plant_bench.agents.remote.failures import (
-    MemoryLimit,
-    ProcessEnded,
+    MemoryLimitError,
+    ProcessEndedError,
     ProtocolError,
     RemoteError,
-    TimedOut,
+    TimeLimitError,
 )
 from plant_bench.errors import InputError
 
@@ -64,7 +64,7 @@ class PlannerProcess:
         limits: What it may take.
 
     Raises:
-        ProcessEnded: It cannot be started.
+        ProcessEndedError: It cannot be started.
     """
 
     def __init__(self, command: Sequence[str], limits: Limits) -> None:
@@ -104,7 +104,7 @@ class PlannerProcess:
         """
         if not self.alive:
             message_ = "its process has been ended."
-            raise ProcessEnded(message_)
+            raise ProcessEndedError(message_)
         try:
             return self._exchange(LENGTH.pack(len(message)) + message, seconds, limit)
         except BaseException:
@@ -140,7 +140,7 @@ class PlannerProcess:
             events = dict(poll.poll(1000.0 * wait)) if wait > 0.0 else {}
             if not events:
                 message = f"no answer within {seconds:g} s ({limit})."
-                raise TimedOut(message)
+                raise TimeLimitError(message)
             if self._to in events:
                 left = self._send(left)
                 if not left:
@@ -181,23 +181,23 @@ class PlannerProcess:
     def _end(self) -> RemoteError:
         """Return what became of a planner whose pipe is closed."""
         if not select.select([self._status], [], [], GRACE)[0]:
-            return ProcessEnded("it has closed its pipe.")
+            return ProcessEndedError("it has closed its pipe.")
         told = os.read(self._status, CHUNK).decode(errors="replace").partition("\n")[0]
         kind, _, rest = told.partition(" ")
         if kind == "memory":
             return memory_limit(self.limits)
         if kind == "signal":
-            return ProcessEnded(f"its process was ended by {_signal_name(rest)}.")
+            return ProcessEndedError(f"its process was ended by {_signal_name(rest)}.")
         if kind == "exit":
-            return ProcessEnded(f"its process ended with exit code {rest}.")
+            return ProcessEndedError(f"its process ended with exit code {rest}.")
         if kind == "unstartable":
-            return ProcessEnded(f"it cannot be started: {rest}.")
-        return ProcessEnded("its process and its keeper are gone.")
+            return ProcessEndedError(f"it cannot be started: {rest}.")
+        return ProcessEndedError("its process and its keeper are gone.")
 
 
-def memory_limit(limits: Limits) -> MemoryLimit:
+def memory_limit(limits: Limits) -> MemoryLimitError:
     """Return what a planner that wants too much memory has done."""
-    return MemoryLimit(f"it wants more than {limits.memory:g} GB (--memory-limit).")
+    return MemoryLimitError(f"it wants more than {limits.memory:g} GB (--memory-limit).")
 
 
 def _size(answer: bytearray) -> int | None:

@@ -1,5 +1,6 @@
 """Planners that misbehave, each in one way; run in processes of their own alone."""
 
+import contextlib
 import ctypes
 import os
 import sys
@@ -88,7 +89,7 @@ class Exits(Good):
 class PrintsForEver(Good):
     def third(self):
         while True:
-            print("x" * 10_000)
+            sys.stdout.write("x" * 10_000)
 
 
 class PrintsInAThread(Good):
@@ -109,20 +110,16 @@ class ClosesItsPipe(Good):
 class AnswersGarbage(Good):
     def third(self):
         for descriptor in range(3, 30):
-            try:
+            with contextlib.suppress(OSError):
                 os.write(descriptor, b"\x05\x00\x00\x00hello world")
-            except OSError:
-                pass
         time.sleep(600.0)
 
 
 class AnnouncesTooMuch(Good):
     def third(self):
         for descriptor in range(3, 30):
-            try:
+            with contextlib.suppress(OSError):
                 os.write(descriptor, b"\xff" * 8)
-            except OSError:
-                pass
         time.sleep(600.0)
 
 

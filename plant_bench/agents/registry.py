@@ -170,6 +170,9 @@ def _commanded(spec: str) -> Agent:
 
 
 def _content(path: Path, spec: str) -> bytes:
+    if path.exists() and not path.is_file():  # a device never ends
+        message = f"The agent '{spec}' lists {path}, which is no file."
+        raise InputError(message)
     try:
         return path.read_bytes()
     except OSError as error:

@@ -5,11 +5,10 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
 from plant_bench.agent import Cause, Input
-from plant_bench.agents.remote.codec import unpack
-from plant_bench.agents.remote.failures import ProtocolError, raised_remotely
+from plant_bench.agents.remote.codec import MOST_PASSES, unpack
+from plant_bench.agents.remote.failures import ProtocolError, raised_remotely, tidy
 from plant_bench.agents.remote.messages import PROTOCOL_VERSION
 
-MOST_PASSES = 1000  # forward passes told in one answer
 Text = Annotated[str, Field(max_length=10_000)]
 Count = Annotated[int, Field(ge=0, lt=1 << 62)]
 Seconds = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
@@ -126,4 +125,4 @@ def answer_in(data: bytes, *wanted: type[BaseModel]) -> Any:
 def _first(error: ValidationError, kind: str) -> str:
     found = error.errors(include_url=False, include_context=False, include_input=False)[0]
     where = ".".join(map(str, found["loc"][1:]))[:100]
-    return f"its '{kind}' has a wrong {where or 'shape'}: {found['msg']}."
+    return tidy(f"its '{kind}' has a wrong {where or 'shape'}: {found['msg']}.")

@@ -10,7 +10,8 @@ from plant_bench.agents.remote.failures import ProtocolError
 
 FLOAT64 = np.dtype("<f8")
 MOST_ITEMS = 100_000  # of one list or map in a message
-MOST_AXES = 3
+MOST_AXES = 3  # of an array
+MOST_PASSES = 1000  # forward passes told in one answer
 
 
 def pack(message: Mapping[str, Any]) -> bytes:

@@ -147,9 +147,9 @@ def _give_back(key: tuple[Program, Limits], process: PlannerProcess) -> None:
 
 def end_processes() -> None:
     """End all planners' processes that this process has started."""
-    _idle.clear()
     for process in list(_running):
         process.close()
+    _idle.clear()
 
 
 atexit.register(end_processes)

@@ -22,8 +22,7 @@ from plant_bench.agent import (
     reason_of,
 )
 from plant_bench.agents.registry import files_of, load_agent
-from plant_bench.agents.remote.answers import MOST_PASSES
-from plant_bench.agents.remote.codec import array_out, pack, unpack
+from plant_bench.agents.remote.codec import MOST_AXES, MOST_PASSES, array_out, pack, unpack
 from plant_bench.agents.remote.messages import (
     PROTOCOL_VERSION,
     Wire,
@@ -33,8 +32,6 @@ from plant_bench.agents.remote.messages import (
 from plant_bench.agents.remote.process import LENGTH
 from plant_bench.errors import AgentError
 from plant_bench.inference import listen_to_passes
-
-MOST_AXES = 3  # of an array that the benchmark takes
 
 
 def main() -> None:

@@ -6,12 +6,20 @@ import os
 import sys
 import threading
 import time
+from pathlib import Path
 
 import numpy as np
 
-from plant_bench.agent import Control, Input
+from plant_bench.agent import Cause, Control, Input, Plan, Reason
+from plant_bench.inference import forward_pass
 
 BRAKE = Control(-1.0, 0.0)
+
+
+def note_process():
+    """Tell the test who this is."""
+    with Path(os.environ["HOSTILE_PIDS"]).open("a") as file:
+        file.write(f"{os.getpid()}\n")
 
 
 class Good:
@@ -123,19 +131,60 @@ class AnnouncesTooMuch(Good):
         time.sleep(600.0)
 
 
-class LeavesDaemons(Good):
-    """Starts processes that leave its group, and dies."""
-
-    def third(self):
-        for _ in range(3):
-            if os.fork() == 0:
-                os.setsid()
-                if os.fork() == 0:
-                    time.sleep(600.0)
-                os._exit(0)
+def start_daemon():
+    """Start a process that leaves its group and its parent."""
+    if os.fork() == 0:
+        os.setsid()
+        if os.fork() == 0:
+            note_process()
+            time.sleep(600.0)
         os._exit(0)
+    time.sleep(0.1)
+
+
+class LeavesADaemon(Good):
+    def third(self):
+        start_daemon()
+        os._exit(0)
+
+
+class HangsWithADaemon(Good):
+    def third(self):
+        note_process()
+        start_daemon()
+        time.sleep(600.0)
 
 
 class DiesAtReset(Good):
     def reset(self, route):
         os._exit(5)
+
+
+class Explains(Good):
+    """Tells reasons, ranks, forward passes and intervals."""
+
+    interval = 3
+
+    def third(self):
+        self.interval = 7
+        with forward_pass(tokens=5):
+            return Plan(np.ones((4, 2)))
+
+    def explain(self):
+        return Reason(Cause.LEADER, 11)
+
+    def rank(self, observation):
+        return np.arange(len(observation.actors or ()), dtype=float)
+
+
+class ByRoute(Good):
+    """Does on each route what the route is called."""
+
+    kind = Good
+
+    def reset(self, route):
+        self.decisions = 0
+        self.kind = globals()[route.id.partition("-")[0]]
+
+    def third(self):
+        return self.kind.third(self)

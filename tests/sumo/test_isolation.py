@@ -22,8 +22,8 @@ pytestmark = [
 ROOT = Path(__file__).parents[2]
 HOSTILE = ROOT / "tests" / "unit" / "agents" / "remote" / "hostile.py"
 REASONS = {
-    "Hangs": "act raised TimeLimitError: no answer within 3 s (--tick-limit).",
-    "Leaks": "act raised MemoryLimitError: it wants more than 0.4 GB (--memory-limit).",
+    "Hangs": "act raised TimeLimitError: no answer within 8 s (--tick-limit).",
+    "Leaks": "act raised MemoryLimitError: it wants more than 0.25 GB (--memory-limit).",
     "Segfaults": "act raised ProcessEndedError: its process was ended by SIGSEGV.",
     "ExitsAtOnce": "act raised ProcessEndedError: its process ended with exit code 3.",
     "Raises": "act raised ValueError: no way out of <object object at 0x...>",
@@ -82,7 +82,7 @@ def records(run):
 def test_hostile_planners_harm_neither_the_run_nor_the_good(tmp_path):
     agent = f"{shutil.copy(HOSTILE, tmp_path)}:ByRoute"
     suite(tmp_path / "suite.json", ["Good", *REASONS, "Good"])
-    limits = ("--isolate", "--tick-limit", "3", "--memory-limit", "0.4", "--workers", "2")
+    limits = ("--isolate", "--tick-limit", "8", "--memory-limit", "0.25", "--workers", "2")
 
     code, said = score(tmp_path, agent, "isolated", *limits)
     clean, _ = score(tmp_path, agent, "clean", "--routes", f"0,{len(REASONS) + 1}")

@@ -24,8 +24,8 @@ from plant_bench.world.scene import Actors, EgoState
 
 pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="watched in /proc")
 HOSTILE = Path(__file__).with_name("hostile.py")
-LIMITS = Limits(tick=60.0, start_up=60.0, memory=0.4)
-SHORT = Limits(tick=0.5, start_up=60.0, memory=0.4)
+LIMITS = Limits(tick=60.0, start_up=60.0, memory=0.25)
+SHORT = Limits(tick=0.5, start_up=60.0, memory=0.25)
 EGO = EgoState(0.0, 0.0, 0.0, 5.0)
 
 
@@ -66,9 +66,9 @@ def all_gone(processes, patience=10.0):
     ("name", "error", "reason"),
     [
         ("Hangs", "TimeLimitError", "no answer within 0.5 s (--tick-limit)."),
-        ("Leaks", "MemoryLimitError", "it wants more than 0.4 GB (--memory-limit)."),
-        ("LeaksInAChild", "MemoryLimitError", "it wants more than 0.4 GB (--memory-limit)."),
-        ("WantsAll", "MemoryLimitError", "it wants more than 0.4 GB (--memory-limit)."),
+        ("Leaks", "MemoryLimitError", "it wants more than 0.25 GB (--memory-limit)."),
+        ("LeaksInAChild", "MemoryLimitError", "it wants more than 0.25 GB (--memory-limit)."),
+        ("WantsAll", "MemoryLimitError", "it wants more than 0.25 GB (--memory-limit)."),
         ("Segfaults", "ProcessEndedError", "its process was ended by SIGSEGV."),
         ("ExitsAtOnce", "ProcessEndedError", "its process ended with exit code 3."),
         ("DiesAtReset", "ProcessEndedError", "its process ended with exit code 5."),

@@ -4,6 +4,7 @@ import sys
 from pathlib import Path
 
 _OURS = Path(__file__).resolve().parents[1]
+_INSTALLED = {"site-packages", "dist-packages"}
 
 
 def _root(file: Path) -> Path:
@@ -35,4 +36,4 @@ def files_loaded_beside(file: Path) -> set[Path]:
 def _is_own(path: Path, root: Path) -> bool:
     if not path.is_relative_to(root) or path.is_relative_to(_OURS):
         return False
-    return "site-packages" not in path.relative_to(root.parent).parts
+    return _INSTALLED.isdisjoint(path.relative_to(root.parent).parts)

@@ -52,7 +52,7 @@ class Limits:
         """
         for name, value in vars(self).items():
             if not 0.0 < value < 1e6:
-                message = f"--{name.replace('_', '-')}-limit {value:g}: more than 0 is wanted."
+                message = f"--{name.replace('_', '-')}-limit {value:g}: a number above 0 is wanted."
                 raise InputError(message)
 
 

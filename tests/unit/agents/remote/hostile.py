@@ -7,6 +7,7 @@ import sys
 import threading
 import time
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -35,7 +36,7 @@ class Good:
         self.decisions += 1
         return Control(1.0, 0.0) if self.decisions < 3 else self.third()
 
-    def third(self):
+    def third(self) -> Any:
         return Control(0.5, 0.0)
 
 

@@ -1,6 +1,5 @@
 """What is said survives the way there, and nothing that a planner says is believed."""
 
-import msgpack
 import numpy as np
 import pytest
 from hypothesis import given
@@ -48,7 +47,7 @@ def test_an_observation_arrives_to_the_last_bit(parts):
     told = observation_in(unpack(pack(observation_out("act", seen))))
 
     assert _equal(seen, told)
-    if parts:
+    if told.actors is not None:
         assert told.actors.poses.dtype == np.float32
         assert told.actors.kinds.dtype == np.uint8
 
@@ -128,6 +127,6 @@ def test_arrays_whose_bytes_and_shape_differ_are_refused(array):
 
 
 def test_deep_and_wide_messages_are_refused():
-    for data in (b"\x91" * 100_000, b"\xdd\xff\xff\xff\xff", msgpack.packb([{}])):
+    for data in (b"\x91" * 100_000, b"\xdd\xff\xff\xff\xff", bytes([0x91, 0x80])):
         with pytest.raises(ProtocolError):
             unpack(data)

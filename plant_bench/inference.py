@@ -43,7 +43,11 @@ def forward_pass(tokens: int) -> Iterator[None]:
     """Time what is done inside as one forward pass over so many tokens."""
     begin = time.perf_counter()
     yield
-    seconds = time.perf_counter() - begin
+    tell_pass(ForwardPass(time.perf_counter() - begin, tokens))
+
+
+def tell_pass(done: ForwardPass) -> None:
+    """Tell of a forward pass that was timed elsewhere, in another process for instance."""
     passes = _listener.get()
     if passes is not None:
-        passes.append(ForwardPass(seconds, tokens))
+        passes.append(done)

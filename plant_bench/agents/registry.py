@@ -1,4 +1,4 @@
-"""Find a planner by its registered name, its module or its file."""
+"""Find a planner by its name, its module, its file, or the command that runs it."""
 
 import difflib
 import hashlib
@@ -6,12 +6,18 @@ import importlib
 import importlib.util
 import re
 import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 import plant_bench.features
 from plant_bench.agent import Agent, Input
+from plant_bench.agents.installed import installed_planners
+from plant_bench.agents.own_files import files_loaded_beside, package_files
+from plant_bench.agents.remote.programs import is_command, program_of
 from plant_bench.errors import InputError
 
 AGENTS: dict[str, str] = {
@@ -27,17 +33,36 @@ AGENTS: dict[str, str] = {
     "sumo": "plant_bench.agents.sumo_driver:SumoDriver",
 }
 
+_maker: ContextVar[Callable[[str], Agent] | None] = ContextVar("who makes planners", default=None)
+
+
+@contextmanager
+def planners_made_by(maker: Callable[[str], Agent]) -> Iterator[None]:
+    """Let `load_agent` ask somebody else for planners, who may keep them in other processes."""
+    token = _maker.set(maker)
+    try:
+        yield
+    finally:
+        _maker.reset(token)
+
 
 def load_agent(spec: str) -> Agent:
     """Return a new planner.
 
     Args:
-        spec: A name in `AGENTS`, "package.module:Class" or "path/to/file.py:Class"; what follows
-            an "@" is given to the class as its only argument, as in "plant@models/mine".
+        spec: A name in `AGENTS` or of an installed planner, "package.module:Class" or
+            "path/to/file.py:Class"; what follows an "@" is given to the class as its only
+            argument, as in "plant@models/mine". Or "command:PROGRAM WORDS" for a planner in
+            another process (docs/protocol-agents.md).
 
     Raises:
         InputError: There is no such planner, or it is none; says what was meant perhaps.
     """
+    maker = _maker.get()
+    if maker is not None:
+        return maker(spec)
+    if is_command(spec):
+        return _commanded(spec)
     target, argument = _split(spec)
     factory = agent_factory(target)
     try:
@@ -92,7 +117,8 @@ def agent_checksum(spec: str) -> str:
     Raises:
         InputError: There is no such planner.
     """
-    digest = hashlib.sha256(_names(_split(spec)[0])[1].encode())
+    name = spec if is_command(spec) else _names(_split(spec)[0])[1]
+    digest = hashlib.sha256(name.encode())
     for path in sorted(agent_files(spec)):
         digest.update(path.name.encode())
         digest.update(_content(path, spec))
@@ -103,35 +129,50 @@ def agent_files(spec: str) -> set[Path]:
     """Return the files of what makes a planner drive as it does.
 
     For a built-in planner these are all modules of `plant_bench.agents`, whose parts it is made of,
-    of its own package in there, and of `plant_bench.features`; for an outsider's every module it
-    has loaded from its own folder (or package). For either also the files that it, or its class,
-    lists as `files`: its weights, for instance.
+    of its own package in there, and of `plant_bench.features`; for an installed planner all modules
+    of its package; for any other every module it has loaded from its own folder (or package); for a
+    command those of its words that are files. For each also the files that it, or its class, lists
+    as `files`: its weights, for instance.
 
     Raises:
         InputError: There is no such planner.
     """
     agent = load_agent(spec)
-    module_name, _ = _names(_split(spec)[0])
+    if is_command(spec) or _maker.get() is not None:
+        return _listed(agent)  # all of them are told from the other process
+    return files_of(spec, agent)
+
+
+def files_of(spec: str, agent: Agent) -> set[Path]:
+    """Return the files of a planner that has been loaded in this process; as `agent_files`."""
+    target = _split(spec)[0]
+    module_name, _ = _names(target)
     file = Path(_module(module_name, spec).__file__ or "")
     if module_name.startswith("plant_bench.agents."):
         folders = {Path(__file__).parent, file.parent, Path(plant_bench.features.__file__).parent}
         files = {path for folder in folders for path in folder.glob("*.py")}
+    elif ":" not in target:
+        files = package_files(file)
     else:
-        files = _loaded_beside(file)
-    return files | {Path(item) for item in getattr(agent, "files", ())}
+        files = files_loaded_beside(file)
+    return files | _listed(agent)
 
 
-def _loaded_beside(file: Path) -> set[Path]:
-    """Return the files of all modules loaded from a file's folder, or from its whole package."""
-    root = file.resolve().parent
-    while (root / "__init__.py").is_file() and (root.parent / "__init__.py").is_file():
-        root = root.parent
-    loaded = (getattr(module, "__file__", None) for module in list(sys.modules.values()))
-    files = {Path(name).resolve() for name in loaded if name}
-    return {file.resolve()} | {path for path in files if path.is_relative_to(root)}
+def _listed(agent: Agent) -> set[Path]:
+    return {Path(item) for item in getattr(agent, "files", ())}
+
+
+def _commanded(spec: str) -> Agent:
+    from plant_bench.agents.remote.agent import remote_agent
+    from plant_bench.agents.remote.process import Limits
+
+    return remote_agent(program_of(spec), Limits())
 
 
 def _content(path: Path, spec: str) -> bytes:
+    if path.exists() and not path.is_file():  # a device never ends
+        message = f"The agent '{spec}' lists {path}, which is no file."
+        raise InputError(message)
     try:
         return path.read_bytes()
     except OSError as error:
@@ -150,11 +191,15 @@ def _split(spec: str) -> tuple[str, str | None]:
 
 def _names(target: str) -> tuple[str, str]:
     """Return the names of module and class."""
-    module_name, colon, class_name = AGENTS.get(target, target).rpartition(":")
+    found = AGENTS.get(target, target)
+    if ":" not in found:  # built-in planners come first, whatever is installed
+        found = installed_planners()[target].target if target in installed_planners() else ""
+    module_name, colon, class_name = found.rpartition(":")
     if not colon or not module_name or not class_name:
+        known = [*AGENTS, *(name for name in installed_planners() if name not in AGENTS)]
         message = (
-            f"There is no agent '{target}'.{_did_you_mean(target, list(AGENTS))} "
-            f"Agents here: {', '.join(AGENTS)}; or give package.module:Class or file.py:Class."
+            f"There is no agent '{target}'.{_did_you_mean(target, known)} "
+            f"Agents here: {', '.join(known)}; or give package.module:Class or file.py:Class."
         )
         raise InputError(message)
     return module_name, class_name

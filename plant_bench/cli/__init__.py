@@ -13,6 +13,7 @@ from plant_bench.cli.data import data_app
 from plant_bench.cli.export import export_run
 from plant_bench.cli.hazards import hazards_app
 from plant_bench.cli.importing import import_routes, import_town
+from plant_bench.cli.new_agent import new_agent
 from plant_bench.cli.replay import replay, serve
 from plant_bench.cli.report import report
 from plant_bench.cli.rfds import score_rfds
@@ -47,6 +48,7 @@ app.command("why")(explain_run)
 app.command("serve")(serve)
 app.command("export")(export_run)
 app.command("agents")(list_agents)
+app.command("new-agent")(new_agent)
 app.command("collect")(collect)
 app.add_typer(data_app, name="data")
 app.add_typer(train_app, name="train")

@@ -11,6 +11,7 @@ from plant_bench.cli.progress import RunProgress
 from plant_bench.reports.tables import print_planner_time, print_speed, print_summary
 from plant_bench.runner.claims import Shard
 from plant_bench.runner.executors import Executor
+from plant_bench.runner.isolation import Isolation, isolated
 from plant_bench.runner.jobs import episode_name
 from plant_bench.runner.run import Run, ScoreRequest, open_run
 from plant_bench.runner.speed import read_timings, speed_of, write_speed
@@ -30,6 +31,7 @@ def drive(
     law: Law,
     executor: Executor | None = None,
     shard: Shard | None = None,
+    isolation: Isolation | None = None,
 ) -> int:
     """Drive a run to its end, or until Ctrl-C.
 
@@ -40,16 +42,18 @@ def drive(
         PlantBenchError: The run cannot be started or cannot go on.
     """
     start = time.monotonic()
-    run = drive_missing(
-        request,
-        out,
-        overwrite=overwrite,
-        workers=workers,
-        recordings=recordings,
-        law=law,
-        executor=executor,
-        shard=shard,
-    )
+    with isolated(isolation):  # this process loads planners, too
+        run = drive_missing(
+            request,
+            out,
+            overwrite=overwrite,
+            workers=workers,
+            recordings=recordings,
+            law=law,
+            executor=executor,
+            shard=shard,
+            isolation=isolation,
+        )
     if run is None:
         return EXIT_INTERRUPTED
     if left := run.unfinished_by_others():
@@ -79,6 +83,7 @@ def drive_missing(
     law: Law,
     executor: Executor | None = None,
     shard: Shard | None = None,
+    isolation: Isolation | None = None,
 ) -> Run | None:
     """Drive what of a run has no record, and show how it goes; None if Ctrl-C ended it.
 
@@ -99,6 +104,7 @@ def drive_missing(
                     recordings=recordings,
                     on_event=progress,
                     executor=executor,
+                    isolation=isolation,
                 )
         except KeyboardInterrupt:
             _say_stopped(run, law)

@@ -6,6 +6,13 @@ from typing import Annotated
 import typer
 
 from plant_bench.cli.executing import AddressOption, ExecutorOption, ManyWorkersOption, Where
+from plant_bench.cli.isolating import (
+    IsolateOption,
+    MemoryLimitOption,
+    StartUpLimitOption,
+    TickLimitOption,
+    isolation_for,
+)
 from plant_bench.cli.options import (
     CORES,
     DensityOption,
@@ -22,7 +29,7 @@ def score(
         str,
         typer.Option(
             help="A name of `plant-bench agents`, module:Class or file.py:Class; weights after an "
-            "@, as in plant@models/mine."
+            "@, as in plant@models/mine. Or command:PROGRAM for one in another process."
         ),
     ],
     suite: SuiteOption = "longest6",
@@ -50,6 +57,10 @@ def score(
         bool, typer.Option(help="Keep every tick, for rescoring and replays.")
     ] = True,
     law: LawOption = "lb1.0",
+    isolate: IsolateOption = False,
+    tick_limit: TickLimitOption = None,
+    start_up_limit: StartUpLimitOption = None,
+    memory_limit: MemoryLimitOption = None,
 ) -> None:
     """Drive a suite and say how well.
 
@@ -73,6 +84,9 @@ def score(
     from plant_bench.scoring.laws import law_of
 
     chosen = law_of(law)
+    isolation = isolation_for(
+        agent, isolate=isolate, tick=tick_limit, start_up=start_up_limit, memory=memory_limit
+    )
     request = ScoreRequest(agent, suite, routes, repetitions, seed, density, hazards)
     code = drive(
         request,
@@ -83,5 +97,6 @@ def score(
         law=chosen,
         executor=chosen_executor(executor, address, workers),
         shard=None if shard is None else Shard.parse(shard),
+        isolation=isolation,
     )
     raise typer.Exit(code)

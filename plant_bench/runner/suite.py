@@ -18,6 +18,7 @@ from plant_bench.runner.executors import (
     Retried,
     Started,
 )
+from plant_bench.runner.isolation import Isolation, isolated
 from plant_bench.runner.jobs import Job, episode_name
 from plant_bench.runner.run_folder import RunFolder
 from plant_bench.runner.timing import Timing
@@ -74,6 +75,7 @@ class _Task:
     job: Job
     recording: Path | None
     run_episode: str
+    isolation: Isolation | None = None
 
     @property
     def needs(self) -> Needs:
@@ -95,6 +97,7 @@ def run_suite(
     on_event: Callable[[SuiteEvent], None],
     run_episode: str = RUN_EPISODE,
     executor: Executor | None = None,
+    isolation: Isolation | None = None,
 ) -> None:
     """Run jobs and write each one's record the moment it ends.
 
@@ -109,13 +112,19 @@ def run_suite(
         on_event: Told what happens, in this process.
         run_episode: "module:function" that runs a job.
         executor: Runs the jobs somewhere else, with as many workers as it likes.
+        isolation: Keeps the planner in a process of its own.
 
     Raises:
         InputError: Something no episode can run without is missing or cannot be written.
         SimulationError: Worker processes do not start.
     """
     tasks = [
-        _Task(job, folder.recording_path(episode_name(job)) if recordings else None, run_episode)
+        _Task(
+            job,
+            folder.recording_path(episode_name(job)) if recordings else None,
+            run_episode,
+            isolation,
+        )
         for job in jobs
     ]
 
@@ -146,7 +155,8 @@ def _run_task(task: _Task, report: Report) -> Episode:
     """Run an episode: what a worker does."""
     module, _, function = task.run_episode.partition(":")
     run_episode = getattr(import_module(module), function)
-    return run_episode(task.job, recording=task.recording, progress=report)
+    with isolated(task.isolation):
+        return run_episode(task.job, recording=task.recording, progress=report)
 
 
 def crashed_result(job: Job, reason: str) -> EpisodeResult:

@@ -1,0 +1,222 @@
+"""One planner's process as a worker sees it: a question, an answer, and what became of it."""
+
+import contextlib
+import os
+import select
+import signal
+import struct
+import subprocess
+import sys
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from plant_bench.agents.remote import keeper
+from plant_bench.agents.remote.failures import (
+    MemoryLimitError,
+    ProcessEndedError,
+    ProtocolError,
+    RemoteError,
+    TimeLimitError,
+)
+from plant_bench.errors import InputError
+
+GIGABYTE = 1_000_000_000
+LENGTH = struct.Struct("<I")  # before each message: its length in bytes
+LONGEST_ANSWER = 1 << 20  # bytes
+PRINTED = 262_144  # bytes of what one process prints that are kept
+GRACE = 2.0  # s for the keeper to say what became of a planner that has closed its pipe
+CLOSING = 10.0  # s for the keeper to end whatever the planner started
+CHUNK = 1 << 16
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What a planner's process may take.
+
+    Attributes:
+        tick: Seconds of wall time for one decision.
+        start_up: Seconds to start, and again for each `reset`.
+        memory: Gigabytes that all of its processes may hold together (their resident sets).
+    """
+
+    tick: float = 5.0
+    start_up: float = 120.0
+    memory: float = 4.0
+
+    def __post_init__(self) -> None:
+        """Check that all are positive.
+
+        Raises:
+            InputError: One is not.
+        """
+        for name, value in vars(self).items():
+            if not 0.0 < value < 1e6:
+                message = f"--{name.replace('_', '-')}-limit {value:g}: a number above 0 is wanted."
+                raise InputError(message)
+
+
+class PlannerProcess:
+    """A planner's process with its keeper; changes with each question.
+
+    Args:
+        command: What to start; it speaks the protocol on its standard input and output.
+        limits: What it may take.
+
+    Raises:
+        ProcessEndedError: It cannot be started.
+    """
+
+    def __init__(self, command: Sequence[str], limits: Limits) -> None:
+        self.limits = limits
+        control, self._control = os.pipe()
+        self._status, status = os.pipe()
+        memory = int(limits.memory * GIGABYTE)
+        options = (str(control), str(status), str(memory), str(PRINTED))
+        self._keeper = subprocess.Popen(
+            [sys.executable, "-I", "-S", str(keeper.__file__), *options, *command],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            pass_fds=(control, status),
+            start_new_session=True,  # Ctrl-C reaches the parent alone
+            bufsize=0,
+        )
+        os.close(control)
+        os.close(status)
+        stdin, stdout = self._keeper.stdin, self._keeper.stdout
+        if stdin is None or stdout is None:  # never: both are pipes
+            raise RuntimeError
+        self._to, self._from = stdin.fileno(), stdout.fileno()
+        os.set_blocking(self._to, False)
+        os.set_blocking(self._from, False)
+        self.alive = True
+
+    def ask(self, message: bytes, seconds: float, limit: str) -> bytes:
+        """Return what the planner answers; it is ended if it fails.
+
+        Args:
+            message: To send.
+            seconds: Wall time until the answer must be there.
+            limit: The option that sets this time, for the message.
+
+        Raises:
+            RemoteError: What it did instead of answering.
+        """
+        if not self.alive:
+            message_ = "its process has been ended."
+            raise ProcessEndedError(message_)
+        try:
+            return self._exchange(LENGTH.pack(len(message)) + message, seconds, limit)
+        except BaseException:
+            self.close()
+            raise
+
+    def close(self) -> None:
+        """End the process and all that it started."""
+        if not self.alive:
+            return
+        self.alive = False
+        os.close(self._control)
+        try:
+            self._keeper.wait(CLOSING)
+        except subprocess.TimeoutExpired:
+            self._keeper.kill()
+            self._keeper.wait()
+        for stream in (self._keeper.stdin, self._keeper.stdout):
+            if stream is not None:
+                with contextlib.suppress(OSError):
+                    stream.close()
+        os.close(self._status)
+
+    def _exchange(self, frame: bytes, seconds: float, limit: str) -> bytes:
+        deadline = time.monotonic() + seconds
+        self._expect_silence()
+        left, answer = memoryview(frame), bytearray()
+        poll = select.poll()
+        poll.register(self._from, select.POLLIN)
+        poll.register(self._to, select.POLLOUT)
+        while (size := _size(answer)) is None or len(answer) < size:
+            wait = deadline - time.monotonic()
+            events = dict(poll.poll(1000.0 * wait)) if wait > 0.0 else {}
+            if not events:
+                message = f"no answer within {seconds:g} s ({limit})."
+                raise TimeLimitError(message)
+            if self._to in events:
+                left = self._send(left)
+                if not left:
+                    poll.unregister(self._to)
+            if self._from in events:
+                answer += self._receive()
+        if len(answer) > size or left:
+            message = "it said more than it was asked, or before it was asked."
+            raise ProtocolError(message)
+        return bytes(answer[LENGTH.size :])
+
+    def _send(self, left: memoryview) -> memoryview:
+        try:
+            return left[os.write(self._to, left) :]
+        except BlockingIOError:
+            return left
+        except OSError:
+            raise self._end() from None
+
+    def _receive(self) -> bytes:
+        try:
+            text = os.read(self._from, CHUNK)
+        except BlockingIOError:
+            return b""
+        except OSError:
+            text = b""
+        if not text:
+            raise self._end()
+        return text
+
+    def _expect_silence(self) -> None:
+        with contextlib.suppress(BlockingIOError):
+            if os.read(self._from, 1):
+                message = "it spoke without being asked."
+                raise ProtocolError(message)
+            raise self._end()
+
+    def _end(self) -> RemoteError:
+        """Return what became of a planner whose pipe is closed."""
+        if not select.select([self._status], [], [], GRACE)[0]:
+            return ProcessEndedError("it has closed its pipe.")
+        told = os.read(self._status, CHUNK).decode(errors="replace").partition("\n")[0]
+        kind, _, rest = told.partition(" ")
+        if kind == "memory":
+            return memory_limit(self.limits)
+        if kind == "signal":
+            return ProcessEndedError(f"its process was ended by {_signal_name(rest)}.")
+        if kind == "exit":
+            return ProcessEndedError(f"its process ended with exit code {rest}.")
+        if kind == "unstartable":
+            return ProcessEndedError(f"it cannot be started: {rest}.")
+        return ProcessEndedError("its process and its keeper are gone.")
+
+
+def memory_limit(limits: Limits) -> MemoryLimitError:
+    """Return what a planner that wants too much memory has done."""
+    return MemoryLimitError(f"it wants more than {limits.memory:g} GB (--memory-limit).")
+
+
+def _size(answer: bytearray) -> int | None:
+    """Return how long the frame being received will be; None while that is not known.
+
+    Raises:
+        ProtocolError: Longer than any answer may be.
+    """
+    if len(answer) < LENGTH.size:
+        return None
+    (length,) = LENGTH.unpack_from(answer)
+    if length > LONGEST_ANSWER:
+        message = f"it announced a message of more than {LONGEST_ANSWER} bytes."
+        raise ProtocolError(message)
+    return LENGTH.size + length
+
+
+def _signal_name(number: str) -> str:
+    try:
+        return signal.Signals(int(number)).name
+    except ValueError:
+        return f"signal {number}"

@@ -1,0 +1,59 @@
+"""What is started for a planner in another process: a command of the user's, or Python."""
+
+import shlex
+import shutil
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+from plant_bench.errors import InputError
+
+COMMAND = "command:"
+_SERVE = (sys.executable, "-P", "-m", "plant_bench.agents.remote.serve")
+
+
+@dataclass(frozen=True)
+class Program:
+    """A program that speaks the protocol.
+
+    Attributes:
+        spec: As the user gave it.
+        command: The words to start.
+        agent: Which planner in it is wanted, told with "hello".
+        files: Those among the words that name files: the program, a script, its configuration.
+    """
+
+    spec: str
+    command: tuple[str, ...]
+    agent: str = ""
+    files: tuple[Path, ...] = ()
+
+
+def is_command(spec: str) -> bool:
+    """Tell whether a planner is given as a command that speaks the protocol."""
+    return spec.startswith(COMMAND)
+
+
+def program_of(spec: str) -> Program:
+    """Return what to start for a planner: the command it names, or Python that loads it.
+
+    Raises:
+        InputError: The command is empty, or no such program is there.
+    """
+    if not is_command(spec):
+        return Program(spec, _SERVE, agent=spec)
+    try:
+        words = shlex.split(spec.removeprefix(COMMAND))
+    except ValueError as error:
+        message = f"The agent '{spec}' is no command: {error}."
+        raise InputError(message) from error
+    if not words:
+        message = f"The agent '{spec}' names no program: as in command:./my_planner --flag."
+        raise InputError(message)
+    if shutil.which(words[0]) is None:
+        there = Path(words[0]).exists()
+        wrong = "is not executable: chmod +x it" if there else "is not there"
+        message = f"The agent '{spec}' cannot be started: {words[0]} {wrong}."
+        raise InputError(message)
+    files = tuple(Path(word) for word in words if Path(word).is_file())
+    return Program(spec, tuple(words), files=files)

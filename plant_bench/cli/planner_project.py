@@ -1,0 +1,107 @@
+"""Writes a planner's project from the templates beside this file."""
+
+import importlib.util
+import keyword
+import re
+import shutil
+import tempfile
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+from string import Template
+
+from plant_bench.agents.registry import AGENTS
+from plant_bench.errors import InputError
+
+TEMPLATES = Path(__file__).with_name("templates")
+SUFFIX = ".tmpl"
+PACKAGE = "package"  # the templates' folder that gets the planner's name
+_NAME = re.compile(r"[a-z][a-z0-9_]{0,49}")
+
+
+class Kind(StrEnum):
+    """What sort of planner the project begins with."""
+
+    RULES = "rules"
+    TORCH = "torch"
+
+
+@dataclass(frozen=True)
+class Project:
+    """A project that has been written.
+
+    Attributes:
+        folder: Of the project.
+        files: In it, relative to it.
+        spec: The planner as `load_agent` takes it, without being installed.
+    """
+
+    folder: Path
+    files: tuple[Path, ...]
+    spec: str
+
+
+def write_project(name: str, parent: Path, kind: Kind) -> Project:
+    """Write a project into a new folder of that name, whole or not at all.
+
+    Raises:
+        InputError: The name cannot be used, or the folder is there.
+    """
+    check_name(name)
+    folder = parent / name
+    if folder.exists() or folder.is_symlink():
+        message = f"{folder} is there and is left as it is. Choose another name, or --out."
+        raise InputError(message)
+    if not parent.is_dir():
+        message = f"There is no folder {parent} to put {name} in."
+        raise InputError(message)
+    words = _words(name, kind)
+    with tempfile.TemporaryDirectory(dir=parent, prefix=f".{name}-") as draft:
+        whole = Path(draft) / name
+        for part in ("shared", kind.value):
+            _fill(TEMPLATES / part, whole, words)
+        shutil.move(whole, folder)
+    files = tuple(sorted(path.relative_to(folder) for path in folder.rglob("*") if path.is_file()))
+    return Project(folder, files, f"{folder / name / 'agent.py'}:{words['class_name']}")
+
+
+def check_name(name: str) -> None:
+    """Check that a name can be that of a package and of a planner.
+
+    Raises:
+        InputError: What is wrong with it.
+    """
+    if not _NAME.fullmatch(name) or keyword.iskeyword(name):
+        near = re.sub(r"\W+", "_", name.lower()).strip("_")
+        near = f" For instance: {near}." if _NAME.fullmatch(near) and near != name else ""
+        message = (
+            f"'{name}' is no name for a package: small letters, digits and _ are wanted, "
+            f"a letter first, and no word of Python's.{near}"
+        )
+        raise InputError(message)
+    if name.replace("_", "-") in AGENTS:
+        message = f"'{name}' is a planner of plant-bench's own. Choose another name."
+        raise InputError(message)
+    found = importlib.util.find_spec(name)
+    if found is not None and found.origin is not None:
+        message = f"There is a package '{name}' in this Python already. Choose another name."
+        raise InputError(message)
+
+
+def _words(name: str, kind: Kind) -> dict[str, str]:
+    learned = kind is Kind.TORCH
+    return {
+        "package": name,
+        "class_name": "".join(part.capitalize() for part in name.split("_")),
+        "more_dependencies": ', "torch", "safetensors"' if learned else "",
+        "about": "\nIts network is untrained: the module says how to save a trained one." * learned,
+    }
+
+
+def _fill(template: Path, folder: Path, words: dict[str, str]) -> None:
+    for path in sorted(template.rglob(f"*{SUFFIX}")):
+        place = path.relative_to(template).with_suffix("")
+        parts = [words["package"] if part == PACKAGE else part for part in place.parts]
+        target = folder.joinpath(*parts)
+        target.parent.mkdir(parents=True, exist_ok=True)
+        target.write_text(Template(path.read_text("utf-8")).substitute(words), encoding="utf-8")

@@ -1,0 +1,195 @@
+"""What becomes of planners in processes of their own: the good, and those that misbehave."""
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from plant_bench.agent import Cause, Control, Observation, Plan, Ranker, Reason, check_action
+from plant_bench.agents.registry import agent_files, load_agent
+from plant_bench.agents.remote.agent import remote_agent
+from plant_bench.agents.remote.connection import end_processes
+from plant_bench.agents.remote.process import Limits
+from plant_bench.agents.remote.programs import program_of
+from plant_bench.errors import AgentError, InputError
+from plant_bench.inference import listen_to_passes
+from plant_bench.runner.isolation import isolated, isolation_of
+from plant_bench.world.scene import Actors, EgoState
+
+pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="watched in /proc")
+HOSTILE = Path(__file__).with_name("hostile.py")
+LIMITS = Limits(tick=60.0, start_up=60.0, memory=0.25)
+SHORT = Limits(tick=0.5, start_up=60.0, memory=0.25)
+EGO = EgoState(0.0, 0.0, 0.0, 5.0)
+
+
+@pytest.fixture(autouse=True)
+def no_process_is_left():
+    yield
+    end_processes()
+
+
+@pytest.fixture
+def processes(tmp_path, monkeypatch):
+    """Return the processes that planners have told of."""
+    told = tmp_path / "pids"
+    told.touch()
+    monkeypatch.setenv("HOSTILE_PIDS", str(told))
+    return lambda: [int(line) for line in told.read_text().split()]
+
+
+def planner(name, limits=LIMITS):
+    return remote_agent(program_of(f"{HOSTILE}:{name}"), limits)
+
+
+def drive(agent, decisions=4):
+    agent.reset(None)
+    return [check_action(agent.act(Observation(0.0, EGO, 8.0))) for _ in range(decisions)]
+
+
+def all_gone(processes, patience=10.0):
+    deadline = time.monotonic() + patience
+    while any(Path(f"/proc/{process}").exists() for process in processes):
+        if time.monotonic() > deadline:
+            return False
+        time.sleep(0.02)
+    return True
+
+
+@pytest.mark.parametrize(
+    ("name", "error", "reason"),
+    [
+        ("Hangs", "TimeLimitError", "no answer within 0.5 s (--tick-limit)."),
+        ("Leaks", "MemoryLimitError", "it wants more than 0.25 GB (--memory-limit)."),
+        ("LeaksInAChild", "MemoryLimitError", "it wants more than 0.25 GB (--memory-limit)."),
+        ("WantsAll", "MemoryLimitError", "it wants more than 0.25 GB (--memory-limit)."),
+        ("Segfaults", "ProcessEndedError", "its process was ended by SIGSEGV."),
+        ("ExitsAtOnce", "ProcessEndedError", "its process ended with exit code 3."),
+        ("DiesAtReset", "ProcessEndedError", "its process ended with exit code 5."),
+        ("Exits", "SystemExit", "4"),
+        ("Raises", "ValueError", "no way out of <object object at 0x...>"),
+        ("ClosesItsPipe", "ProcessEndedError", "it has closed its pipe."),
+        ("AnswersGarbage", "ProtocolError", "it said more than it was asked"),
+        ("AnnouncesTooMuch", "ProtocolError", "it announced a message of more than"),
+        ("PrintsForEver", "TimeLimitError", "no answer within 0.5 s (--tick-limit)."),
+        ("AnswersNaN", "AgentError", "finite numbers are wanted"),
+        ("AnswersNothing", "AgentError", "a Plan or a Control is wanted"),
+    ],
+)
+def test_whoever_misbehaves_is_ended_with_a_reason(name, error, reason):
+    with pytest.raises(AgentError) as caught:
+        drive(planner(name, SHORT if error == "TimeLimitError" else LIMITS))
+
+    assert type(caught.value).__name__ == error
+    assert reason in str(caught.value)
+
+
+def test_what_is_printed_is_kept_up_to_a_limit(capfd):
+    with pytest.raises(AgentError):
+        drive(planner("PrintsForEver", SHORT))
+    end_processes()
+
+    printed = capfd.readouterr().err
+    assert 200_000 < len(printed) < 300_000
+    assert "the rest is dropped" in printed
+
+
+def test_good_planners_share_a_process_one_after_the_other(processes):
+    drives = [drive(planner("Good")) for _ in range(2)]
+
+    assert drives[0] == drives[1] == drive(load_agent(f"{HOSTILE}:Good"))
+
+
+def test_a_planner_goes_on_after_one_that_failed():
+    agent = planner("ByRoute")
+    with pytest.raises(AgentError, match="AttributeError|NoneType"):
+        agent.reset(None)
+
+    assert len(drive(planner("Good"))) == 4
+
+
+def test_all_that_a_planner_tells_comes_through():
+    agent, passes = planner("Explains"), listen_to_passes()
+    seen = Observation(0.0, EGO, 8.0, actors=Actors.none())
+
+    assert agent.interval == 3
+    (*_, plan) = drive(agent, 3)
+
+    assert isinstance(plan, Plan)
+    assert np.array_equal(plan.waypoints, np.ones((4, 2)))
+    assert agent.interval == 7
+    assert agent.explain() == Reason(Cause.LEADER, 11)
+    assert [item.tokens for item in passes] == [5]
+    assert isinstance(agent, Ranker)
+    assert agent.rank(seen).shape == (0,)
+    assert not isinstance(planner("Good"), Ranker)
+
+
+def test_daemons_of_a_planner_die_with_it(processes):
+    with pytest.raises(AgentError, match="exit code 0"):
+        drive(planner("LeavesADaemon"))
+
+    assert len(processes()) == 1
+    assert all_gone(processes())
+
+
+def test_a_killed_worker_leaves_nobody_behind(processes):
+    code = (
+        "from plant_bench.agent import Observation\n"
+        "from plant_bench.world.scene import EgoState\n"
+        "from plant_bench.agents.remote.agent import remote_agent\n"
+        "from plant_bench.agents.remote.programs import program_of\n"
+        "from plant_bench.agents.remote.process import Limits\n"
+        f"agent = remote_agent(program_of('{HOSTILE}:HangsWithADaemon'), Limits(600.0))\n"
+        "agent.reset(None)\n"
+        "for _ in range(3): agent.act(Observation(0.0, EgoState(0.0, 0.0, 0.0, 0.0), 8.0))\n"
+    )
+    worker = subprocess.Popen([sys.executable, "-c", code])
+    deadline = time.monotonic() + 60.0
+    while len(processes()) < 2 and time.monotonic() < deadline:
+        time.sleep(0.02)
+    os.kill(worker.pid, signal.SIGKILL)
+    worker.wait()
+
+    assert len(processes()) == 2
+    assert all_gone(processes())
+
+
+def test_isolation_changes_no_file_that_the_checksum_covers(tmp_path):
+    spec = f"{shutil.copy(HOSTILE, tmp_path)}:Good"
+    within = agent_files(spec)
+    isolation = isolation_of(spec, LIMITS)
+    with isolated(isolation):
+        assert agent_files(spec) == within
+        assert isinstance(load_agent(spec).act, type(planner("Good").act))
+    assert drive(isolation.planner(spec), 1) == [Control(1.0, 0.0)]
+
+
+@pytest.mark.parametrize(
+    ("spec", "message"),
+    [
+        (f"{HOSTILE}:Goood", "Did you mean 'Good'"),
+        ("expart", "Did you mean 'expert'"),
+        ("command:", "names no program"),
+        ("command:'", "is no command"),
+        ("command:./no_such_program", "is not there"),
+        (f"command:{HOSTILE}", "is not executable"),
+        ("command:true", "does not start: ProcessEndedError: its process ended with exit code 0"),
+        ("command:echo hello", "does not start: ProtocolError"),
+    ],
+)
+def test_what_does_not_start_is_bad_input(spec, message):
+    with pytest.raises(InputError, match=message):
+        isolation_of(spec, LIMITS)
+
+
+@pytest.mark.slow
+def test_a_leak_towards_ten_gigabytes_ends_at_the_limit():
+    with pytest.raises(AgentError, match="more than 10 GB"):
+        drive(planner("Leaks", Limits(tick=300.0, memory=10.0)))

@@ -204,7 +204,7 @@ def is_undrivable(drive: PathDrive) -> bool:
 def _extract(net: str, source: MapSource, name: str) -> Town:
     try:
         town = extract_town(net, name)
-    except (KeyError, ValueError) as error:
+    except (LookupError, ValueError) as error:
         raise InputError(
             f"netconvert makes a network of {source.file} that cannot be read "
             f"({type(error).__name__}: {in_one_line(error)}): mend the map in netedit."

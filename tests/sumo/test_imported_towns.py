@@ -289,6 +289,17 @@ def test_a_map_without_a_loop_of_roads_is_refused(tmp_path):
         mended(tmp_path / "map.net.xml")
 
 
+def test_a_map_of_a_whole_country_is_refused(tmp_path):
+    text = '<node id="n22" x="90000" y="260"'
+    path = grid_net(tmp_path)
+    wide = (tmp_path / "n.xml").read_text().replace('<node id="n22" x="260" y="260"', text)
+    (tmp_path / "n.xml").write_text(wide)
+    netconvert(tmp_path, "-n", "n.xml", "-e", "e.xml", "-o", "map.net.xml")
+
+    with pytest.raises(InputError, match="90 km wide"):
+        mended(path)
+
+
 def test_a_town_that_is_there_is_not_replaced_unless_asked(tmp_path):
     out = tmp_path / "out"
     (out / "towns" / "again").mkdir(parents=True)

@@ -33,6 +33,8 @@ from plant_bench.world.town import Lane, Link, Town
 
 ROUNDS = 12  # conversions until nothing is left to mend
 FASTEST = 100.0  # m/s
+WIDEST = 50_000.0  # m
+MOST_KM = 1000.0  # of lanes
 MOST_LANES = 20_000
 NARROWEST = 2.3  # m: the ego's 2.13 and a hand's breadth on each side
 WORST_GAP = 0.5  # m between the lanes of one way
@@ -204,7 +206,7 @@ def is_undrivable(drive: PathDrive) -> bool:
 def _extract(net: str, source: MapSource, name: str) -> Town:
     try:
         town = extract_town(net, name)
-    except (KeyError, ValueError) as error:
+    except (LookupError, ValueError) as error:
         raise InputError(
             f"netconvert makes a network of {source.file} that cannot be read "
             f"({type(error).__name__}: {in_one_line(error)}): mend the map in netedit."
@@ -218,6 +220,12 @@ def _extract(net: str, source: MapSource, name: str) -> Town:
         raise InputError(
             f"{source.file} has {len(town.lanes)} lanes, {MOST_LANES} at most can be used: cut out "
             "a part of a few kilometres."
+        )
+    if max(town.extent) > WIDEST or town.lane_km > MOST_KM:
+        raise InputError(
+            f"{source.file} is {max(town.extent) / 1000:.0f} km wide and has "
+            f"{town.lane_km:.0f} km of lanes, {WIDEST / 1000:.0f} km and {MOST_KM:.0f} km at most "
+            "can be used: cut out a part."
         )
     return town
 

@@ -48,7 +48,7 @@ class Count:
 
 def main() -> None:
     """Run the command line."""
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--formats", default="all", help=f"of {', '.join(FORMATS)}")
     parser.add_argument("--minutes", type=float, default=10.0, help="a format")
     parser.add_argument("--cases", type=int, default=0, help="a format; 0 for as many as go")

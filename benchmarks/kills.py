@@ -53,7 +53,7 @@ class Toll:
 
 def main() -> None:
     """Run the command line."""
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--kills", type=int, default=200, help="faults that struck")
     parser.add_argument("--routes", type=int, default=6, help="of the suite, each once")
     parser.add_argument("--workers", type=int, default=2)

@@ -6,6 +6,7 @@ import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -19,7 +20,7 @@ from plant_bench.runner.provenance import Provenance, provenance
 from plant_bench.runner.run_folder import RunFolder
 from plant_bench.runner.speed import read_timings, speed_of
 from plant_bench.runner.submission import read_submission
-from plant_bench.runner.summary import write_summary
+from plant_bench.runner.summary import summary_texts, write_summary
 from plant_bench.runner.timing import Timing
 from plant_bench.scoring.infractions import Infraction, InfractionKind, Status
 from plant_bench.scoring.results import EpisodeResult, HazardRecord
@@ -174,6 +175,7 @@ def _use_record(box: Path) -> None:
     record.to_json()
     _used(record.driving_score is not None)
     record.as_format(1).to_json()
+    summary_texts([record, record.model_copy(update={"repetition": record.repetition ^ 1})])
 
 
 def _use_provenance(box: Path) -> None:
@@ -413,7 +415,9 @@ def _shard_seeds() -> list[bytes]:
 
     with tempfile.TemporaryDirectory() as place:
         path = Path(place) / "s.npz"
-        columns = {item.name: np.zeros((3, 2), np.float32) for item in fields(Samples)}
+        columns: dict[str, Any] = {
+            item.name: np.zeros((3, 2), np.float32) for item in fields(Samples)
+        }
         np.savez_compressed(path, route=np.array("town01-0"), **columns)
         return [path.read_bytes()]
 

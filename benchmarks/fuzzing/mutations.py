@@ -47,7 +47,7 @@ def _table_changed(chance: random.Random, content: bytes) -> bytes:
     """Change a column, or what is said of the whole, of a table that can still be read."""
     try:
         table = pq.read_table(pa.BufferReader(content), use_threads=False)
-    except (pa.ArrowException, OSError, ValueError):
+    except (pa.ArrowException, OSError, ValueError, MemoryError):
         return content
     name = chance.choice(table.column_names) if table.column_names else ""
     way = chance.randrange(7)
@@ -80,7 +80,7 @@ def _table_changed(chance: random.Random, content: bytes) -> bytes:
             table = table.set_column(table.column_names.index(name), name, column)
         sink = pa.BufferOutputStream()
         pq.write_table(table, sink)
-    except (pa.ArrowException, ValueError, TypeError, OverflowError):
+    except (pa.ArrowException, ValueError, TypeError, OverflowError, KeyError, MemoryError):
         return content
     return sink.getvalue().to_pybytes()
 

@@ -55,7 +55,10 @@ def run_checkpoint(folder: RunFolder, repetition: int | None = None) -> RunCheck
 
 def _asked(told: Provenance) -> set[tuple[str, int]]:
     """Return the routes and repetitions that the run's last command asked for."""
-    words = shlex.split(told.command)
+    try:
+        words = shlex.split(told.command)
+    except ValueError:  # no command that a shell would take
+        words = []
     joined = [word.partition("=")[2] for word in words if word.startswith("--routes=")]
     apart = [value for word, value in pairwise(words) if word == "--routes"]
     selection = next(iter([*joined, *apart]), None)

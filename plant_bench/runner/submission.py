@@ -108,7 +108,7 @@ def check_place(path: Path) -> None:
 def _suite(provenance: Provenance, suite: str | None) -> dict[str, Route]:
     if suite is None and provenance.suite not in suite_names():
         message = (
-            f"The run is of the suite '{provenance.suite}', which is none of plant-bench's "
+            f"The run is of the suite {provenance.suite[:100]!r}, which is none of plant-bench's "
             f"({', '.join(suite_names())}). Give the routes you trust with --suite."
         )
         raise InputError(message)

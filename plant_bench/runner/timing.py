@@ -1,13 +1,16 @@
 """How long an episode took, part by part; all that depends on the clock is here."""
 
 import time
+from typing import Annotated
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel, ConfigDict, Field
 
 from plant_bench.inference import listen_to_passes
 from plant_bench.runner.provenance import processor_name
 from plant_bench.world.scene import TICK
+
+Amount = Annotated[float, Field(ge=0.0, le=1e12)]  # so that sums of them are finite
 
 
 class Timing(BaseModel):
@@ -34,21 +37,21 @@ class Timing(BaseModel):
 
     model_config = ConfigDict(frozen=True)
 
-    wall_s: float
-    start_up_s: float
-    simulation_s: float
-    privileged_s: float
-    agent_s: float
-    referee_s: float
-    recording_s: float
-    simulated_s: float
-    ticks: int
-    latency_p50_ms: float
-    latency_p95_ms: float
-    latency_p99_ms: float
-    late_share: float
-    inference_ms: float | None = None
-    inference_tokens: float | None = None
+    wall_s: Amount
+    start_up_s: Amount
+    simulation_s: Amount
+    privileged_s: Amount
+    agent_s: Amount
+    referee_s: Amount
+    recording_s: Amount
+    simulated_s: Amount
+    ticks: int = Field(ge=0, lt=2**31)
+    latency_p50_ms: Amount
+    latency_p95_ms: Amount
+    latency_p99_ms: Amount
+    late_share: Amount
+    inference_ms: Amount | None = None
+    inference_tokens: Amount | None = None
     processor: str = ""
 
 

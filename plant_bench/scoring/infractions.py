@@ -74,7 +74,7 @@ class Infraction(BaseModel):
         share: For OUTSIDE_LANES: the share of the distance driven outside, 0 to 1.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     kind: InfractionKind
     time: float

@@ -29,7 +29,7 @@ class Measures(BaseModel):
         wrong_lane_distance: Metres driven on lanes of the other direction.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     ttc_vehicle: float | None
     ttc_vulnerable: float | None

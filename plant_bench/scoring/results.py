@@ -14,6 +14,7 @@ from plant_bench.world.hazard import HazardKind, Phase
 
 RESULT_FORMAT = 2  # 1 had no measures
 MOST_REPETITIONS = 10_000  # of a route; more are a mistake, and would never end
+LARGEST_NUMBER = 1e12  # metres or seconds: so that sums of them are finite
 LARGEST_RECORD = 16_000_000  # bytes
 
 
@@ -36,7 +37,7 @@ class EpisodeHeader(BaseModel):
         route_checksum: Of the route.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     format: int = RESULT_FORMAT
     protocol: str
@@ -77,7 +78,7 @@ class HazardRecord(BaseModel):
         reason: Why it is void.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     kind: HazardKind
     at: float
@@ -103,10 +104,10 @@ class EpisodeResult(EpisodeHeader):
 
     status: Status
     reason: str = ""
-    route_length: float = Field(gt=0)
+    route_length: float = Field(gt=0, le=LARGEST_NUMBER)
     completion: float = Field(ge=0, le=1)
-    distance: float = Field(ge=0)
-    duration: float = Field(ge=0)
+    distance: float = Field(ge=0, le=LARGEST_NUMBER)
+    duration: float = Field(ge=0, le=LARGEST_NUMBER)
     infractions: tuple[Infraction, ...] = ()
     measures: Measures | None = None
     hazards: tuple[HazardRecord, ...] = ()

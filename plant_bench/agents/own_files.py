@@ -29,7 +29,8 @@ def files_loaded_beside(file: Path) -> set[Path]:
     """
     root = _root(file)
     loaded = (getattr(module, "__file__", None) for module in list(sys.modules.values()))
-    files = {Path(name).resolve() for name in loaded if name}
+    # A few modules (torch._classes) give a bare name that is no file's.
+    files = {Path(name).resolve() for name in loaded if name and Path(name).is_absolute()}
     return {file.resolve()} | {path for path in files if _is_own(path, root)}
 
 

@@ -43,8 +43,11 @@ def scenes(draw):
     )
 
 
-@given(st.lists(st.tuples(scenes(), actions, reasons), max_size=6))
+@given(
+    st.lists(st.tuples(scenes(), actions, reasons), max_size=6, unique_by=lambda row: row[0].tick)
+)
 def test_what_is_recorded_is_what_is_read(ticks):
+    ticks = sorted(ticks, key=lambda row: row[0].tick)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "episode.parquet"
         recorder = Recorder(path, {})

@@ -44,11 +44,11 @@ def test_names_that_cannot_be_used_are_refused(tmp_path, name, words):
 
 
 def test_what_is_there_is_left_as_it_is(tmp_path):
-    (tmp_path / "mine").mkdir()
-    (tmp_path / "mine" / "work.py").write_text("years")
+    (tmp_path / "kept_planner").mkdir()
+    (tmp_path / "kept_planner" / "work.py").write_text("years")
 
     with pytest.raises(InputError, match="left as it is"):
-        write_project("mine", tmp_path, Kind.RULES)
+        write_project("kept_planner", tmp_path, Kind.RULES)
     with pytest.raises(InputError, match="There is no folder"):
         write_project("other", tmp_path / "nowhere", Kind.RULES)
-    assert [path.name for path in tmp_path.rglob("*")] == ["mine", "work.py"]
+    assert [path.name for path in tmp_path.rglob("*")] == ["kept_planner", "work.py"]

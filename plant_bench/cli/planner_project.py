@@ -10,7 +10,6 @@ from enum import StrEnum
 from pathlib import Path
 from string import Template
 
-from plant_bench.agents.registry import AGENTS
 from plant_bench.errors import InputError
 
 TEMPLATES = Path(__file__).with_name("templates")
@@ -79,6 +78,8 @@ def check_name(name: str) -> None:
             f"a letter first, and no word of Python's.{near}"
         )
         raise InputError(message)
+    from plant_bench.agents.registry import AGENTS
+
     if name.replace("_", "-") in AGENTS:
         message = f"'{name}' is a planner of plant-bench's own. Choose another name."
         raise InputError(message)

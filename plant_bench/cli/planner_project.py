@@ -93,10 +93,22 @@ def _words(name: str, kind: Kind) -> dict[str, str]:
     learned = kind is Kind.TORCH
     return {
         "package": name,
-        "class_name": "".join(part.capitalize() for part in name.split("_")),
+        "class_name": _class_name(name),
         "more_dependencies": ', "torch", "safetensors"' if learned else "",
         "about": "\nIts network is untrained: the module says how to save a trained one." * learned,
     }
+
+
+def _class_name(name: str) -> str:
+    """Return a class's name that no name of the contract has: a planner may be called control.
+
+    >>> _class_name("my_planner"), _class_name("control")
+    ('MyPlanner', 'ControlPlanner')
+    """
+    camel = "".join(part.capitalize() for part in name.split("_"))
+    texts = [path.read_text("utf-8") for path in TEMPLATES.rglob(f"*.py{SUFFIX}")]
+    taken = any(re.search(rf"\b{camel}\b", text) for text in texts)
+    return f"{camel}Planner" if taken else camel
 
 
 def _fill(template: Path, folder: Path, words: dict[str, str]) -> None:

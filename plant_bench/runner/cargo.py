@@ -19,7 +19,7 @@ from typing import Protocol, runtime_checkable
 
 from plant_bench.agent import Input
 from plant_bench.agents.registry import agent_files
-from plant_bench.data_files import TOWNS_VARIABLE, networks_dir, town_dir
+from plant_bench.data_files import find_towns_in, networks_dir, town_dir
 from plant_bench.errors import InputError
 from plant_bench.runner.jobs import Job, rules_checksum
 from plant_bench.runner.provenance import installed_versions
@@ -182,9 +182,7 @@ def enter(cargo: Cargo, place: Place) -> None:
     """Let this process find what has travelled; for a process that does nothing else."""
     os.chdir(place.found(cargo.folder))
     sys.path[:0] = [str(place.found(folder)) for folder in cargo.imports]
-    os.environ[TOWNS_VARIABLE] = os.pathsep.join(
-        [*(str(place.found(folder)) for folder in cargo.towns_in), *_further_towns()]
-    )
+    find_towns_in(place.found(folder) for folder in cargo.towns_in)
 
 
 def check_arrived(cargo: Cargo, place: Place) -> None:
@@ -235,10 +233,6 @@ def differences(wanted: Mapping[str, str], found: Mapping[str, str]) -> str:
 
 def _installed(town: Path) -> bool:
     return town.parent == networks_dir()
-
-
-def _further_towns() -> list[str]:
-    return [item for item in os.environ.get(TOWNS_VARIABLE, "").split(os.pathsep) if item]
 
 
 def _read(paths: Iterable[Path]) -> dict[str, bytes]:

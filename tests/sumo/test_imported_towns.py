@@ -259,6 +259,9 @@ def test_an_openstreetmap_town_is_scored_at_once(tmp_path, monkeypatch):
     found = {item["what"]: item["count"] for item in report["findings"]}
     assert found["ways for feet, bicycles and trains only"] == 2
     assert "dead ends" in found
+    (length,) = [f"{route['length']:.0f} m" for route in report["routes"]]
+    about = (tmp_path / "osm-town/towns/osm-town/import.md").read_text()
+    assert f"| osm-town-0 | {length} | " in about
     town = Town.from_json((tmp_path / "osm-town/towns/osm-town/town.json").read_text())
     assert min(lane.points[:, 2].min() for lane in town.lanes.values()) < -4.0
     assert "roads that cross at one height" not in found

@@ -9,7 +9,7 @@ import pytest
 from typer.testing import CliRunner
 
 from plant_bench.cli import app
-from plant_bench.data_files import networks_dir
+from plant_bench.data_files import TOWNS_VARIABLE, networks_dir
 from plant_bench.errors import InputError
 from plant_bench.towns.importing.carla_routes import read_carla_routes
 from plant_bench.towns.importing.route_import import TownFound, match_routes
@@ -175,3 +175,74 @@ def test_a_mistaken_pair_of_towns_is_refused(pair, tmp_path):
     done = CliRunner().invoke(app, [*command, "--town-map", pair])
 
     assert isinstance(done.exception, InputError)
+
+
+@pytest.fixture
+def theirs(tmp_path, monkeypatch):
+    """Copy a town to a place of its own, under another name; returns its folder."""
+    monkeypatch.setenv(TOWNS_VARIABLE, "")
+    folder = tmp_path / "elsewhere" / "theirs"
+    folder.mkdir(parents=True)
+    text = (TOWN02.folder / "town.json").read_text(encoding="utf-8")
+    (folder / "town.json").write_text(text.replace('"name":"town02"', '"name":"theirs"', 1))
+    (folder / "town.net.xml").write_bytes((TOWN02.folder / "town.net.xml").read_bytes())
+    return folder
+
+
+def import_routes(tmp_path, text, *more):
+    (tmp_path / "file.xml").write_text(text, encoding="utf-8")
+    command = ["import-routes", str(tmp_path / "file.xml"), "--out", str(tmp_path / "suite")]
+    return CliRunner().invoke(app, [*command, "--no-hazards", *more])
+
+
+def test_a_town_may_stand_for_two_of_carla_and_travels_once(theirs, tmp_path):
+    text = as_carla(town_routes("town02")[:2]).replace('id="1" town="Town02"', 'id="1" town="T2"')
+
+    done = import_routes(tmp_path, text, "--town-map", f"Town02={theirs} T2={theirs}")
+
+    assert done.exit_code == 0, done.output
+    assert [route.id for route in load_suite(str(tmp_path / "suite"))] == ["theirs-0", "theirs-1"]
+    assert (tmp_path / "suite" / "towns" / "theirs" / "town.json").is_file()
+
+
+def test_routes_that_would_have_one_name_are_refused(theirs, tmp_path):
+    text = as_carla(town_routes("town02")[:2]).replace('id="1" town="Town02"', 'id="0" town="T2"')
+
+    done = import_routes(tmp_path, text, "--town-map", f"Town02={theirs} T2={theirs}")
+
+    assert "Two routes would be called theirs-0" in str(done.exception)
+    assert not (tmp_path / "suite").exists()
+
+
+def test_a_town_that_the_suite_would_not_find_is_refused(theirs, tmp_path):
+    hidden = theirs.rename(theirs.with_name("town02"))
+
+    done = import_routes(
+        tmp_path, as_carla(town_routes("town02")[:1]), "--town-map", f"Town02={hidden}"
+    )
+
+    assert "There are two towns 'town02'" in str(done.exception)
+
+
+def test_routes_in_towns_that_are_given_no_more_go_with_overwrite(theirs, tmp_path):
+    text = as_carla(town_routes("town02")[:1])
+    import_routes(tmp_path, text, "--town-map", f"Town02={theirs}")
+    (tmp_path / "suite" / "notes.json").write_text("mine")
+
+    done = import_routes(tmp_path, text, "--town-map", "Town02=town02", "--overwrite")
+
+    assert done.exit_code == 0, done.output
+    suite = sorted(path.name for path in (tmp_path / "suite").glob("*.json"))
+    assert suite == ["notes.json", "town02.json"]
+
+
+@pytest.mark.parametrize("name", ["town.json", "town.net.xml"])
+def test_a_damaged_town_is_refused_in_one_line(name, theirs, tmp_path):
+    (theirs / name).write_bytes(b"\xff<")
+
+    done = import_routes(
+        tmp_path, as_carla(town_routes("town02")[:1]), "--town-map", f"Town02={theirs}"
+    )
+
+    assert isinstance(done.exception, InputError)
+    assert "\n" not in str(done.exception)

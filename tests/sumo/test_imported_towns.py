@@ -153,6 +153,16 @@ def test_a_slip_road_is_kept_and_can_be_driven(tmp_path):
     assert "dead ends" not in {what for what, _ in found}
 
 
+def test_signals_are_put_where_they_are_asked_for(tmp_path):
+    source = read_source(grid_net(tmp_path))
+
+    plain = mend(source, "test", guess_signals=False, say=lambda _: None).town
+    town = mend(source, "test", guess_signals=True, say=lambda _: None).town
+
+    assert not plain.signals
+    assert "n11" in town.signals
+
+
 def test_two_directions_on_the_same_ground_are_reported(tmp_path):
     edges = f"""<edge id="a" from="n00" to="n20" spreadType="center" shape="{OUTSIDE}"/>
         <edge id="b" from="n20" to="n00" spreadType="center" shape="{BACK}"/>"""

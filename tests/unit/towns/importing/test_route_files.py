@@ -11,9 +11,12 @@ from typer.testing import CliRunner
 from plant_bench.cli import app
 from plant_bench.data_files import TOWNS_VARIABLE, networks_dir
 from plant_bench.errors import InputError
-from plant_bench.towns.importing.carla_routes import read_carla_routes
+from plant_bench.towns.importing import matching
+from plant_bench.towns.importing.carla_routes import CarlaRoute, read_carla_routes
+from plant_bench.towns.importing.lane_ways import LaneWays
 from plant_bench.towns.importing.route_import import TownFound, match_routes
 from plant_bench.world.route import load_suite
+from plant_bench.world.town import Lane, Town
 from tests.unit.towns.importing.carla_files import as_carla
 
 TOWN02 = TownFound("town02", networks_dir() / "town02", brought=False)
@@ -135,6 +138,22 @@ def test_a_route_against_the_traffic_does_not_fit(tmp_path):
 
     assert match.route is None
     assert match.why
+
+
+@pytest.mark.parametrize(("height", "lane"), [(0.0, "below_0"), (7.0, "above_0")])
+def test_of_two_roads_above_each_other_that_of_the_route_s_height_is_taken(height, lane):
+    levels = {"below_0": road("below", 0.0), "above_0": road("above", 7.0)}
+    ways = LaneWays(Town("levels", levels, (), {}, {}))
+    points = np.array([[10.0, 0.0, height], [50.0, 0.0, height + 0.3], [90.0, 0.0, height + 0.6]])
+
+    places = matching.match(ways, CarlaRoute("1", "levels", points, np.zeros(3)))
+
+    assert [place.lane for place in places] == [lane] * 3
+
+
+def road(edge, z):
+    points = np.array([[0.0, 0.0, z], [100.0, 0.0, z]])
+    return Lane(f"{edge}_0", edge, 0, points, 3.5, 13.9, None, (), None, None)
 
 
 def test_the_command_writes_the_suite_and_names_what_does_not_fit(tmp_path):

@@ -7,7 +7,7 @@ variable when the suite is read. Worker processes inherit it.
 
 import os
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -38,8 +38,12 @@ def networks_dir() -> Path:
     return _data_dir("networks")
 
 
-def town_dir(name: str) -> Path:
+def town_dir(name: str, also_in: Sequence[Path] = ()) -> Path:
     """Return a town's folder: in `networks/`, else in one of those PLANT_BENCH_TOWNS lists.
+
+    Args:
+        name: The town's.
+        also_in: Folders of towns that come before those of PLANT_BENCH_TOWNS.
 
     Raises:
         InputError: There is no such town.
@@ -47,7 +51,7 @@ def town_dir(name: str) -> Path:
     if not re.fullmatch(r"\w[\w.-]*", name):
         message = f"'{name}' is no town's name: letters, digits, '_', '-' and '.' are wanted."
         raise InputError(message)
-    folders = [networks_dir(), *map(Path, _further())]
+    folders = [networks_dir(), *also_in, *map(Path, _further())]
     for folder in folders:
         if (folder / name / "town.json").is_file():
             return folder / name
@@ -68,10 +72,15 @@ def towns_dirs_of(suite: Path) -> list[Path]:
 
 def bring_towns_of(suite: Path) -> None:
     """Let the towns that a suite's folder brings along be found, also by processes yet to start."""
-    brought = [str(folder) for folder in towns_dirs_of(suite) if folder.is_dir()]
-    if brought:
-        others = [item for item in _further() if item not in brought]
-        os.environ[TOWNS_VARIABLE] = os.pathsep.join([*brought, *others])
+    find_towns_in(folder for folder in towns_dirs_of(suite) if folder.is_dir())
+
+
+def find_towns_in(folders: Iterable[Path]) -> None:
+    """Let towns be found in some folders before all others, also by processes yet to start."""
+    first = [str(folder) for folder in folders]
+    if first:
+        others = [item for item in _further() if item not in first]
+        os.environ[TOWNS_VARIABLE] = os.pathsep.join([*first, *others])
 
 
 @contextmanager

@@ -9,6 +9,7 @@ from plant_bench.agents.filtered import Filtered
 from plant_bench.agents.masking import Masking
 from plant_bench.agents.rankers import Nearest, Oracle, Random
 from plant_bench.agents.registry import agent_files, load_agent
+from plant_bench.agents.remote.programs import is_command
 from plant_bench.errors import InputError
 
 ATTENTION, MASKING, NOBODY_SHOWN = "attention", "masking", "none"
@@ -40,8 +41,8 @@ class FilteredExpert(Filtered):
                 "or attention:AGENT or masking:AGENT is wanted."
             )
             raise InputError(message)
-        self.files: Sequence[Path] = sorted(agent_files(planner)) if planner else ()
         ranker = _ranker_of(name, planner) if planner else BY_THEMSELVES.get(name, Nearest)()
+        self.files: Sequence[Path] = sorted(agent_files(planner)) if planner else ()
         super().__init__(Expert(), ranker, most=int(name != NOBODY_SHOWN), vehicles_only=True)
 
 
@@ -51,6 +52,12 @@ def ranks_itself(agent: Agent) -> bool:
 
 
 def _ranker_of(name: str, planner: str) -> Ranker:
+    if name == MASKING and is_command(planner):
+        message = (
+            f"'{planner}' cannot be ranked by masking, which asks copies of a planner: what is in "
+            'another process cannot be copied. Let it answer "rank" (docs/protocol-agents.md).'
+        )
+        raise InputError(message)
     agent = load_agent(planner)
     if name == MASKING:
         return Masking(agent)

@@ -84,17 +84,16 @@ def import_routes(
     """
     from plant_bench.reports.tables import print_rows
     from plant_bench.towns.importing.carla_routes import read_carla_routes
+    from plant_bench.towns.importing.matched_suite import refuse_existing, save_matches
     from plant_bench.towns.importing.route_import import (
         HEADS,
-        find_town,
+        find_towns,
         match_routes,
-        refuse_existing,
-        save_matches,
     )
 
     refuse_existing(out, overwrite=overwrite)
     routes = read_carla_routes(file)
-    towns = {carla: find_town(ours, out) for carla, ours in _pairs(town_map).items()}
+    towns = find_towns(_pairs(town_map), out)
     with ending_at_ctrl_c("Stopped. Nothing was written."):
         matches = match_routes(routes, towns, limit_distance, _say)
         print_rows(f"Routes of {file.name}", list(HEADS), [match.row for match in matches])

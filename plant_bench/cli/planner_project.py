@@ -10,7 +10,6 @@ from enum import StrEnum
 from pathlib import Path
 from string import Template
 
-from plant_bench.agents.registry import AGENTS
 from plant_bench.errors import InputError
 
 TEMPLATES = Path(__file__).with_name("templates")
@@ -79,6 +78,8 @@ def check_name(name: str) -> None:
             f"a letter first, and no word of Python's.{near}"
         )
         raise InputError(message)
+    from plant_bench.agents.registry import AGENTS
+
     if name.replace("_", "-") in AGENTS:
         message = f"'{name}' is a planner of plant-bench's own. Choose another name."
         raise InputError(message)
@@ -92,10 +93,22 @@ def _words(name: str, kind: Kind) -> dict[str, str]:
     learned = kind is Kind.TORCH
     return {
         "package": name,
-        "class_name": "".join(part.capitalize() for part in name.split("_")),
+        "class_name": _class_name(name),
         "more_dependencies": ', "torch", "safetensors"' if learned else "",
         "about": "\nIts network is untrained: the module says how to save a trained one." * learned,
     }
+
+
+def _class_name(name: str) -> str:
+    """Return a class's name that no name of the contract has: a planner may be called control.
+
+    >>> _class_name("my_planner"), _class_name("control")
+    ('MyPlanner', 'ControlPlanner')
+    """
+    camel = "".join(part.capitalize() for part in name.split("_"))
+    texts = [path.read_text("utf-8") for path in TEMPLATES.rglob(f"*.py{SUFFIX}")]
+    taken = any(re.search(rf"\b{camel}\b", text) for text in texts)
+    return f"{camel}Planner" if taken else camel
 
 
 def _fill(template: Path, folder: Path, words: dict[str, str]) -> None:

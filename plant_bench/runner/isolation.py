@@ -7,13 +7,15 @@ another process. So records, recordings and keys are those of a run without it.
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from plant_bench.agent import Agent
 from plant_bench.agents.registry import planners_made_by
-from plant_bench.agents.remote.agent import remote_agent
-from plant_bench.agents.remote.connection import Profile, end_processes
-from plant_bench.agents.remote.process import Limits
 from plant_bench.agents.remote.programs import Program, program_of
+
+if TYPE_CHECKING:  # runs without it need neither msgpack nor what only Linux has
+    from plant_bench.agents.remote.connection import Profile
+    from plant_bench.agents.remote.process import Limits
 
 
 @dataclass(frozen=True)
@@ -27,22 +29,27 @@ class Isolation:
     """
 
     program: Program
-    limits: Limits
-    profile: Profile
+    limits: "Limits"
+    profile: "Profile"
 
     def planner(self, spec: str) -> Agent:
         """Return the run's planner; it starts with its first `reset`."""
+        from plant_bench.agents.remote.agent import remote_agent
+
         known = self.profile if spec == self.program.spec else None
         program = self.program if known else program_of(spec)
         return remote_agent(program, self.limits, known)
 
 
-def isolation_of(agent: str, limits: Limits) -> Isolation:
+def isolation_of(agent: str, limits: "Limits") -> Isolation:
     """Start a planner for once, ask it what it is, and end it.
 
     Raises:
         InputError: It does not start.
     """
+    from plant_bench.agents.remote.agent import remote_agent
+    from plant_bench.agents.remote.connection import end_processes
+
     program = program_of(agent)
     planner = remote_agent(program, limits)
     end_processes()

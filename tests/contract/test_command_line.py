@@ -156,3 +156,14 @@ def test_rescore_and_compare_load_no_simulator():
     )
 
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_the_command_line_starts_without_numbers_and_scores_without_what_isolation_needs():
+    code = (
+        "import sys; import plant_bench.cli; print('numpy' in sys.modules); "
+        "sys.modules.update(dict.fromkeys(['msgpack', 'resource', 'gymnasium', 'ray'])); "
+        "import plant_bench.cli.drive"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+
+    assert (done.stdout, done.stderr) == ("False\n", "")

@@ -5,6 +5,7 @@ What runs in several processes is in tests/end_to_end/test_gym_processes.py.
 
 import json
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,7 @@ from gymnasium.utils.env_checker import check_env
 import plant_bench.gym
 from plant_bench.agent import Plan
 from plant_bench.agents.registry import load_agent
+from plant_bench.data_files import TOWNS_VARIABLE
 from plant_bench.errors import InputError
 from plant_bench.features.raster import RasterSpec
 from plant_bench.gym.actions import ControlAction
@@ -24,7 +26,8 @@ from plant_bench.gym.environment import PlantBenchEnv
 from plant_bench.runner.episode import run_episode
 from plant_bench.runner.jobs import Job, repetition_seed
 from plant_bench.scoring.infractions import Status
-from plant_bench.world.route import Route, load_suite
+from plant_bench.world.route import ROUTE_FORMAT, Route, load_suite
+from plant_bench.world.town import town_file
 
 pytestmark = pytest.mark.sumo
 
@@ -209,6 +212,35 @@ def test_an_episode_that_has_not_begun_gives_way(make: Callable[..., PlantBenchE
     two.step(np.zeros(2, np.float32))
     with pytest.raises(InputError, match="SubprocVecEnv"):
         one.step(np.zeros(2, np.float32))
+
+
+def suite_in_a_town_of_its_own(folder: Path, number: int) -> str:
+    """Write a suite of one route in a copy of its town that is called theirs."""
+    route = load_suite("longest6")[number]
+    town = folder / "towns" / "theirs"
+    town.mkdir(parents=True)
+    text = town_file(route.town).read_text(encoding="utf-8")
+    (town / "town.json").write_text(text.replace(f'"name":"{route.town}"', '"name":"theirs"', 1))
+    net = town_file(route.town).with_name("town.net.xml")
+    (town / net.name).write_bytes(net.read_bytes())
+    payload = {"format": ROUTE_FORMAT, "routes": [replace(route, town="theirs").to_payload()]}
+    (folder / "routes.json").write_text(json.dumps(payload), encoding="utf-8")
+    return str(folder)
+
+
+def test_two_suites_may_have_towns_of_one_name(
+    make: Callable[..., PlantBenchEnv], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv(TOWNS_VARIABLE, "")
+    suites = [suite_in_a_town_of_its_own(tmp_path / str(n), n) for n in (6, 12)]
+    settings = {"town": "theirs", "density": "empty", "hazards": False, "observation": "raster"}
+
+    one, _ = [make(suite=suite, **settings) for suite in suites]
+    seen, _ = one.reset(seed=1)
+
+    alone, _ = make(suite=suites[0], **settings).reset(seed=1)
+    assert seen[0].any()
+    np.testing.assert_array_equal(seen, alone)
 
 
 def test_it_is_drawn_from_above(make: Callable[..., PlantBenchEnv]) -> None:

@@ -130,14 +130,37 @@ def test_a_slip_road_is_kept_and_can_be_driven(tmp_path):
     nodes = '<node id="s" x="130" y="75"/><node id="t" x="185" y="130"/>'
     edges = """<edge id="slip" from="s" to="t" numLanes="1" speed="8"
         shape="130,75 136,92 146,108 163,122 185,130"/>"""
-    plain = grid_net(tmp_path, nodes, edges)
-    text = plain.read_text()
-    assert "slip" in text
+    grid_net(tmp_path, nodes, edges)
+    text = (tmp_path / "e.xml").read_text()
+    for one, middle, other in (("n10", "s", "n11"), ("n11", "t", "n21")):  # it leaves, it joins
+        end = f'to="{other}" numLanes="2" speed="13.9"/>'
+        halves = f'to="{middle}" numLanes="2" speed="13.9"/><edge id="{middle}{other}"'
+        whole = f'<edge id="{one}{other}" from="{one}" {end}'
+        assert whole in text
+        text = text.replace(
+            whole, f'<edge id="{one}{middle}" from="{one}" {halves} from="{middle}" {end}'
+        )
+    (tmp_path / "e.xml").write_text(text)
+    netconvert(tmp_path, "-n", "n.xml", "-e", "e.xml", "-o", "map.net.xml")
 
-    town, found = mended(plain)
+    town, found = mended(tmp_path / "map.net.xml")
 
     assert find_unreachable(town) == []
-    assert found["turnarounds", "repaired"].outcome == "repaired"
+    assert "slip" in town.edges
+    ways = {(link.source, link.target) for link in town.links}
+    assert any(source.startswith("n10s_") and to == "slip_0" for source, to in ways)
+    assert any(source == "slip_0" and to.startswith("tn21_") for source, to in ways)
+    assert "dead ends" not in {what for what, _ in found}
+
+
+def test_signals_are_put_where_they_are_asked_for(tmp_path):
+    source = read_source(grid_net(tmp_path))
+
+    plain = mend(source, "test", guess_signals=False, say=lambda _: None).town
+    town = mend(source, "test", guess_signals=True, say=lambda _: None).town
+
+    assert not plain.signals
+    assert "n11" in town.signals
 
 
 def test_two_directions_on_the_same_ground_are_reported(tmp_path):
@@ -246,6 +269,9 @@ def test_an_openstreetmap_town_is_scored_at_once(tmp_path, monkeypatch):
     found = {item["what"]: item["count"] for item in report["findings"]}
     assert found["ways for feet, bicycles and trains only"] == 2
     assert "dead ends" in found
+    (length,) = [f"{route['length']:.0f} m" for route in report["routes"]]
+    about = (tmp_path / "osm-town/towns/osm-town/import.md").read_text()
+    assert f"| osm-town-0 | {length} | " in about
     town = Town.from_json((tmp_path / "osm-town/towns/osm-town/town.json").read_text())
     assert min(lane.points[:, 2].min() for lane in town.lanes.values()) < -4.0
     assert "roads that cross at one height" not in found

@@ -10,8 +10,8 @@ import sys
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
-from plant_bench.agents.remote import keeper
 from plant_bench.agents.remote.failures import (
     MemoryLimitError,
     ProcessEndedError,
@@ -28,6 +28,7 @@ PRINTED = 262_144  # bytes of what one process prints that are kept
 GRACE = 2.0  # s for the keeper to say what became of a planner that has closed its pipe
 CLOSING = 10.0  # s for the keeper to end whatever the planner started
 CHUNK = 1 << 16
+_KEEPER = str(Path(__file__).with_name("keeper.py"))
 
 
 @dataclass(frozen=True)
@@ -64,17 +65,21 @@ class PlannerProcess:
         limits: What it may take.
 
     Raises:
-        ProcessEndedError: It cannot be started.
+        InputError: This is not Linux, where alone its processes can be found and ended.
+        OSError: It cannot be started.
     """
 
     def __init__(self, command: Sequence[str], limits: Limits) -> None:
+        if not sys.platform.startswith("linux"):
+            message = "Planners in processes of their own (--isolate, command:) need Linux."
+            raise InputError(message)
         self.limits = limits
         control, self._control = os.pipe()
         self._status, status = os.pipe()
         memory = int(limits.memory * GIGABYTE)
         options = (str(control), str(status), str(memory), str(PRINTED))
         self._keeper = subprocess.Popen(
-            [sys.executable, "-I", "-S", str(keeper.__file__), *options, *command],
+            [sys.executable, "-I", "-S", _KEEPER, *options, *command],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             pass_fds=(control, status),

@@ -1,9 +1,8 @@
 """Mending a network: converted again and again until all that is left of it can be driven."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
-import networkx as nx
 import numpy as np
 
 from plant_bench.errors import InputError, in_one_line
@@ -28,19 +27,23 @@ from plant_bench.towns.importing.net_edits import (
     without_lines,
     without_ways,
 )
+from plant_bench.towns.importing.reachable_part import (
+    check_what_is_left,
+    edges_cut_off,
+    findings_of,
+    without_narrow_lanes,
+)
 from plant_bench.towns.importing.source import MapSource
-from plant_bench.world.town import Lane, Link, Town
+from plant_bench.world.town import Link, Town
 
 ROUNDS = 12  # conversions until nothing is left to mend
 FASTEST = 100.0  # m/s
 WIDEST = 50_000.0  # m
 MOST_KM = 1000.0  # of lanes
 MOST_LANES = 20_000
-NARROWEST = 2.3  # m: the ego's 2.13 and a hand's breadth on each side
 WORST_GAP = 0.5  # m between the lanes of one way
 WORST_ERROR = 0.8  # m that a car following the way leaves it by
 TIGHTEST = 2.5  # m of radius: the ego turns in about 4 m, and a lane is wider than the ego
-SHORTEST_TOWN = 300.0  # m of lanes
 
 Progress = Callable[[str], None]
 
@@ -139,13 +142,12 @@ class _Mender:
 
     def _cut(self) -> list[Finding]:
         """Remove what is cut off from the rest, once the narrow lanes are left out."""
-        self.town, narrow = _without_narrow(self.town)
-        removed = _cut_off(self.town, set(ends_of_edges(self.net)))
+        self.town, narrow = without_narrow_lanes(self.town)
+        removed = edges_cut_off(self.town, set(ends_of_edges(self.net)))
         if not removed:
             return []
-        if _metres_left(self.town, removed) < SHORTEST_TOWN:
-            raise InputError(_nothing_left(self._source, self.town, removed))
-        findings = [*narrow, *_dropped(self.town, removed)]
+        check_what_is_left(self.town, removed, self._source.file)
+        findings = [*narrow, *findings_of(self.town, removed)]
         self._convert(self.net, removed)
         return findings
 
@@ -230,37 +232,6 @@ def _extract(net: str, source: MapSource, name: str) -> Town:
     return town
 
 
-def _without_narrow(town: Town) -> tuple[Town, list[Finding]]:
-    """The town without lanes that the ego does not fit on, unless they are inside junctions."""
-    narrow = {
-        lane.id for lane in town.lanes.values() if lane.width < NARROWEST and lane.junction is None
-    }
-    done = f"not driven: narrower than {NARROWEST} m"
-    return without_lanes(town, narrow), repaired("narrow lanes", done, sorted(narrow))
-
-
-def without_lanes(town: Town, left_out: set[str]) -> Town:
-    """Return a town without some lanes and all links from and to them."""
-    if not left_out:
-        return town
-
-    def kept(lane: Lane) -> Lane:
-        return replace(
-            lane,
-            successors=tuple(item for item in lane.successors if item not in left_out),
-            left=None if lane.left in left_out else lane.left,
-            right=None if lane.right in left_out else lane.right,
-        )
-
-    doomed = [link for link in town.links if {link.source, link.target} & left_out]
-    gone = left_out | {via for link in doomed for via in link.via}
-    return replace(
-        town,
-        lanes={name: kept(lane) for name, lane in town.lanes.items() if name not in gone},
-        links=tuple(link for link in town.links if not {link.source, link.target} & left_out),
-    )
-
-
 def _undrivable(town: Town, drives: Sequence[PathDrive]) -> tuple[list[Way], list[Finding]]:
     """The ways through junctions that no car can follow."""
     links = _links_by_path(town)
@@ -283,46 +254,3 @@ def _undrivable(town: Town, drives: Sequence[PathDrive]) -> tuple[list[Way], lis
         [f"{link.source} to {link.target}" for link in tight],
     )
     return [way_of_link(link) for link in (*gaps, *tight)], found
-
-
-def _cut_off(town: Town, edges: set[str]) -> list[str]:
-    """The edges that are not of the largest part of which every edge reaches every other."""
-    graph = nx.DiGraph()
-    graph.add_nodes_from(town.edges)
-    graph.add_edges_from(
-        (town.lanes[link.source].edge, town.lanes[link.target].edge) for link in town.links
-    )
-    parts = sorted(sorted(part) for part in nx.strongly_connected_components(graph))
-    parts = [part for part in parts if len(part) > 1 or graph.has_edge(part[0], part[0])]
-    best = max(parts, key=lambda part: _metres(town, part), default=[])
-    return sorted(edges - set(best))
-
-
-def _metres(town: Town, edges: list[str]) -> float:
-    return round(sum((town.edges[edge][0].length for edge in edges), 0.0), 3)
-
-
-def _metres_left(town: Town, cut_off: list[str]) -> float:
-    return _metres(town, [edge for edge in town.edges if edge not in set(cut_off)])
-
-
-def _nothing_left(source: MapSource, town: Town, cut_off: list[str]) -> str:
-    return (
-        f"{source.file}: of {_metres(town, list(town.edges)):.0f} m of roads only "
-        f"{_metres_left(town, cut_off):.0f} m can be reached from one another, "
-        f"{SHORTEST_TOWN:.0f} m are wanted. Roads that end nowhere do not count, since cars cannot "
-        "turn back there: take a map with a loop of roads."
-    )
-
-
-def _dropped(town: Town, cut_off: list[str]) -> list[Finding]:
-    """Dead ends are told apart from parts that lead nowhere else, and from what carries no cars."""
-    onward = {town.lanes[link.source].edge for link in town.links}
-    entered = {town.lanes[link.target].edge for link in town.links}
-    driven = [edge for edge in cut_off if edge in town.edges]
-    ends = [edge for edge in driven if edge not in onward or edge not in entered]
-    return [
-        *repaired("dead ends", "removed: cars cannot turn back there", ends),
-        *repaired("parts without a way in or back", "removed", sorted(set(driven) - set(ends))),
-        *repaired("edges too narrow for cars", "removed", sorted(set(cut_off) - set(town.edges))),
-    ]

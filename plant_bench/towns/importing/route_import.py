@@ -1,31 +1,28 @@
 """CARLA's route files onto towns: each route matched or named with where and why not."""
 
-import csv
-import io
-import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from xml.etree.ElementTree import ParseError
 
 import numpy as np
 import shapely
 from jaxtyping import Float
 
-from plant_bench.data_files import TOWNS_FOLDER, networks_dir, town_dir, towns_dirs_of
-from plant_bench.errors import InputError
-from plant_bench.towns.generate import NET_FILE, PICTURE_FILE, TOWN_FILE
+from plant_bench.data_files import networks_dir, town_dir, towns_dirs_of
+from plant_bench.errors import InputError, in_one_line
+from plant_bench.input_files import read_text
+from plant_bench.towns.generate import NET_FILE, TOWN_FILE
 from plant_bench.towns.importing.carla_routes import CarlaRoute
+from plant_bench.towns.importing.converting import MOST_OUTPUT
 from plant_bench.towns.importing.lane_ways import LaneWays
 from plant_bench.towns.importing.matched_route import build_route
 from plant_bench.towns.importing.matching import UnmatchedError, lanes_driven, match
 from plant_bench.towns.importing.net_edits import net_offset
-from plant_bench.towns.importing.suite_making import with_hazards
 from plant_bench.towns.route_graph import StreetGraph
-from plant_bench.towns.routes import suite_text
 from plant_bench.world.route import Route
 from plant_bench.world.town import Town
 
-REPORT_FILE = "matching.csv"
 HEADS = ("route", "town", "points", "worst distance", "at point", "outcome")
 
 
@@ -67,25 +64,35 @@ class TownFound:
     brought: bool
 
 
-def find_town(given: str, out: Path) -> TownFound:
-    """Find a town by its name or its folder.
+def find_towns(pairs: Mapping[str, str], out: Path) -> dict[str, TownFound]:
+    """Find towns by their names or folders, as the suite will find them.
 
     Args:
-        given: A name, or a folder with a town.json.
+        pairs: For each of CARLA's towns a name, or a folder with a town.json.
         out: The suite's folder that is to be written; towns in or beside it are found by name.
 
     Raises:
-        InputError: There is no such town.
+        InputError: There is no such town, or two of one name.
     """
+    towns = {carla: _find_town(given, out) for carla, given in pairs.items()}
+    for found in towns.values():
+        ours = networks_dir() / found.name
+        others = [other.folder for other in towns.values() if other.name == found.name]
+        for other in [*others, *([ours] if ours.is_dir() else [])]:
+            if other.resolve() != found.folder.resolve():
+                raise InputError(
+                    f"There are two towns '{found.name}': {other} and {found.folder}. Import one "
+                    "of the maps again with another --name."
+                )
+    return towns
+
+
+def _find_town(given: str, out: Path) -> TownFound:
     beside = towns_dirs_of(out)
-    if (Path(given) / TOWN_FILE).is_file():
-        folder = Path(given).resolve()
-    else:
-        places = (place / given for place in beside if "/" not in given and given)
-        folder = next((place for place in places if (place / TOWN_FILE).is_file()), None)
-        folder = town_dir(given) if folder is None else folder
-    found = {*beside, networks_dir().resolve()}
-    return TownFound(folder.name, folder, folder.resolve().parent not in found)
+    by_folder = (Path(given) / TOWN_FILE).is_file()
+    folder = Path(given).resolve() if by_folder else town_dir(given, beside)
+    known = {*beside, networks_dir().resolve()}
+    return TownFound(folder.name, folder, folder.resolve().parent not in known)
 
 
 def read_town(found: TownFound) -> Town:
@@ -94,7 +101,11 @@ def read_town(found: TownFound) -> Town:
     Raises:
         InputError: Its file is broken, or the folder has another name than the town.
     """
-    town = Town.from_json((found.folder / TOWN_FILE).read_text(encoding="utf-8"))
+    try:
+        town = Town.from_json(read_text(found.folder / TOWN_FILE))
+    except (InputError, OSError, ValueError) as error:
+        message = f"Cannot use the town {found.folder}: {in_one_line(error)}"
+        raise InputError(message) from error
     if town.name != found.name or not (found.folder / NET_FILE).is_file():
         raise InputError(f"{found.folder} is no town's folder: import the map again.")
     return town
@@ -141,8 +152,7 @@ class _Matcher:
         self._ways = LaneWays(self.town)
         self._graph = StreetGraph(self.town)
         self._limit = limit
-        net = (found.folder / NET_FILE).read_text(encoding="utf-8")
-        self._offset = np.array([*net_offset(net), 0.0])
+        self._offset = np.array([*_offset(found), 0.0])
 
     def match(self, source: CarlaRoute) -> RouteMatch:
         moved = replace(source, points=source.points + self._offset)
@@ -160,97 +170,17 @@ class _Matcher:
         return RouteMatch(source, route if not why else None, worst, point, why)
 
 
+def _offset(found: TownFound) -> tuple[float, float]:
+    net = found.folder / NET_FILE
+    try:
+        return net_offset(read_text(net, largest=MOST_OUTPUT))
+    except (OSError, ValueError, ParseError) as error:
+        raise InputError(
+            f"Cannot use {net}: {in_one_line(error)}. Import the map again."
+        ) from error
+
+
 def distances(points: Float[np.ndarray, "points 3"], route: Route) -> Float[np.ndarray, " points"]:
     """Return how far points are from a route's line, metres in the plane."""
     line = shapely.linestrings(route.points)
     return np.atleast_1d(shapely.distance(line, shapely.points(points[:, :2])))
-
-
-def save_matches(
-    matches: Sequence[RouteMatch],
-    towns: Sequence[TownFound],
-    out: Path,
-    *,
-    seed: int | None,
-    overwrite: bool,
-) -> int:
-    """Write the suite of the routes that were matched, with a table of all.
-
-    Args:
-        matches: All routes.
-        towns: The towns that they were matched to.
-        out: The suite's folder.
-        seed: Of the hazards; None for routes without.
-        overwrite: Replace files of a suite that is there.
-
-    Returns:
-        How many routes were matched; if none, nothing is written.
-
-    Raises:
-        InputError: There is something at `out` already.
-    """
-    refuse_existing(out, overwrite=overwrite)
-    routes = [match.route for match in matches if match.route is not None]
-    if not routes:
-        return 0
-    parent = out.resolve().parent if not out.exists() else out
-    parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=parent, prefix=".importing-") as scratch:
-        work = Path(scratch) / "new"
-        work.mkdir()
-        for found in towns:
-            _write_town(found, [r for r in routes if r.town == found.name], work, out, seed)
-        text = _table(matches)
-        (work / REPORT_FILE).write_text(text, encoding="utf-8", newline="\n")
-        if not out.exists():
-            work.rename(out)
-        else:
-            _move_into(work, out)
-    return len(routes)
-
-
-def refuse_existing(out: Path, *, overwrite: bool) -> None:
-    """Check that a suite may be written.
-
-    Raises:
-        InputError: There is something at `out` already.
-    """
-    if out.exists() and not out.is_dir():
-        raise InputError(f"--out {out} is a file: give a folder.")
-    if out.exists() and any(out.iterdir()) and not overwrite:
-        raise InputError(f"--out {out} is not empty: give --overwrite, or another folder.")
-
-
-def _write_town(
-    found: TownFound, routes: Sequence[Route], work: Path, out: Path, seed: int | None
-) -> None:
-    if not routes:
-        return
-    if seed is not None:
-        routes = with_hazards(read_town(found), routes, seed)
-    about = {"suite": out.resolve().name, "seed": seed}
-    file = work / f"{found.name}.json"
-    file.write_text(suite_text(about, routes), encoding="utf-8", newline="\n")
-    if found.brought:
-        folder = work / TOWNS_FOLDER / found.name
-        folder.mkdir(parents=True)
-        for name in (NET_FILE, TOWN_FILE, PICTURE_FILE):
-            if (found.folder / name).is_file():
-                (folder / name).write_bytes((found.folder / name).read_bytes())
-
-
-def _move_into(work: Path, out: Path) -> None:
-    for path in sorted(work.rglob("*")):
-        place = out / path.relative_to(work)
-        if path.is_dir():
-            place.mkdir(exist_ok=True)
-        else:
-            path.replace(place)
-
-
-def _table(matches: Sequence[RouteMatch]) -> str:
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(HEADS)
-    writer.writerows(match.row for match in matches)
-    return text.getvalue()

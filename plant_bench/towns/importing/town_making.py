@@ -28,6 +28,7 @@ from plant_bench.towns.importing.source import read_source
 from plant_bench.towns.importing.suite_making import RoutesWanted, make_routes
 from plant_bench.towns.picture import save_picture
 from plant_bench.towns.routes import suite_text
+from plant_bench.whole_files import move_whole, write_whole_text
 from plant_bench.world.route import Route
 from plant_bench.world.town import Life, Town
 
@@ -133,15 +134,25 @@ def save_imported_town(made: ImportedTown, out: Path, about: dict, *, overwrite:
         new_folder, new_routes = places_in(work, made.town.name)
         _write(made, new_folder, new_routes, about)
         if fresh:
-            work.rename(out)
+            move_whole(work, out)
             return routes.parent
         for place in (folder, routes):
             place.parent.mkdir(parents=True, exist_ok=True)
-        if folder.exists():
-            folder.rename(Path(scratch) / "old")
-        new_folder.rename(folder)
-        new_routes.replace(routes)
+        _replace_folder(new_folder, folder, Path(scratch) / "old")
+        move_whole(new_routes, routes)
     return routes.parent
+
+
+def _replace_folder(new: Path, place: Path, aside: Path) -> None:
+    """Put a folder where another may be, which comes back if that fails."""
+    if place.exists():
+        place.rename(aside)
+    try:
+        move_whole(new, place)
+    except BaseException:
+        if aside.exists() and not place.exists():
+            aside.rename(place)
+        raise
 
 
 def places_in(out: Path, name: str) -> tuple[Path, Path]:
@@ -165,16 +176,14 @@ def refuse_existing(out: Path, name: str, *, overwrite: bool) -> None:
 
 
 def _write(made: ImportedTown, folder: Path, routes: Path, about: dict) -> None:
-    folder.mkdir(parents=True)
-    routes.parent.mkdir()
     payload = report_payload(made.town, made.routes, made.findings, made.offset) | about
     texts = {
         folder / NET_FILE: made.net,
         folder / TOWN_FILE: made.town.to_json(),
         folder / "import.json": json.dumps(payload, indent=1) + "\n",
-        folder / "import.md": report_markdown(made.town, made.findings, about),
+        folder / "import.md": report_markdown(made.town, made.routes, made.findings, about),
         routes: suite_text({"suite": made.town.name, "seed": about["seed"]}, made.routes),
     }
     for file, text in texts.items():
-        file.write_text(text, encoding="utf-8", newline="\n")
+        write_whole_text(file, text)
     save_picture(made.town, folder / PICTURE_FILE)

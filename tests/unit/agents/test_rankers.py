@@ -167,6 +167,7 @@ def test_the_checksum_covers_who_ranks(planner: Path) -> None:
         ("masking:exprt", "Did you mean 'expert'"),
         ("attention:expert", "'expert' has no `rank`"),
         ("masking:cruise", "is not given 'objects'"),
+        ("masking:command:./my_planner", "cannot be ranked by masking"),
     ],
 )
 def test_unknown_rankings_are_input_errors(spec: str, message: str) -> None:

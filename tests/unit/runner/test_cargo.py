@@ -1,3 +1,5 @@
+import shutil
+import subprocess
 from pathlib import Path
 
 import pytest
@@ -66,6 +68,16 @@ def test_code_and_weights_arrive_as_they_were(mine, task, place):
     assert names == ["mine.py", "near.py", "weights.txt"]
     assert place.found(str(Path.cwd())).is_dir()
     assert sent.towns.keys() == {"town01"}
+
+
+def test_a_program_can_be_started_where_it_has_arrived(tmp_path, task, place, monkeypatch):
+    program = Path(shutil.copy(shutil.which("true") or "", tmp_path / "planner"))
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(cargo, "agent_files", lambda _: {Path("planner")})
+
+    unpack(pack([task("cruise")]), place)
+
+    assert subprocess.run([place.found(str(program))], check=False).returncode == 0
 
 
 def test_what_plant_bench_itself_holds_does_not_travel(task):

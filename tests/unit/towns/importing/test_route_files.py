@@ -9,11 +9,14 @@ import pytest
 from typer.testing import CliRunner
 
 from plant_bench.cli import app
-from plant_bench.data_files import networks_dir
+from plant_bench.data_files import TOWNS_VARIABLE, networks_dir
 from plant_bench.errors import InputError
-from plant_bench.towns.importing.carla_routes import read_carla_routes
+from plant_bench.towns.importing import matching
+from plant_bench.towns.importing.carla_routes import CarlaRoute, read_carla_routes
+from plant_bench.towns.importing.lane_ways import LaneWays
 from plant_bench.towns.importing.route_import import TownFound, match_routes
 from plant_bench.world.route import load_suite
+from plant_bench.world.town import Lane, Town
 from tests.unit.towns.importing.carla_files import as_carla
 
 TOWN02 = TownFound("town02", networks_dir() / "town02", brought=False)
@@ -137,6 +140,22 @@ def test_a_route_against_the_traffic_does_not_fit(tmp_path):
     assert match.why
 
 
+@pytest.mark.parametrize(("height", "lane"), [(0.0, "below_0"), (7.0, "above_0")])
+def test_of_two_roads_above_each_other_that_of_the_route_s_height_is_taken(height, lane):
+    levels = {"below_0": road("below", 0.0), "above_0": road("above", 7.0)}
+    ways = LaneWays(Town("levels", levels, (), {}, {}))
+    points = np.array([[10.0, 0.0, height], [50.0, 0.0, height + 0.3], [90.0, 0.0, height + 0.6]])
+
+    places = matching.match(ways, CarlaRoute("1", "levels", points, np.zeros(3)))
+
+    assert [place.lane for place in places] == [lane] * 3
+
+
+def road(edge, z):
+    points = np.array([[0.0, 0.0, z], [100.0, 0.0, z]])
+    return Lane(f"{edge}_0", edge, 0, points, 3.5, 13.9, None, (), None, None)
+
+
 def test_the_command_writes_the_suite_and_names_what_does_not_fit(tmp_path):
     text = as_carla(town_routes("town02")[:2])
     text = text.replace('id="1" town="Town02"', 'id="1" town="Town09"')
@@ -175,3 +194,74 @@ def test_a_mistaken_pair_of_towns_is_refused(pair, tmp_path):
     done = CliRunner().invoke(app, [*command, "--town-map", pair])
 
     assert isinstance(done.exception, InputError)
+
+
+@pytest.fixture
+def theirs(tmp_path, monkeypatch):
+    """Copy a town to a place of its own, under another name; returns its folder."""
+    monkeypatch.setenv(TOWNS_VARIABLE, "")
+    folder = tmp_path / "elsewhere" / "theirs"
+    folder.mkdir(parents=True)
+    text = (TOWN02.folder / "town.json").read_text(encoding="utf-8")
+    (folder / "town.json").write_text(text.replace('"name":"town02"', '"name":"theirs"', 1))
+    (folder / "town.net.xml").write_bytes((TOWN02.folder / "town.net.xml").read_bytes())
+    return folder
+
+
+def import_routes(tmp_path, text, *more):
+    (tmp_path / "file.xml").write_text(text, encoding="utf-8")
+    command = ["import-routes", str(tmp_path / "file.xml"), "--out", str(tmp_path / "suite")]
+    return CliRunner().invoke(app, [*command, "--no-hazards", *more])
+
+
+def test_a_town_may_stand_for_two_of_carla_and_travels_once(theirs, tmp_path):
+    text = as_carla(town_routes("town02")[:2]).replace('id="1" town="Town02"', 'id="1" town="T2"')
+
+    done = import_routes(tmp_path, text, "--town-map", f"Town02={theirs} T2={theirs}")
+
+    assert done.exit_code == 0, done.output
+    assert [route.id for route in load_suite(str(tmp_path / "suite"))] == ["theirs-0", "theirs-1"]
+    assert (tmp_path / "suite" / "towns" / "theirs" / "town.json").is_file()
+
+
+def test_routes_that_would_have_one_name_are_refused(theirs, tmp_path):
+    text = as_carla(town_routes("town02")[:2]).replace('id="1" town="Town02"', 'id="0" town="T2"')
+
+    done = import_routes(tmp_path, text, "--town-map", f"Town02={theirs} T2={theirs}")
+
+    assert "Two routes would be called theirs-0" in str(done.exception)
+    assert not (tmp_path / "suite").exists()
+
+
+def test_a_town_that_the_suite_would_not_find_is_refused(theirs, tmp_path):
+    hidden = theirs.rename(theirs.with_name("town02"))
+
+    done = import_routes(
+        tmp_path, as_carla(town_routes("town02")[:1]), "--town-map", f"Town02={hidden}"
+    )
+
+    assert "There are two towns 'town02'" in str(done.exception)
+
+
+def test_routes_in_towns_that_are_given_no_more_go_with_overwrite(theirs, tmp_path):
+    text = as_carla(town_routes("town02")[:1])
+    import_routes(tmp_path, text, "--town-map", f"Town02={theirs}")
+    (tmp_path / "suite" / "notes.json").write_text("mine")
+
+    done = import_routes(tmp_path, text, "--town-map", "Town02=town02", "--overwrite")
+
+    assert done.exit_code == 0, done.output
+    suite = sorted(path.name for path in (tmp_path / "suite").glob("*.json"))
+    assert suite == ["notes.json", "town02.json"]
+
+
+@pytest.mark.parametrize("name", ["town.json", "town.net.xml"])
+def test_a_damaged_town_is_refused_in_one_line(name, theirs, tmp_path):
+    (theirs / name).write_bytes(b"\xff<")
+
+    done = import_routes(
+        tmp_path, as_carla(town_routes("town02")[:1]), "--town-map", f"Town02={theirs}"
+    )
+
+    assert isinstance(done.exception, InputError)
+    assert "\n" not in str(done.exception)

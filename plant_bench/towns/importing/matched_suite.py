@@ -1,0 +1,130 @@
+"""The suite of matched routes on disk: a file a town, the table of all matches, towns from afar."""
+
+import csv
+import io
+import json
+import shutil
+import tempfile
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+
+from plant_bench.data_files import TOWNS_FOLDER
+from plant_bench.errors import InputError
+from plant_bench.towns.generate import NET_FILE, PICTURE_FILE, TOWN_FILE
+from plant_bench.towns.importing.route_import import HEADS, RouteMatch, TownFound, read_town
+from plant_bench.towns.importing.suite_making import with_hazards
+from plant_bench.towns.routes import suite_text
+from plant_bench.whole_files import move_whole, write_whole, write_whole_text
+from plant_bench.world.route import Route
+
+REPORT_FILE = "matching.csv"
+
+
+def save_matches(
+    matches: Sequence[RouteMatch],
+    towns: Sequence[TownFound],
+    out: Path,
+    *,
+    seed: int | None,
+    overwrite: bool,
+) -> int:
+    """Write the suite of the routes that were matched, with a table of all.
+
+    Args:
+        matches: All routes.
+        towns: The towns that they were matched to.
+        out: The suite's folder.
+        seed: Of the hazards; None for routes without.
+        overwrite: Replace files of a suite that is there.
+
+    Returns:
+        How many routes were matched; if none, nothing is written.
+
+    Raises:
+        InputError: There is something at `out` already, or two routes have one name.
+    """
+    refuse_existing(out, overwrite=overwrite)
+    routes = _named_apart(matches)
+    if not routes:
+        return 0
+    parent = out.resolve().parent if not out.exists() else out
+    parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=parent, prefix=".importing-") as scratch:
+        work = Path(scratch) / "new"
+        work.mkdir()
+        for found in dict.fromkeys(towns):  # one may stand for several of CARLA's
+            _write_town(found, [r for r in routes if r.town == found.name], work, out, seed)
+        write_whole_text(work / REPORT_FILE, _table(matches))
+        if not out.exists():
+            move_whole(work, out)
+        else:
+            _move_into(work, out)
+    return len(routes)
+
+
+def _named_apart(matches: Sequence[RouteMatch]) -> list[Route]:
+    routes = {m.route.id: m.route for m in matches if m.route is not None}
+    for item in matches:
+        if item.route is not None and routes[item.route.id] is not item.route:
+            raise InputError(
+                f"Two routes would be called {item.route.id}: import the map a second time, with "
+                f"another --name, and give that for {item.source.town} in --town-map."
+            )
+    return list(routes.values())
+
+
+def refuse_existing(out: Path, *, overwrite: bool) -> None:
+    """Check that a suite may be written.
+
+    Raises:
+        InputError: There is something at `out` already.
+    """
+    if out.exists() and not out.is_dir():
+        raise InputError(f"--out {out} is a file: give a folder.")
+    if out.exists() and any(out.iterdir()) and not overwrite:
+        raise InputError(f"--out {out} is not empty: give --overwrite, or another folder.")
+
+
+def _write_town(
+    found: TownFound, routes: Sequence[Route], work: Path, out: Path, seed: int | None
+) -> None:
+    if not routes:
+        return
+    if seed is not None:
+        routes = with_hazards(read_town(found), routes, seed)
+    about = {"suite": out.resolve().name, "seed": seed}
+    file = work / f"{found.name}.json"
+    write_whole_text(file, suite_text(about, routes))
+    if found.brought:
+        folder = work / TOWNS_FOLDER / found.name
+        for name in (NET_FILE, TOWN_FILE, PICTURE_FILE):
+            if (found.folder / name).is_file():
+                write_whole(folder / name, partial(shutil.copyfile, found.folder / name))
+
+
+def _move_into(work: Path, out: Path) -> None:
+    """Put new files beside old ones; routes that the suite had in other towns go."""
+    for path in out.glob("*.json"):
+        if not (work / path.name).exists() and _is_of_suite(path, out.resolve().name):
+            path.unlink()
+    for path in sorted(work.rglob("*")):
+        place = out / path.relative_to(work)
+        if path.is_dir():
+            place.mkdir(exist_ok=True)
+        else:
+            move_whole(path, place)
+
+
+def _is_of_suite(path: Path, suite: str) -> bool:
+    with path.open("rb") as file:
+        head = file.readline(1000)
+    return f'"suite":{json.dumps(suite)},'.encode() in head
+
+
+def _table(matches: Sequence[RouteMatch]) -> str:
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(HEADS)
+    writer.writerows(item.row for item in matches)
+    return text.getvalue()

@@ -113,6 +113,7 @@ class Cargo:
     Attributes:
         files: Content by absolute path.
         digests: Hash of each, by the same path.
+        programs: Those files that can be executed.
         folder: The working folder, from which relative paths are meant.
         imports: Folders in which modules among the files are found.
         towns_in: Folders in which towns among the files are found.
@@ -124,6 +125,7 @@ class Cargo:
 
     files: Mapping[str, bytes]
     digests: Mapping[str, str]
+    programs: frozenset[str]
     folder: str
     imports: tuple[str, ...]
     towns_in: tuple[str, ...]
@@ -151,6 +153,7 @@ def pack(tasks: Iterable[Portable]) -> Cargo:
     return Cargo(
         files=files,
         digests={path: _digest(content) for path, content in files.items()},
+        programs=frozenset(path for path in files if os.access(path, os.X_OK)),
         folder=str(Path.cwd()),
         imports=_import_folders(path for path in code if path.suffix == ".py"),
         towns_in=tuple(sorted({str(folder.parent.absolute()) for folder in further})),
@@ -174,6 +177,8 @@ def unpack(cargo: Cargo, place: Place) -> None:
         target = place.found(path)
         target.parent.mkdir(parents=True, exist_ok=True)
         target.write_bytes(content)
+        if path in cargo.programs:
+            target.chmod(0o700)
     place.found(cargo.folder).mkdir(parents=True, exist_ok=True)
     place.output.mkdir(parents=True, exist_ok=True)
 
@@ -181,7 +186,11 @@ def unpack(cargo: Cargo, place: Place) -> None:
 def enter(cargo: Cargo, place: Place) -> None:
     """Let this process find what has travelled; for a process that does nothing else."""
     os.chdir(place.found(cargo.folder))
-    sys.path[:0] = [str(place.found(folder)) for folder in cargo.imports]
+    imports = [str(place.found(folder)) for folder in cargo.imports]
+    sys.path[:0] = imports
+    others = [item for item in os.environ.get("PYTHONPATH", "").split(os.pathsep) if item]
+    if imports or others:  # for planners in processes of their own
+        os.environ["PYTHONPATH"] = os.pathsep.join([*imports, *others])
     os.environ[TOWNS_VARIABLE] = os.pathsep.join(
         [*(str(place.found(folder)) for folder in cargo.towns_in), *_further_towns()]
     )

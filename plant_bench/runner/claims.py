@@ -76,7 +76,7 @@ class Holder:
 
     Attributes:
         what: "whole", or a shard as "2of8".
-        version: Of what is driven: its agent's checksum.
+        version: Of what is driven: all episodes that the shards divide.
         host: The machine.
         pid: The process there.
         born: When that process started, in the system's ticks since its boot; 0 where unknown.
@@ -124,7 +124,6 @@ def claimed(folder: Path, shard: Shard | None, version: str) -> Iterator[None]:
     me = Holder(what, version, host, pid, _born(pid), since, secrets.token_hex(8))
     place = folder / "claims"
     try:
-        place.mkdir(parents=True, exist_ok=True)
         mine = _claim(place, me)
     except OSError as error:
         message = f"Cannot write to {folder}: {error.strerror}. Choose another with --out."
@@ -151,6 +150,7 @@ def _claim(place: Path, me: Holder) -> Path:
     """
     path = place / f"{me.what}.json"
     for _ in range(3):
+        place.mkdir(parents=True, exist_ok=True)
         try:
             with path.open("x", encoding="utf-8") as file:
                 json.dump(asdict(me), file)
@@ -162,6 +162,8 @@ def _claim(place: Path, me: Holder) -> Path:
                 if not _void(path, holder):
                     raise _refusal(holder, path) from None
                 _take_away(path, holder)
+        except FileNotFoundError:
+            continue  # who held the last claim has just removed the folder
         else:
             return path
     message = f"{path} is claimed and given up by others over and over. Try again."

@@ -6,7 +6,7 @@ another process. So records, recordings and keys are those of a run without it.
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from plant_bench.agent import Agent
 from plant_bench.agents.registry import planners_made_by
@@ -35,6 +35,14 @@ class Isolation:
         known = self.profile if spec == self.program.spec else None
         program = self.program if known else program_of(spec)
         return remote_agent(program, self.limits, known)
+
+    def at(self, spec: str) -> "Isolation":
+        """Return the same on this machine, where the planner is found as told.
+
+        Raises:
+            InputError: The planner is a command that is not here.
+        """
+        return replace(self, program=program_of(spec))
 
 
 def isolation_of(agent: str, limits: Limits) -> Isolation:

@@ -1,12 +1,18 @@
+import os
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from plant_bench.agents.registry import agent_checksum
+from plant_bench.agents.remote.connection import Profile
+from plant_bench.agents.remote.process import Limits
+from plant_bench.agents.remote.programs import Program, program_of
 from plant_bench.data_files import TOWNS_VARIABLE
 from plant_bench.errors import InputError
 from plant_bench.runner import cargo
 from plant_bench.runner.cargo import Needs, Place, differences, pack, shipped, unpack
+from plant_bench.runner.isolation import Isolation
 from plant_bench.runner.jobs import make_jobs
 from plant_bench.runner.suite import _Task
 
@@ -134,6 +140,32 @@ def test_a_town_from_elsewhere_travels(tmp_path, monkeypatch):
 
     assert sorted(Path(path).name for path in sent.files) == ["town.json", "town.net.xml"]
     assert sent.towns_in == (str(town.parent),)
+
+
+def test_a_program_can_be_executed_where_it_arrives(tmp_path, place, monkeypatch):
+    program = tmp_path / "mine" / "planner"
+    program.parent.mkdir()
+    program.write_text("#!/bin/sh\n")
+    program.chmod(0o755)
+    monkeypatch.setattr(cargo, "agent_files", lambda agent: {program})
+
+    class Task:
+        needs = Needs(agents=frozenset({"command:./planner"}))
+
+        def at(self, place):
+            return self
+
+    unpack(pack([Task()]), place)
+
+    assert os.access(place.found(str(program)), os.X_OK)
+
+
+def test_an_isolated_planner_is_started_where_it_has_arrived(mine, task, place):
+    asked = Program(mine, ("/python/of/another/machine",), agent=mine)
+    isolation = Isolation(asked, Limits(), Profile(frozenset(), 1, ranks=False, files=()))
+    there = replace(task(mine), isolation=isolation).at(place)
+
+    assert there.isolation.program == program_of(there.job.agent)
 
 
 def test_files_too_large_to_travel_are_refused(mine, task, monkeypatch):

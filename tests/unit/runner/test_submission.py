@@ -17,10 +17,12 @@ from plant_bench.runner.summary import write_summary
 from plant_bench.runner.verification import sample_of
 from plant_bench.scoring.infractions import Status
 from plant_bench.scoring.laws import Law
-from plant_bench.scoring.results import EpisodeResult
+from plant_bench.scoring.results import EpisodeResult, HazardRecord
+from plant_bench.world.hazard import HazardKind, Phase
 from plant_bench.world.route import load_suite
 
 CHECKSUM = "a" * 64
+CROSSING = HazardKind.CROSSING
 CHOSEN = "town01-0,town02-0"
 
 
@@ -46,14 +48,16 @@ def submitted(path: Path, chosen: str, *, repetitions: int) -> RunFolder:
     folder.write("run.json", told.model_dump_json(indent=1) + "\n")
     routes = [route for route in suite if route.id in chosen.split(",")]
     jobs = make_jobs("stranger", CHECKSUM, routes, repetitions=repetitions, seed=0, density="dense")
+    phases = [*[Phase.DONE] * 2, Phase.VOID, *[Phase.DONE] * 7, Phase.ARMED, Phase.DONE]
     for number, job in enumerate(jobs):
         result = EpisodeResult(
             **job.header(frozenset()).model_dump(),
             status=Status.TIMED_OUT,
             route_length=job.route.length,
             completion=0.5,
-            distance=100.0 + 7.3 * number,
+            distance=100.0,
             duration=100.0,
+            hazards=(HazardRecord(kind=CROSSING, at=1.0, phase=phases[number], time=0.0),),
         )
         folder.save(episode_name(job), result, None)
     write_summary(folder)

@@ -23,12 +23,12 @@ class Isolation:
     Attributes:
         program: What is started for it.
         limits: What it may take.
-        profile: What it said of itself when the run began.
+        profile: What it said of itself when the run began; None for another machine.
     """
 
     program: Program
     limits: Limits
-    profile: Profile
+    profile: Profile | None
 
     def planner(self, spec: str) -> Agent:
         """Return the run's planner; it starts with its first `reset`."""
@@ -36,13 +36,12 @@ class Isolation:
         program = self.program if known else program_of(spec)
         return remote_agent(program, self.limits, known)
 
-    def at(self, spec: str) -> "Isolation":
-        """Return the same on this machine, where the planner is found as told.
+    def elsewhere(self) -> "Isolation":
+        """Return the same for another machine, where Python and the planner's files lie elsewhere.
 
-        Raises:
-            InputError: The planner is a command that is not here.
+        What is started is found there, and what it says of itself is asked anew.
         """
-        return replace(self, program=program_of(spec))
+        return replace(self, profile=None)
 
 
 def isolation_of(agent: str, limits: Limits) -> Isolation:

@@ -86,7 +86,7 @@ class _Task:
         """Return the same task as it is done on another machine."""
         recording = self.recording and place.output / "recordings" / self.recording.name
         job = shipped(self.job, place)
-        isolation = self.isolation and self.isolation.at(job.agent)
+        isolation = self.isolation and self.isolation.elsewhere()
         return replace(self, job=job, recording=recording, isolation=isolation)
 
 

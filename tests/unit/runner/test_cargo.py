@@ -5,9 +5,9 @@ from pathlib import Path
 import pytest
 
 from plant_bench.agents.registry import agent_checksum
-from plant_bench.agents.remote.connection import Profile
+from plant_bench.agents.remote.connection import Profile, end_processes
 from plant_bench.agents.remote.process import Limits
-from plant_bench.agents.remote.programs import Program, program_of
+from plant_bench.agents.remote.programs import Program
 from plant_bench.data_files import TOWNS_VARIABLE
 from plant_bench.errors import InputError
 from plant_bench.runner import cargo
@@ -160,12 +160,18 @@ def test_a_program_can_be_executed_where_it_arrives(tmp_path, place, monkeypatch
     assert os.access(place.found(str(program)), os.X_OK)
 
 
-def test_an_isolated_planner_is_started_where_it_has_arrived(mine, task, place):
+def test_an_isolated_planner_drives_where_it_has_arrived(mine, task, place, route):
+    here = Profile(frozenset(), 1, ranks=False, files=(Path("mine.py"),))
     asked = Program(mine, ("/python/of/another/machine",), agent=mine)
-    isolation = Isolation(asked, Limits(), Profile(frozenset(), 1, ranks=False, files=()))
-    there = replace(task(mine), isolation=isolation).at(place)
+    unpack(pack([task(mine)]), place)
 
-    assert there.isolation.program == program_of(there.job.agent)
+    there = replace(task(mine), isolation=Isolation(asked, Limits(), here)).at(place)
+    planner = there.isolation.planner(there.job.agent)
+    try:
+        planner.reset(route("a"))
+        assert place.root in planner.files[0].parents
+    finally:
+        end_processes()
 
 
 def test_files_too_large_to_travel_are_refused(mine, task, monkeypatch):

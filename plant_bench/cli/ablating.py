@@ -16,7 +16,7 @@ from pathlib import Path
 import typer
 
 from plant_bench.agents.plant.config import WEIGHTS_FILE
-from plant_bench.cli.drive import drive_missing, say_crashes
+from plant_bench.cli.drive import Driving, drive_missing, say_crashes
 from plant_bench.cli.learning import Course, Machine, learn
 from plant_bench.cli.options import EXIT_INTERRUPTED
 from plant_bench.errors import InputError
@@ -32,7 +32,6 @@ from plant_bench.runner.run_folder import RunFolder
 from plant_bench.runner.speed import read_timings, speed_of, write_speed
 from plant_bench.runner.summary import write_summary
 from plant_bench.runner.timing import Timing
-from plant_bench.scoring.laws import Law
 from plant_bench.sim.traffic import density_of
 from plant_bench.training.ablations import Recipe, Variant, trainings_of, variants_of
 from plant_bench.training.shards import recordings_in
@@ -111,10 +110,7 @@ def _train_and_drive(request: AblationRequest, name: str, recipe: Recipe, seed: 
         run = drive_missing(
             replace(request.drives, agent=f"plant-unguarded@{place / 'model'}"),
             place / "run",
-            overwrite=request.overwrite,
-            workers=request.machine.workers,
-            recordings=False,
-            law=Law.LB1_0,
+            Driving(workers=request.machine.workers, overwrite=request.overwrite, recordings=False),
         )
     if run is not None:
         write_summary(run.folder)

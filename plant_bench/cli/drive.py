@@ -2,6 +2,7 @@
 
 import time
 from contextlib import ExitStack
+from dataclasses import dataclass
 from pathlib import Path
 
 import typer
@@ -21,18 +22,33 @@ from plant_bench.scoring.infractions import Status
 from plant_bench.scoring.laws import Law
 
 
-def drive(
-    request: ScoreRequest,
-    out: Path | None,
-    *,
-    overwrite: bool,
-    workers: int,
-    recordings: bool,
-    law: Law,
-    executor: Executor | None = None,
-    shard: Shard | None = None,
-    isolation: Isolation | None = None,
-) -> int:
+@dataclass(frozen=True)
+class Driving:
+    """How a run is driven; its records do not depend on it.
+
+    Attributes:
+        workers: Processes, of this machine.
+        overwrite: Drive again what is finished.
+        recordings: Keep every tick.
+        law: By which infractions become scores, in the summary.
+        executor: Drives somewhere else; None for processes of this machine.
+        shard: The part that is driven here; None for all of it.
+        isolation: Keeps the planner in a process of its own; None where the workers load it.
+    """
+
+    workers: int
+    overwrite: bool = False
+    recordings: bool = True
+    law: Law = Law.LB1_0
+    executor: Executor | None = None
+    shard: Shard | None = None
+    isolation: Isolation | None = None
+
+    def __str__(self) -> str:
+        return f"{self.workers} workers" if self.executor is None else str(self.executor)
+
+
+def drive(request: ScoreRequest, out: Path | None, how: Driving) -> int:
     """Drive a run to its end, or until Ctrl-C.
 
     Returns:
@@ -42,72 +58,52 @@ def drive(
         PlantBenchError: The run cannot be started or cannot go on.
     """
     start = time.monotonic()
-    with isolated(isolation):  # this process loads planners, too
-        run = drive_missing(
-            request,
-            out,
-            overwrite=overwrite,
-            workers=workers,
-            recordings=recordings,
-            law=law,
-            executor=executor,
-            shard=shard,
-            isolation=isolation,
-        )
+    run = drive_missing(request, out, how)
     if run is None:
         return EXIT_INTERRUPTED
     if left := run.unfinished_by_others():
         typer.echo(
-            f"Shard {shard} is finished: {len(run.jobs)} episodes. Of the other shards' "
+            f"Shard {how.shard} is finished: {len(run.jobs)} episodes. Of the other shards' "
             f"{len(run.others)}, {left} have no record yet; who ends last writes the summary."
         )
     else:
-        print_summary(write_summary(run.folder, law=law))
+        print_summary(write_summary(run.folder, law=how.law))
         print_planner_time(write_speed(run.folder, map(episode_name, [*run.jobs, *run.others])))
     now = speed_of(read_timings(run.folder, map(episode_name, run.missing)))
-    by = f"{workers} workers" if executor is None else str(executor)
-    print_speed(now, wall_s=time.monotonic() - start, workers=by)
+    print_speed(now, wall_s=time.monotonic() - start, workers=str(how))
     if not run.missing:
         typer.echo("Nothing was left to drive: these episodes were finished before.")
     typer.echo(f"Records: {run.folder.path}")
     return say_crashes(run)
 
 
-def drive_missing(
-    request: ScoreRequest,
-    out: Path | None,
-    *,
-    overwrite: bool,
-    workers: int,
-    recordings: bool,
-    law: Law,
-    executor: Executor | None = None,
-    shard: Shard | None = None,
-    isolation: Isolation | None = None,
-) -> Run | None:
+def drive_missing(request: ScoreRequest, out: Path | None, how: Driving) -> Run | None:
     """Drive what of a run has no record, and show how it goes; None if Ctrl-C ended it.
 
     Raises:
         PlantBenchError: The run cannot be started or cannot go on.
     """
     with ExitStack() as hold:
-        run = open_run(request, out, overwrite=overwrite, shard=shard, hold=hold)
+        hold.enter_context(isolated(how.isolation))  # this process loads planners, too
+        if how.executor is not None:
+            hold.enter_context(how.executor.connected())  # before the run's folder is made
+        run = open_run(request, out, overwrite=how.overwrite, shard=how.shard, hold=hold)
         for note in run.notes:
             typer.echo(note, err=True)
-        progress = RunProgress(run.jobs, run.missing, law)
+        progress = RunProgress(run.jobs, run.missing, how.law)
         try:
             with progress.shown():
                 run_suite(
                     run.missing,
                     run.folder,
-                    workers=workers,
-                    recordings=recordings,
+                    workers=how.workers,
+                    recordings=how.recordings,
                     on_event=progress,
-                    executor=executor,
-                    isolation=isolation,
+                    executor=how.executor,
+                    isolation=how.isolation,
                 )
         except KeyboardInterrupt:
-            _say_stopped(run, law)
+            _say_stopped(run, how.law)
             return None
         run.sweep()
     return run

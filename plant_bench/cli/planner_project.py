@@ -11,6 +11,7 @@ from pathlib import Path
 from string import Template
 
 from plant_bench.errors import InputError
+from plant_bench.whole_files import write_whole_text
 
 TEMPLATES = Path(__file__).with_name("templates")
 SUFFIX = ".tmpl"
@@ -116,5 +117,4 @@ def _fill(template: Path, folder: Path, words: dict[str, str]) -> None:
         place = path.relative_to(template).with_suffix("")
         parts = [words["package"] if part == PACKAGE else part for part in place.parts]
         target = folder.joinpath(*parts)
-        target.parent.mkdir(parents=True, exist_ok=True)
-        target.write_text(Template(path.read_text("utf-8")).substitute(words), encoding="utf-8")
+        write_whole_text(target, Template(path.read_text("utf-8")).substitute(words))

@@ -15,15 +15,13 @@ from plant_bench.agents.expert_filtered import (
     ranks_itself,
 )
 from plant_bench.agents.registry import agent_checksum, load_agent
-from plant_bench.cli.drive import drive_missing, say_crashes
+from plant_bench.cli.drive import Driving, drive_missing, say_crashes
 from plant_bench.cli.options import EXIT_INTERRUPTED
 from plant_bench.errors import InputError
 from plant_bench.reports.relevance import print_relative_scores
-from plant_bench.runner.executors import Executor
 from plant_bench.runner.jobs import episode_name
 from plant_bench.runner.run import Run, ScoreRequest
 from plant_bench.runner.summary import write_summary
-from plant_bench.scoring.laws import Law
 from plant_bench.scoring.relevance import RelativeScore, relative_score
 from plant_bench.scoring.results import EpisodeResult
 
@@ -75,15 +73,7 @@ class RelevanceRequest:
         return None if self.out is None else self.out / name
 
 
-def score_relevance(
-    request: RelevanceRequest,
-    *,
-    overwrite: bool,
-    workers: int,
-    recordings: bool,
-    law: Law,
-    executor: Executor | None = None,
-) -> int:
+def score_relevance(request: RelevanceRequest, how: Driving) -> int:
     """Drive the expert with everybody in sight and with each ranking, and print RFDS.
 
     Returns:
@@ -101,24 +91,16 @@ def score_relevance(
     runs: dict[str, Run] = {}
     for name, agent in agents.items():
         typer.echo(f"{agent}:", err=True)
-        run = drive_missing(
-            replace(request.drives, agent=agent),
-            request.folder(name),
-            overwrite=overwrite,
-            workers=workers,
-            recordings=recordings,
-            law=law,
-            executor=executor,
-        )
+        run = drive_missing(replace(request.drives, agent=agent), request.folder(name), how)
         if run is None:
             return EXIT_INTERRUPTED
-        write_summary(run.folder, law=law)
+        write_summary(run.folder, law=how.law)
         runs[name] = run
     whole = list(_results(runs[EXPERT]))
     filtered = {name: run for name, run in runs.items() if name != EXPERT}
     scores = {
         name: relative_score(
-            whole, list(_results(run)), law=law, planner_checksum=request.checksum(name)
+            whole, list(_results(run)), law=how.law, planner_checksum=request.checksum(name)
         )
         for name, run in filtered.items()
     }

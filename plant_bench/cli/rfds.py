@@ -63,20 +63,19 @@ def score_rfds(
 
         plant-bench rfds --agent rule-based --ranker masking
     """
+    from plant_bench.cli.drive import Driving
     from plant_bench.cli.executing import chosen_executor
     from plant_bench.cli.relevance import RelevanceRequest, score_relevance
     from plant_bench.runner.run import ScoreRequest
     from plant_bench.scoring.laws import law_of
 
-    chosen = law_of(law)
-    drives = ScoreRequest("expert", suite, routes, repetitions, seed, density, hazards)
-    request = RelevanceRequest(agent, ranker or (), drives, out)
-    code = score_relevance(
-        request,
-        overwrite=overwrite,
+    how = Driving(
         workers=workers or CORES,
+        overwrite=overwrite,
         recordings=recordings,
-        law=chosen,
+        law=law_of(law),
         executor=chosen_executor(executor, address, workers),
     )
-    raise typer.Exit(code)
+    drives = ScoreRequest("expert", suite, routes, repetitions, seed, density, hazards)
+    request = RelevanceRequest(agent, ranker or (), drives, out)
+    raise typer.Exit(score_relevance(request, how))

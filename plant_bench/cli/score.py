@@ -77,26 +77,22 @@ def score(
 
         plant-bench score --agent plant --executor ray --address ray://head:10001
     """
-    from plant_bench.cli.drive import drive
+    from plant_bench.cli.drive import Driving, drive
     from plant_bench.cli.executing import chosen_executor
     from plant_bench.runner.claims import Shard
     from plant_bench.runner.run import ScoreRequest
     from plant_bench.scoring.laws import law_of
 
-    chosen = law_of(law)
-    isolation = isolation_for(
-        agent, isolate=isolate, tick=tick_limit, start_up=start_up_limit, memory=memory_limit
-    )
-    request = ScoreRequest(agent, suite, routes, repetitions, seed, density, hazards)
-    code = drive(
-        request,
-        out,
-        overwrite=overwrite,
+    how = Driving(
         workers=workers or CORES,
+        overwrite=overwrite,
         recordings=recordings,
-        law=chosen,
+        law=law_of(law),
         executor=chosen_executor(executor, address, workers),
         shard=None if shard is None else Shard.parse(shard),
-        isolation=isolation,
+        isolation=isolation_for(
+            agent, isolate=isolate, tick=tick_limit, start_up=start_up_limit, memory=memory_limit
+        ),
     )
-    raise typer.Exit(code)
+    request = ScoreRequest(agent, suite, routes, repetitions, seed, density, hazards)
+    raise typer.Exit(drive(request, out, how))

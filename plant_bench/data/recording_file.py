@@ -17,6 +17,7 @@ READABLE_FORMATS = (1, 2, 3)  # 1 has no reasons
 FORMAT_KEY, METADATA_KEY = b"plant_bench.recording", b"plant_bench.metadata"
 LARGEST_FILE = 200_000_000  # bytes; an episode has about 1 million
 LARGEST_UNPACKED = 400_000_000  # bytes of all columns; an episode has about 7 million
+MOST_VALUES = 100_000_000  # of all columns; packed, a billion equal ones need a few bytes
 MOST_TICKS = 200_000  # nearly three hours; an episode times out long before
 
 _EGO = dict.fromkeys(("x", "y", "yaw", "speed", "acceleration", "steering"), pa.float64())
@@ -63,10 +64,16 @@ def read_table(path: Path) -> tuple[pa.Table, dict[str, Any]]:
 
 def _check_size(facts: pq.FileMetaData) -> None:
     """Check what reading would need, before anything is unpacked."""
-    parts = [facts.row_group(place).total_byte_size for place in range(facts.num_row_groups)]
+    groups = [facts.row_group(place) for place in range(facts.num_row_groups)]
+    parts = [group.total_byte_size for group in groups]
     size = -1 if min(parts, default=0) < 0 else sum(parts)
     fits = facts.num_rows <= MOST_TICKS and 0 <= size <= LARGEST_UNPACKED
     _refuse(not fits, f"{facts.num_rows:,} ticks of {size:,} bytes")
+    counts = [
+        group.column(place).num_values for group in groups for place in range(group.num_columns)
+    ]
+    fits = min(counts, default=0) >= 0 and sum(counts) <= MOST_VALUES
+    _refuse(not fits, f"{sum(counts):,} values")
 
 
 def _check_types(schema: pa.Schema) -> None:

@@ -54,10 +54,8 @@ def meetings(
     if not len(places) or not len(points):
         return found
     near = _near(ego, actors, places, points, rates)
-    when = near.any(axis=2)
-    who = when.any(axis=1).nonzero()[0]
-    if not who.size:
-        return found
+    when = np.any(near, axis=2)
+    who = np.flatnonzero(np.any(when, axis=1))
     first = when[who].argmax(axis=1)
     last = INSTANTS - 1 - when[who, ::-1].argmax(axis=1)
     there = near[who, first].argmax(axis=1) * float(SPACING) - route.past
@@ -77,9 +75,10 @@ def _near(
     lengths, widths = actors.extents[places].T
     yaws, ahead = _goings(poses[:, 2], actors.speeds[places], rates, places)
     cos, sin = np.cos(yaws), np.sin(yaws)
-    x, y = np.zeros((2, *yaws.shape), np.float32)
-    (0.5 * (cos[:, 1:] + cos[:, :-1]) * ahead).cumsum(axis=1, out=x[:, 1:])
-    (0.5 * (sin[:, 1:] + sin[:, :-1]) * ahead).cumsum(axis=1, out=y[:, 1:])
+    x = np.zeros_like(yaws)
+    y = np.zeros_like(yaws)
+    np.cumsum(0.5 * (cos[:, 1:] + cos[:, :-1]) * ahead, axis=1, out=x[:, 1:])
+    np.cumsum(0.5 * (sin[:, 1:] + sin[:, :-1]) * ahead, axis=1, out=y[:, 1:])
     x += (poses[:, 0] - np.float32(ego.x))[:, None]
     y += (poses[:, 1] - np.float32(ego.y))[:, None]
     parts = lengths[:, None, None] * _PARTS
@@ -87,16 +86,16 @@ def _near(
     all_y = y[..., None] + parts * sin[..., None]
     squares = (all_x[..., None] - points[:, 0]) ** 2 + (all_y[..., None] - points[:, 1]) ** 2
     reach = 0.5 * (EGO_WIDTH + widths) + MARGIN
-    return (squares < (reach * reach)[:, None, None, None]).any(axis=2)
+    return np.any(squares < (reach * reach)[:, None, None, None], axis=2)
 
 
 def _goings(
     yaws: np.ndarray, speeds: np.ndarray, rates: Rates, places: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return each actor's yaw at the instants, and how far it gets between them."""
-    pulls = np.minimum(np.maximum(rates.accelerations[places], HARDEST), FIRMEST)
+    pulls = rates.accelerations[places].clip(HARDEST, FIRMEST)
     tops = np.maximum(speeds, np.float32(FASTEST))
-    paces = np.minimum(np.maximum(speeds[:, None] + pulls[:, None] * _TIMES, 0.0), tops[:, None])
-    turned = np.minimum(np.maximum(rates.turns[places, None] * _TIMES, -WIDEST), WIDEST)
+    paces = (speeds[:, None] + pulls[:, None] * _TIMES).clip(0.0, tops[:, None])
+    turned = (rates.turns[places, None] * _TIMES).clip(-WIDEST, WIDEST)
     ahead = 0.5 * STEP * (paces[:, 1:] + paces[:, :-1])
     return (yaws[:, None] + turned).astype(np.float32), ahead.astype(np.float32)

@@ -18,7 +18,9 @@ from plant_bench.world.hazard import Phase
 
 DEADLINE = "50 ms"  # a tick: 20 decisions a second
 PIPED_WIDTH = 140  # columns where the output is no terminal
-_console = Console(highlight=False, width=None if sys.stdout.isatty() else PIPED_WIDTH)
+_console = Console(
+    highlight=False, markup=False, emoji=False, width=None if sys.stdout.isatty() else PIPED_WIDTH
+)
 
 
 def print_summary(summary: Summary) -> None:

@@ -91,7 +91,9 @@ def print_verification(found: Verification) -> None:
         cells = ("", "", "")
         if (other := item.difference) is not None:
             cells = (_clean(other.field), _clean(other.told), _clean(other.again))
-        rows.append([item.name, item.town, "different" if other else "equal", *cells])
+        rows.append(
+            [_clean(item.name), _clean(item.town), "different" if other else "equal", *cells]
+        )
     how = "the agent" if found.way == "agent" else "the recorded controls"
     title = f"Simulated again by {how} (sample seed {found.seed})"
     heads = ["episode", "town", "record", "first difference", "told", "again"]

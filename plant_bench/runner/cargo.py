@@ -186,7 +186,11 @@ def unpack(cargo: Cargo, place: Place) -> None:
 def enter(cargo: Cargo, place: Place) -> None:
     """Let this process find what has travelled; for a process that does nothing else."""
     os.chdir(place.found(cargo.folder))
-    sys.path[:0] = [str(place.found(folder)) for folder in cargo.imports]
+    imports = [str(place.found(folder)) for folder in cargo.imports]
+    sys.path[:0] = imports
+    others = [item for item in os.environ.get("PYTHONPATH", "").split(os.pathsep) if item]
+    if imports or others:  # for planners in processes of their own
+        os.environ["PYTHONPATH"] = os.pathsep.join([*imports, *others])
     find_towns_in(place.found(folder) for folder in cargo.towns_in)
 
 

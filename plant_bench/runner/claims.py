@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from plant_bench.errors import InputError
+from plant_bench.whole_files import UNFINISHED
 
 BEAT = 30.0  # s
 SILENT = 300.0  # s without a beat after which a claim of another host is void
@@ -76,7 +77,7 @@ class Holder:
 
     Attributes:
         what: "whole", or a shard as "2of8".
-        version: Of what is driven: its agent's checksum.
+        version: Of what is driven: all episodes that the shards divide.
         host: The machine.
         pid: The process there.
         born: When that process started, in the system's ticks since its boot; 0 where unknown.
@@ -124,7 +125,6 @@ def claimed(folder: Path, shard: Shard | None, version: str) -> Iterator[None]:
     me = Holder(what, version, host, pid, _born(pid), since, secrets.token_hex(8))
     place = folder / "claims"
     try:
-        place.mkdir(parents=True, exist_ok=True)
         mine = _claim(place, me)
     except OSError as error:
         message = f"Cannot write to {folder}: {error.strerror}. Choose another with --out."
@@ -151,21 +151,39 @@ def _claim(place: Path, me: Holder) -> Path:
     """
     path = place / f"{me.what}.json"
     for _ in range(3):
+        place.mkdir(parents=True, exist_ok=True)
         try:
-            with path.open("x", encoding="utf-8") as file:
-                json.dump(asdict(me), file)
-                file.flush()
-                os.fsync(file.fileno())
+            _make(path, json.dumps(asdict(me)))
         except FileExistsError:
             holder = _read(path)
             if holder is not None:
                 if not _void(path, holder):
                     raise _refusal(holder, path) from None
                 _take_away(path, holder)
+        except FileNotFoundError:
+            continue  # who held the last claim has just removed the folder
         else:
             return path
     message = f"{path} is claimed and given up by others over and over. Try again."
     raise InputError(message)
+
+
+def _make(path: Path, text: str) -> None:
+    """Write a file that must not be there yet, whole or not at all.
+
+    Raises:
+        FileExistsError: It is there.
+        OSError: It cannot be written.
+    """
+    part = path.with_name(f"{secrets.token_hex(8)}{UNFINISHED}")
+    try:
+        with part.open("x", encoding="utf-8") as file:
+            file.write(text)
+            file.flush()
+            os.fsync(file.fileno())
+        os.link(part, path)  # fails where there is one; renaming would replace it
+    finally:
+        part.unlink(missing_ok=True)
 
 
 def _check_others(place: Path, mine: Path, me: Holder) -> None:
@@ -222,15 +240,13 @@ def _take_away(path: Path, holder: Holder) -> None:
 
 
 def _read(path: Path) -> Holder | None:
-    """Return who made a claim, None where it is gone; of one left half written nobody is known."""
-    for _ in range(5):
-        try:
-            return Holder(**json.loads(path.read_text(encoding="utf-8")))
-        except FileNotFoundError:
-            return None
-        except (OSError, ValueError, TypeError):
-            time.sleep(0.1)  # it is being written
-    return Holder(WHOLE, "", "unknown", 0, 0, "unknown", "")
+    """Return who made a claim, None where it is gone; of a broken one nobody is known."""
+    try:
+        return Holder(**json.loads(path.read_text(encoding="utf-8")))
+    except FileNotFoundError:
+        return None
+    except (OSError, ValueError, TypeError):
+        return Holder(WHOLE, "", "unknown", 0, 0, "unknown", "")
 
 
 def _beat(path: Path, ended: threading.Event) -> None:

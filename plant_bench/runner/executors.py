@@ -11,6 +11,7 @@ worker said before it died.
 
 from collections import Counter, deque
 from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from multiprocessing import connection
 from multiprocessing.connection import Connection
@@ -79,6 +80,14 @@ Keep = Callable[[str, bytes], None]
 class Executor(Protocol):
     """Runs tasks somewhere."""
 
+    def connected(self) -> AbstractContextManager[None]:
+        """Have what `run_tasks` needs ready beforehand, so that it fails before a run is begun.
+
+        Raises:
+            InputError: It is not there.
+        """
+        ...
+
     def run_tasks(
         self, tasks: Sequence[Any], work: Work, *, on_event: Listener, logs: Path, keep: Keep
     ) -> None:
@@ -108,6 +117,10 @@ class LocalExecutor:
     """
 
     workers: int
+
+    def connected(self) -> AbstractContextManager[None]:
+        """Nothing is needed; see `Executor`."""
+        return nullcontext()
 
     def run_tasks(
         self, tasks: Sequence[Any], work: Work, *, on_event: Listener, logs: Path, keep: Keep

@@ -6,7 +6,7 @@ another process. So records, recordings and keys are those of a run without it.
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from plant_bench.agent import Agent
@@ -25,12 +25,12 @@ class Isolation:
     Attributes:
         program: What is started for it.
         limits: What it may take.
-        profile: What it said of itself when the run began.
+        profile: What it said of itself when the run began; None for another machine.
     """
 
     program: Program
     limits: "Limits"
-    profile: "Profile"
+    profile: "Profile | None"
 
     def planner(self, spec: str) -> Agent:
         """Return the run's planner; it starts with its first `reset`."""
@@ -39,6 +39,13 @@ class Isolation:
         known = self.profile if spec == self.program.spec else None
         program = self.program if known else program_of(spec)
         return remote_agent(program, self.limits, known)
+
+    def elsewhere(self) -> "Isolation":
+        """Return the same for another machine, where Python and the planner's files lie elsewhere.
+
+        What is started is found there, and what it says of itself is asked anew.
+        """
+        return replace(self, profile=None)
 
 
 def isolation_of(agent: str, limits: "Limits") -> Isolation:

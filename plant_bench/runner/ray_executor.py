@@ -5,14 +5,10 @@ fails in that process counts as it does locally. An actor that is lost is no fau
 task runs again elsewhere. This process alone writes into the run's folder.
 """
 
-import logging
-import os
-import socket
 import time
-import uuid
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -20,11 +16,11 @@ from typing import Any
 from plant_bench.errors import InputError, SimulationError
 from plant_bench.runner.cargo import Cargo, pack
 from plant_bench.runner.executors import Agenda, Finished, Keep, Listener, Progressed, Started
+from plant_bench.runner.ray_connection import connection_to
 from plant_bench.runner.ray_node import Brought, Cannot, News, NodeWorker
 from plant_bench.runner.worker import Done, Failed, Ready, Share, Work
 
 LOSSES = 10  # a task that has lost its worker this often is left for another run
-REACH = 10.0  # s in which the cluster must answer
 STARTS = 3  # workers that are lost in a row before they are ready: their node takes no part
 LOOK = 2.0  # s between two looks for nodes that have come
 ALONE = 60.0  # s that a run waits for nodes when there is none left
@@ -51,6 +47,14 @@ class RayExecutor:
         most = "all CPUs" if self.workers is None else f"{self.workers} workers"
         return f"{most} of the Ray cluster at {self.address}"
 
+    def connected(self) -> AbstractContextManager[None]:
+        """Be connected to the cluster; see `Executor`.
+
+        Raises:
+            InputError: It is not there.
+        """
+        return connection_to(self.address)
+
     def run_tasks(
         self, tasks: Sequence[Any], work: Work, *, on_event: Listener, logs: Path, keep: Keep
     ) -> None:
@@ -63,7 +67,7 @@ class RayExecutor:
         if not tasks:
             return
         cargo = pack(tasks)
-        with _connected(self.address):
+        with self.connected():
             pool = _RayPool(self, tasks, work, cargo, on_event, logs, keep)
             try:
                 while pool.busy():
@@ -292,47 +296,3 @@ def _last_line(error: Exception) -> str:
 
 def _name_of(node: dict[str, Any]) -> str:
     return node.get("NodeManagerHostname") or node.get("NodeManagerAddress") or "unnamed"
-
-
-@contextmanager
-def _connected(address: str) -> Iterator[None]:
-    """Be a driver of a cluster that exists.
-
-    Raises:
-        InputError: It does not answer.
-    """
-    _check_answers(address)
-    os.environ.setdefault("RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO", "0")  # else a warning on each use
-    import ray
-
-    try:
-        ray.init(
-            address,
-            namespace=f"plant-bench-{uuid.uuid4().hex}",
-            logging_level=logging.ERROR,
-            log_to_driver=False,
-        )
-    except Exception as error:
-        message = (
-            f"There is no Ray cluster at '{address}' ({' '.join(str(error).split())[:200]}). "
-            "Start one with `ray start --head`, or give its --address: auto, HOST:6379 on a "
-            "machine of the cluster, ray://HOST:10001 from elsewhere."
-        )
-        raise InputError(message) from error
-    try:
-        yield
-    finally:
-        ray.shutdown()
-
-
-def _check_answers(address: str) -> None:
-    """Refuse an address at which nobody listens: Ray itself would try for minutes."""
-    host, colon, port = address.removeprefix("ray://").rpartition(":")
-    if not colon:
-        return
-    try:
-        with socket.create_connection((host, int(port)), timeout=REACH):
-            return
-    except (OSError, ValueError) as error:
-        message = f"Nobody answers at the --address '{address}' ({error})."
-        raise InputError(message) from error

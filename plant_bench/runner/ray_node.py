@@ -97,7 +97,9 @@ class NodeWorker:
                 self._begin()
                 first = self._next(START)
                 if not isinstance(first, Ready):
-                    return News(first, self._printed())
+                    self._end()
+                    late = Failed("The worker does not start.")
+                    return News(first if isinstance(first, Failed) else late, self._printed())
             self._say(task)
         message = self._next(LISTEN)
         if isinstance(message, Failed):

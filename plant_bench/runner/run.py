@@ -1,5 +1,6 @@
 """A run: what was asked for, what of it is finished, and what is left to do."""
 
+import hashlib
 import re
 from collections.abc import Sequence
 from contextlib import ExitStack
@@ -151,7 +152,7 @@ def open_run(
     if shard is not None:
         jobs = shard.of(everything, [job.route.length for job in everything])
     if hold is not None:
-        hold.enter_context(claimed(folder.path, shard, now.agent_checksum))
+        hold.enter_context(claimed(folder.path, shard, _division(everything)))
     folder.create(sweeping=None if shard is None else [episode_name(job) for job in jobs])
     notes = _set_aside(folder, request, now.agent_checksum, suite)
     missing = (
@@ -165,6 +166,11 @@ def open_run(
     by_length = sorted(missing, key=lambda job: (-job.route.length, job.route.id, job.repetition))
     others = tuple(job for job in everything if job not in jobs)
     return Run(folder, jobs, by_length, notes, others)
+
+
+def _division(jobs: Sequence[Job]) -> str:
+    """Return a hash of what shards divide: only shards of the same episodes fit together."""
+    return hashlib.sha256("\n".join(map(episode_name, jobs)).encode()).hexdigest()
 
 
 def _check_same_run(folder: RunFolder, earlier: Provenance, now: Provenance) -> None:

@@ -27,6 +27,11 @@ from plant_bench.whole_files import UNFINISHED, move_whole, write_whole
 _PARTS = {"episodes": ".json", "timing": ".json", "recordings": ".parquet"}
 
 
+def in_order(results: Iterable[EpisodeResult]) -> list[EpisodeResult]:
+    """Return records by route and repetition: sums of their numbers depend on the order."""
+    return sorted(results, key=lambda result: (result.route, result.repetition))
+
+
 @dataclass(frozen=True)
 class RunFolder:
     """A run on disk.
@@ -153,8 +158,7 @@ class RunFolder:
         Raises:
             InputError: One is broken.
         """
-        found = [EpisodeResult.load(path) for path in self.record_files()]
-        return sorted(found, key=lambda result: (result.route, result.repetition))
+        return in_order(EpisodeResult.load(path) for path in self.record_files())
 
     def repetitions(self) -> int:
         """Return how many repetitions the records' names speak of."""

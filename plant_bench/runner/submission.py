@@ -15,8 +15,10 @@ from plant_bench.runner.run_folder import RunFolder
 from plant_bench.runner.submission_checks import (
     Finding,
     check_names,
+    choices_of,
     count_findings,
     episode_of,
+    inputs_findings,
     record_findings,
     run_findings,
     summary_findings,
@@ -86,10 +88,12 @@ def read_submission(
         findings += record_findings(name, result, provenance, routes)
     if repetitions is None:
         repetitions = max([provenance.repetitions, *(r.repetition + 1 for r in records.values())])
+    findings += inputs_findings(records)
     findings += run_findings(provenance, routes)
     findings += count_findings(records.values(), wanted, repetitions)
     findings += summary_findings(folder, list(records.values()))
     keys, notes = check_names(known, provenance, routes)
+    notes += choices_of(folder, provenance, repetitions)
     return Submission(folder, provenance, routes, known, (*findings, *keys), tuple(notes))
 
 

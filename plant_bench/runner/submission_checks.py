@@ -18,6 +18,7 @@ from plant_bench.world.route import Route
 
 _CHECKED_ELSEWHERE = {"format", "inputs"}  # of a header: what driving again will tell
 _SHOWN = 5  # names in a list
+_REPETITIONS = 3  # of each route, as scores of the benchmark are made
 
 
 @dataclass(frozen=True)
@@ -90,6 +91,34 @@ def run_findings(provenance: Provenance, routes: Mapping[str, Route]) -> Iterato
     protocol = jobs[0].scenario.protocol
     if provenance.protocol != protocol:
         yield Finding("run.json", "protocol", provenance.protocol, protocol)
+
+
+def inputs_findings(records: Mapping[str, EpisodeResult]) -> Iterator[Finding]:
+    """Give the records of a planner that was given something else than in most of the others."""
+    counts = Counter(item.inputs for item in records.values())
+    usual = max(counts, key=lambda inputs: (counts[inputs], inputs), default=())
+    for name, item in records.items():
+        if item.inputs != usual:
+            found, wanted = (", ".join(inputs) or "nothing" for inputs in (item.inputs, usual))
+            yield Finding(f"episodes/{name}.json", "inputs", found, wanted)
+
+
+def choices_of(folder: RunFolder, provenance: Provenance, repetitions: int) -> list[str]:
+    """Return in words what of a submitter's choices is not as the benchmark's scores are made."""
+    try:
+        law = _Told.model_validate_json(read_text(folder.path / "summary.json")).law
+    except (OSError, ValueError):
+        law = Law.LB1_0  # that it cannot be read is a finding
+    usual = {"base seed": 0, "density": "dense", "hazards": True, "law": Law.LB1_0.value}
+    told = {
+        "base seed": provenance.seed,
+        "density": provenance.density,
+        "hazards": provenance.hazards,
+        "law": law.value,
+    }
+    other = [f"{name} {told[name]}" for name in usual if told[name] != usual[name]]
+    other += [f"{repetitions} of 3 repetitions"] if repetitions < _REPETITIONS else []
+    return [f"Not as scores of the benchmark are made: {', '.join(other)}."] if other else []
 
 
 def count_findings(

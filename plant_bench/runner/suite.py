@@ -85,7 +85,9 @@ class _Task:
     def at(self, place: Place) -> "_Task":
         """Return the same task as it is done on another machine."""
         recording = self.recording and place.output / "recordings" / self.recording.name
-        return replace(self, job=shipped(self.job, place), recording=recording)
+        job = shipped(self.job, place)
+        isolation = self.isolation and self.isolation.elsewhere()
+        return replace(self, job=job, recording=recording, isolation=isolation)
 
 
 def run_suite(

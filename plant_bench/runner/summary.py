@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from pydantic import TypeAdapter
 
-from plant_bench.runner.run_folder import RunFolder
+from plant_bench.runner.run_folder import RunFolder, in_order
 from plant_bench.scoring.laws import Law
 from plant_bench.scoring.metrics import Summary, summarise, summary_frame
 from plant_bench.scoring.results import EpisodeResult
@@ -34,12 +34,13 @@ def write_rescored_summary(
 def summary_texts(
     results: Sequence[EpisodeResult], *, missing: int = 0, law: Law = Law.LB1_0
 ) -> dict[str, str]:
-    """Return the summary's files by name; equal records give equal text.
+    """Return the summary's files by name; equal records give equal text, in any order.
 
     Raises:
         InputError: There are no records, or they cannot be summed up.
     """
-    return _texts(summarise(results, expected=len(results) + missing, law=law), results)
+    ordered = in_order(results)
+    return _texts(summarise(ordered, expected=len(results) + missing, law=law), ordered)
 
 
 def _write(

@@ -1,6 +1,5 @@
 """Making towns: spec and seed in, `town.net.xml` and `town.json` out, whole or not at all."""
 
-import tempfile
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,6 +15,7 @@ from plant_bench.towns.soundness import find_faults
 from plant_bench.towns.spec import TownSpec, read_spec
 from plant_bench.towns.summary import TownSummary, summarise
 from plant_bench.towns.unseen import UNSEEN
+from plant_bench.whole_files import write_whole_text
 from plant_bench.world.town import Life, Town, load_town
 
 SPEC_FILE, NET_FILE, TOWN_FILE, PICTURE_FILE = (
@@ -95,13 +95,9 @@ def build_town(name: str, *, seed: int | None = None, out: Path | None = None) -
     spec = town_spec(name)
     folder = out if out is not None else networks_dir() / name
     net, town = make_town(spec, spec.seed if seed is None else seed)
-    folder.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=folder, prefix=".building-") as work:
-        for file, text in ((NET_FILE, net), (TOWN_FILE, town.to_json())):
-            (Path(work) / file).write_text(text, encoding="utf-8", newline="\n")
-        save_picture(town, Path(work) / PICTURE_FILE)
-        for file in (NET_FILE, TOWN_FILE, PICTURE_FILE):
-            (Path(work) / file).replace(folder / file)
+    save_picture(town, folder / PICTURE_FILE)
+    for file, text in ((NET_FILE, net), (TOWN_FILE, town.to_json())):
+        write_whole_text(folder / file, text)
     return folder
 
 

@@ -10,6 +10,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon, Rectangle
 
+from plant_bench.whole_files import whole_file
 from plant_bench.world.hazard import HAZARDS, HazardKind
 
 GROUND, ROAD, PAINT = "#e8ebe0", "#4a4d52", "#ffffff"
@@ -118,7 +119,8 @@ def save_hazard_pictures(folder: Path) -> list[Path]:
         FigureCanvasAgg(figure)
         draw_hazard(kind, sketch, figure.subplots())
         files.append(folder / f"{kind.value}.png")
-        figure.savefig(files[-1], metadata={"Software": None})
+        with whole_file(files[-1]) as part:
+            figure.savefig(part, format="png", metadata={"Software": None})
     return files
 
 

@@ -12,6 +12,7 @@ from matplotlib.patches import Rectangle
 from PIL import Image
 
 from plant_bench.towns.streets import Shape, arc_lengths, offset, resample
+from plant_bench.whole_files import whole_file
 from plant_bench.world.town import Lane, Town, load_town
 
 GROUND, ASPHALT, PAVEMENT = "#e8ebdf", "#4e5257", "#c3c2ba"
@@ -52,8 +53,9 @@ def save_picture(town: Town, path: Path) -> None:
     FigureCanvasAgg(figure)
     ax = figure.add_axes((0, 0, 1, 1))
     draw_town(town, ax)
-    figure.savefig(path, metadata={"Software": None})
-    _shrink(path)
+    with whole_file(path) as part:
+        figure.savefig(part, format="png", metadata={"Software": None})
+        _shrink(part)
 
 
 def _background(x: float, y: float, width: float, height: float) -> Rectangle:
@@ -194,4 +196,4 @@ def _shrink(path: Path) -> None:
     """Store the picture with a palette of 200 colours: half the bytes."""
     with Image.open(path) as image:
         small = image.convert("RGB").quantize(200, method=Image.Quantize.MAXCOVERAGE)
-    small.save(path, optimize=True)
+    small.save(path, format="PNG", optimize=True)

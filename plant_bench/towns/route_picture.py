@@ -11,6 +11,7 @@ from PIL import Image
 
 from plant_bench.geometry.polyline import arc_lengths
 from plant_bench.towns.picture import draw_town
+from plant_bench.whole_files import whole_file
 from plant_bench.world.hazard import HAZARDS
 from plant_bench.world.route import Route
 from plant_bench.world.town import Town, load_town
@@ -71,10 +72,11 @@ def _save_panels(town: Town, routes: list[Route], path: Path) -> None:
         ax.set_axis_off()
     for ax, route in zip(panels, routes, strict=False):
         draw_route(town, route, ax)
-    figure.savefig(path, metadata={"Software": None})
-    with Image.open(path) as image:
-        small = image.convert("RGB").quantize(COLOURS)
-    small.save(path, optimize=True)
+    with whole_file(path) as part:
+        figure.savefig(part, format="png", metadata={"Software": None})
+        with Image.open(part) as image:
+            small = image.convert("RGB").quantize(COLOURS)
+        small.save(part, format="PNG", optimize=True)
 
 
 def _draw_hazards(route: Route, ax: Axes) -> None:

@@ -1,7 +1,6 @@
 """Route suites: Longest6-like routes through the towns, chosen, written, checked and described."""
 
 import json
-import shutil
 import tempfile
 import zlib
 from collections.abc import Mapping, Sequence
@@ -18,6 +17,7 @@ from plant_bench.towns.route_choice import choose, draft_paths, driven_on, share
 from plant_bench.towns.route_graph import StreetGraph
 from plant_bench.towns.route_hazards import place_hazards
 from plant_bench.towns.route_making import MANOEUVRES
+from plant_bench.whole_files import write_whole_text
 from plant_bench.world.route import ROUTE_FORMAT, Route
 from plant_bench.world.town import Town, load_town
 
@@ -83,17 +83,8 @@ def build_suite(
         for town in _suite_towns(name, towns)
     }
     folder = routes_dir() / name if out is None else out
-    folder.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=folder.parent, prefix=f".{name}-") as scratch:
-        fresh = Path(scratch) / "new"
-        if folder.exists():
-            shutil.copytree(folder, fresh)
-        fresh.mkdir(exist_ok=True)
-        for town, text in texts.items():
-            (fresh / f"{town}.json").write_text(text, encoding="utf-8")
-        if folder.exists():
-            folder.rename(Path(scratch) / "old")
-        fresh.rename(folder)
+    for town, text in texts.items():
+        write_whole_text(folder / f"{town}.json", text)
     return folder
 
 

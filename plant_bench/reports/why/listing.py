@@ -16,7 +16,9 @@ from plant_bench.scoring.infractions import Infraction, Status
 from plant_bench.scoring.results import EpisodeResult
 
 FEW = 3  # infractions of an episode that are named
-_console = Console(highlight=False, width=None if sys.stdout.isatty() else PIPED_WIDTH)
+_console = Console(
+    highlight=False, markup=False, emoji=False, width=None if sys.stdout.isatty() else PIPED_WIDTH
+)
 
 
 def worst_first(results: Sequence[EpisodeResult]) -> list[EpisodeResult]:

@@ -20,7 +20,9 @@ from plant_bench.world.scene import Light
 
 ROWS = 9  # of the table of an incident
 TOP = 3  # of a ranking that are shown
-_console = Console(highlight=False, width=None if sys.stdout.isatty() else PIPED_WIDTH)
+_console = Console(
+    highlight=False, markup=False, emoji=False, width=None if sys.stdout.isatty() else PIPED_WIDTH
+)
 
 
 def print_episode(hindsight: Hindsight, findings: Iterable[Finding], suite_note: str = "") -> None:

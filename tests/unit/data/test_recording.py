@@ -1,8 +1,10 @@
 import numpy as np
+import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
 from plant_bench.agent import Cause, Control, Plan, Reason, same_action
+from plant_bench.data import recording_file
 from plant_bench.data.recording import (
     FORMAT_KEY,
     METADATA_KEY,
@@ -166,4 +168,17 @@ def test_a_foreign_parquet_file_is_an_input_error(tmp_path):
     path = write(tmp_path / "episode.parquet", some_scenes())
     pq.write_table(pq.ParquetFile(path).read().replace_schema_metadata({}), path)
     with pytest.raises(InputError, match="format 1 or 2 or 3 is wanted"):
+        Recording.load(path)
+
+
+def test_many_values_in_few_bytes_are_refused_before_they_are_unpacked(tmp_path, monkeypatch):
+    path = write(tmp_path / "episode.parquet", some_scenes())
+    table = pq.ParquetFile(path).read()
+    lights = pa.array([[0] * 100_000] * len(table), table.schema.field("lights").type)
+    bomb = table.set_column(table.column_names.index("lights"), "lights", lights)
+    pq.write_table(bomb, path)
+    assert path.stat().st_size < 20_000
+    monkeypatch.setattr(recording_file, "MOST_VALUES", 300_000)
+
+    with pytest.raises(InputError, match=r"Not a recording: .*400,\d* values"):
         Recording.load(path)

@@ -87,13 +87,18 @@ class FakeRay:
     gone: set[str] = field(default_factory=set)
     on_call: Callable[[Actor, str, tuple[Any, ...]], None] | None = None
     actors: list[Actor] = field(default_factory=list)
+    connections: list[str] = field(default_factory=list)
+
+    def is_initialized(self) -> bool:
+        return bool(self.connections)
 
     def init(self, address: str, **_: Any) -> None:
         if address == "nowhere":
             raise ConnectionError("Could not find any running Ray instance.")
+        self.connections.append(address)
 
     def shutdown(self) -> None:
-        pass
+        self.connections.clear()
 
     def put(self, value: Any) -> Any:
         return value

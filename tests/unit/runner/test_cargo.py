@@ -1,14 +1,19 @@
 import shutil
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from plant_bench.agents.registry import agent_checksum
+from plant_bench.agents.remote.connection import Profile, end_processes
+from plant_bench.agents.remote.process import Limits
+from plant_bench.agents.remote.programs import Program
 from plant_bench.data_files import TOWNS_VARIABLE
 from plant_bench.errors import InputError
 from plant_bench.runner import cargo
 from plant_bench.runner.cargo import Needs, Place, differences, pack, shipped, unpack
+from plant_bench.runner.isolation import Isolation
 from plant_bench.runner.jobs import make_jobs
 from plant_bench.runner.suite import _Task
 
@@ -146,6 +151,20 @@ def test_a_town_from_elsewhere_travels(tmp_path, monkeypatch):
 
     assert sorted(Path(path).name for path in sent.files) == ["town.json", "town.net.xml"]
     assert sent.towns_in == (str(town.parent),)
+
+
+def test_an_isolated_planner_drives_where_it_has_arrived(mine, task, place, route):
+    here = Profile(frozenset(), 1, ranks=False, files=(Path("mine.py"),))
+    asked = Program(mine, ("/python/of/another/machine",), agent=mine)
+    unpack(pack([task(mine)]), place)
+
+    there = replace(task(mine), isolation=Isolation(asked, Limits(), here)).at(place)
+    planner = there.isolation.planner(there.job.agent)
+    try:
+        planner.reset(route("a"))
+        assert place.root in planner.files[0].parents
+    finally:
+        end_processes()
 
 
 def test_files_too_large_to_travel_are_refused(mine, task, monkeypatch):

@@ -114,6 +114,20 @@ def test_a_claim_that_lives_is_beaten(tmp_path, monkeypatch):
         assert path.stat().st_mtime > 1
 
 
+def test_a_folder_of_claims_that_has_just_been_removed_is_made_again(tmp_path, monkeypatch):
+    make = Path.mkdir
+
+    def made_and_removed(path, **settings):
+        make(path, **settings)
+        monkeypatch.undo()
+        path.rmdir()  # as whoever held the last claim does
+
+    monkeypatch.setattr(Path, "mkdir", made_and_removed)
+
+    with claimed(tmp_path, None, "v"):
+        assert (tmp_path / "claims" / "whole.json").is_file()
+
+
 def test_a_half_written_claim_is_void_only_after_a_while(tmp_path):
     (tmp_path / "claims").mkdir()
     path = tmp_path / "claims" / "whole.json"

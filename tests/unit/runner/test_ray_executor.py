@@ -1,5 +1,6 @@
 """What becomes of tasks and nodes, on a cluster that is none; a real one: tests/end_to_end."""
 
+import shutil
 import socket
 import sys
 import time
@@ -8,10 +9,14 @@ from types import ModuleType
 
 import pytest
 
+from plant_bench.data_files import TOWNS_VARIABLE, networks_dir
 from plant_bench.errors import InputError, SimulationError
 from plant_bench.runner import ray_executor, ray_node
+from plant_bench.runner.cargo import Needs, pack
 from plant_bench.runner.executors import Finished, Lost, Retried
 from plant_bench.runner.ray_executor import RayExecutor
+from plant_bench.runner.ray_node import NodeWorker
+from plant_bench.runner.worker import Failed, Ready
 
 A, B = "a" * 56, "b" * 56  # nodes
 
@@ -196,3 +201,32 @@ def test_ctrl_c_ends_all_workers_and_leaves_nothing_on_the_nodes(cluster, script
 
     assert all(actor.killed for actor in cluster.actors)
     assert not any(actor.made._folder.exists() for actor in cluster.actors)
+
+
+@pytest.fixture
+def node(scripted):
+    worker = NodeWorker()
+    yield worker
+    worker.close()
+
+
+def test_a_town_from_elsewhere_is_found_on_a_node(node, scripted, tmp_path, monkeypatch):
+    towns = tmp_path / "towns"
+    shutil.copytree(networks_dir() / "town01", towns / "mytown")
+    file = towns / "mytown" / "town.json"
+    file.write_text(file.read_text().replace('"town01"', '"mytown"'))
+    monkeypatch.setenv(TOWNS_VARIABLE, str(towns))
+    sent = pack([scripted.Step("give", needs=Needs(towns=frozenset({"mytown"})))])
+    monkeypatch.delenv(TOWNS_VARIABLE)
+    shutil.rmtree(towns)
+
+    assert isinstance(node.start(sent, scripted.do).message, Ready)
+
+
+def test_a_worker_that_does_not_start_again_is_a_failure_of_its_task(node, scripted, monkeypatch):
+    step = scripted.Step("give")
+    node.start(pack([step]), scripted.do)
+    node._end()
+    monkeypatch.setattr(ray_node, "START", 0.0)
+
+    assert node.step(step).message == Failed("The worker does not start.")

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from plant_bench.errors import InputError
+from plant_bench.reports.verification import print_submission
 from plant_bench.runner.differences import first_difference
 from plant_bench.runner.jobs import episode_name, make_jobs
 from plant_bench.runner.provenance import provenance
@@ -15,17 +16,24 @@ from plant_bench.runner.submission import read_submission
 from plant_bench.runner.summary import write_summary
 from plant_bench.runner.verification import sample_of
 from plant_bench.scoring.infractions import Status
-from plant_bench.scoring.results import EpisodeResult
+from plant_bench.scoring.laws import Law
+from plant_bench.scoring.results import EpisodeResult, HazardRecord
+from plant_bench.world.hazard import HazardKind, Phase
 from plant_bench.world.route import load_suite
 
 CHECKSUM = "a" * 64
+CROSSING = HazardKind.CROSSING
 CHOSEN = "town01-0,town02-0"
 
 
 @pytest.fixture
 def run(tmp_path: Path) -> RunFolder:
+    return submitted(tmp_path / "run", CHOSEN, repetitions=2)
+
+
+def submitted(path: Path, chosen: str, *, repetitions: int) -> RunFolder:
     suite = load_suite("longest6")
-    folder = RunFolder(tmp_path / "run")
+    folder = RunFolder(path)
     folder.create()
     told = provenance(
         "stranger",
@@ -35,11 +43,13 @@ def run(tmp_path: Path) -> RunFolder:
         seed=0,
         density="dense",
         hazards=True,
-        repetitions=2,
+        repetitions=repetitions,
     )
     folder.write("run.json", told.model_dump_json(indent=1) + "\n")
-    routes = [route for route in suite if route.id in CHOSEN.split(",")]
-    for job in make_jobs("stranger", CHECKSUM, routes, repetitions=2, seed=0, density="dense"):
+    routes = [route for route in suite if route.id in chosen.split(",")]
+    jobs = make_jobs("stranger", CHECKSUM, routes, repetitions=repetitions, seed=0, density="dense")
+    phases = [*[Phase.DONE] * 2, Phase.VOID, *[Phase.DONE] * 7, Phase.ARMED, Phase.DONE]
+    for number, job in enumerate(jobs):
         result = EpisodeResult(
             **job.header(frozenset()).model_dump(),
             status=Status.TIMED_OUT,
@@ -47,6 +57,7 @@ def run(tmp_path: Path) -> RunFolder:
             completion=0.5,
             distance=100.0,
             duration=100.0,
+            hazards=(HazardRecord(kind=CROSSING, at=1.0, phase=phases[number], time=0.0),),
         )
         folder.save(episode_name(job), result, None)
     write_summary(folder)
@@ -64,6 +75,40 @@ def change(path: Path, **values: object) -> None:
 
 def test_an_honest_run_has_no_findings(run: RunFolder):
     assert findings(run) == []
+
+
+def test_the_order_of_names_is_not_that_of_numbers(tmp_path: Path):
+    run = submitted(tmp_path / "run", "town01-0", repetitions=12)
+
+    assert read_submission(run.path, selection="town01-0").findings == ()
+
+
+def test_a_record_that_hides_what_the_planner_was_given_is_found(run: RunFolder):
+    change(run.record_files()[0], inputs=["privileged"])
+    write_summary(run)
+
+    found = read_submission(run.path, selection=CHOSEN).findings
+
+    assert [(item.what, item.found, item.wanted) for item in found] == [
+        ("inputs", "privileged", "nothing")
+    ]
+
+
+def test_choices_that_are_not_the_benchmarks_are_told(run: RunFolder):
+    write_summary(run, law=Law.LB2_1)
+
+    notes = read_submission(run.path, selection=CHOSEN).notes
+
+    assert notes == ("Not as scores of the benchmark are made: law lb2.1, 2 of 3 repetitions.",)
+
+
+def test_a_strangers_text_is_printed_as_it_is(run: RunFolder, capsys: pytest.CaptureFixture):
+    first = run.record_files()[0]
+    change(first, density="[/bold] [red]")
+
+    print_submission(read_submission(run.path, selection=CHOSEN))
+
+    assert "[/bold] [red]" in capsys.readouterr().out
 
 
 def test_a_better_completion_shows_in_the_summary(run: RunFolder):

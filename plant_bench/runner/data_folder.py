@@ -18,6 +18,7 @@ from plant_bench.errors import InputError
 from plant_bench.input_files import read_json, read_text
 from plant_bench.runner.run_folder import RunFolder
 from plant_bench.towns.routes import suite_text
+from plant_bench.whole_files import UNFINISHED
 from plant_bench.world.route import Route, load_suite
 
 _PARTS = ("episodes", "records", "routes", "towns", "unfinished", "logs")
@@ -113,7 +114,10 @@ class DataFolder:
         writer = RunFolder(self.path)
         for name in _PARTS:
             writer.make(name)
-        for leftover in (*self.path.glob("**/*.part"), *(self.path / "unfinished").iterdir()):
+        for leftover in (
+            *self.path.glob(f"**/*{UNFINISHED}"),
+            *(self.path / "unfinished").iterdir(),
+        ):
             leftover.unlink()
         earlier = self.origin()
         if earlier is not None and (other := earlier.differences(origin)):

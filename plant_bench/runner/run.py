@@ -125,24 +125,8 @@ def open_run(
             else is driving into it.
     """
     suite = load_suite(request.suite)
-    chosen = select_routes(suite, request.routes)
-    for name in sorted({route.town for route in chosen}):
-        town = load_town(name)
-        for route in chosen:
-            if route.town == name:
-                route.check_town(town)
-    load_agent(request.agent)
-    density_of(request.density)
-    now = provenance(
-        request.agent,
-        agent_checksum(request.agent),
-        suite,
-        suite=request.suite,
-        seed=request.seed,
-        density=request.density,
-        hazards=request.hazards,
-        repetitions=request.repetitions,
-    )
+    chosen = _checked_routes(request, suite)
+    now = _provenance_now(request, suite)
     folder = RunFolder(out if out is not None else Path("reports") / request.run_name)
     earlier = folder.provenance()
     if earlier is not None and not overwrite:
@@ -166,6 +150,32 @@ def open_run(
     by_length = sorted(missing, key=lambda job: (-job.route.length, job.route.id, job.repetition))
     others = tuple(job for job in everything if job not in jobs)
     return Run(folder, jobs, by_length, notes, others)
+
+
+def _checked_routes(request: ScoreRequest, suite: Sequence[Route]) -> list[Route]:
+    """Return the routes that are asked for, if all of the request can be driven."""
+    chosen = select_routes(suite, request.routes)
+    for name in sorted({route.town for route in chosen}):
+        town = load_town(name)
+        for route in chosen:
+            if route.town == name:
+                route.check_town(town)
+    load_agent(request.agent)
+    density_of(request.density)
+    return chosen
+
+
+def _provenance_now(request: ScoreRequest, suite: list[Route]) -> Provenance:
+    return provenance(
+        request.agent,
+        agent_checksum(request.agent),
+        suite,
+        suite=request.suite,
+        seed=request.seed,
+        density=request.density,
+        hazards=request.hazards,
+        repetitions=request.repetitions,
+    )
 
 
 def _division(jobs: Sequence[Job]) -> str:

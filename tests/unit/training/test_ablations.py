@@ -116,7 +116,7 @@ def done(monkeypatch: pytest.MonkeyPatch) -> list[str]:
         (course.out / "weights.safetensors").touch()
         return True
 
-    def drive(request: ScoreRequest, out: Path, **_: object) -> Run:
+    def drive(request: ScoreRequest, out: Path, _: object) -> Run:
         name, seed = out.parts[-3:-1]
         jobs = make_jobs(
             request.agent,

@@ -43,7 +43,8 @@ class ScoreRequest:
     @property
     def run_name(self) -> str:
         """The folder's name: the same request finds its run again."""
-        parts = [self.agent, Path(self.suite).stem]
+        suite = Path(self.suite)  # an imported town's suite is the folder MYTOWN/routes
+        parts = [self.agent, suite.parent.name if suite.name == "routes" else suite.stem]
         if not self.hazards:
             parts.append("no-hazards")
         if self.density != "dense":

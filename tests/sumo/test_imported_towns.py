@@ -278,7 +278,7 @@ def test_an_openstreetmap_town_is_scored_at_once(tmp_path, monkeypatch):
     command = ["score", "--suite", "osm-town/routes", "--agent", "cruise", "--routes", "0"]
     done = CliRunner().invoke(app, [*command, "--repetitions", "1", "--workers", "1"])
     assert done.exit_code == 0, done.output
-    (record,) = (tmp_path / "reports" / "cruise-routes" / "episodes").glob("*.json")
+    (record,) = (tmp_path / "reports" / "cruise-osm-town" / "episodes").glob("*.json")
     assert json.loads(record.read_text())["town"] == "osm-town"
 
 

@@ -15,13 +15,18 @@ _LONGEST_NAME = 255  # bytes, of most file systems
 
 
 @contextmanager
-def whole_file(path: Path) -> Iterator[Path]:
+def whole_file(path: Path, *, new: bool = False) -> Iterator[Path]:
     """Give where to write a file, and put it in its place if nothing was raised; makes its folder.
 
     The place given is new each time: who waits there with a link, or writes the same file in
     another process, is not met.
 
+    Args:
+        path: The file; one that is there is replaced.
+        new: There must be none: of several who write it at once one succeeds.
+
     Raises:
+        FileExistsError: It is there, and was to be new.
         OSError: It cannot be written.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -30,7 +35,10 @@ def whole_file(path: Path) -> Iterator[Path]:
     try:
         yield part
         _to_disk(part)
-        part.replace(path)
+        if new:
+            os.link(part, path)  # fails where there is one
+        else:
+            part.replace(path)
         _to_disk(path.parent)
     finally:
         part.unlink(missing_ok=True)

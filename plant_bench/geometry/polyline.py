@@ -58,7 +58,7 @@ def curvatures(points: Float[np.ndarray, "points 2"]) -> Float[np.ndarray, " poi
 def value_at(at: float, along: Sequence[float], values: Sequence[float]) -> float:
     """Return a value at an arc length, linear between points; equal to `numpy.interp`, bit for bit.
 
-    For single places: numpy takes ten times as long for one. The ends' values go on beyond them.
+    For single places: numpy takes more than twice as long for one. The ends go on beyond them.
 
     Args:
         at: Where.

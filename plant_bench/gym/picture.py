@@ -4,7 +4,7 @@ import numpy as np
 from jaxtyping import UInt8
 
 from plant_bench.agent import Observation
-from plant_bench.features.raster import Rasteriser, RasterSpec
+from plant_bench.features.raster import ROACH, Rasteriser, RasterSpec
 from plant_bench.features.raster_layers import Layer
 from plant_bench.world.town import Town
 
@@ -12,15 +12,7 @@ VIEW = RasterSpec(
     size=512,
     scale=8.0,
     below=176,
-    layers=(
-        Layer.ROAD,
-        Layer.ROUTE,
-        Layer.LANE_LINES,
-        Layer.VEHICLES,
-        Layer.VULNERABLE,
-        Layer.LIGHTS,
-        Layer.EGO,
-    ),
+    layers=(*ROACH.layers, Layer.EGO),
 )
 GROUND = (233, 236, 239)
 COLOURS = {

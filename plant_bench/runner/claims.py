@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from plant_bench.errors import InputError
-from plant_bench.whole_files import UNFINISHED
+from plant_bench.whole_files import whole_file
 
 BEAT = 30.0  # s
 SILENT = 300.0  # s without a beat after which a claim of another host is void
@@ -153,7 +153,8 @@ def _claim(place: Path, me: Holder) -> Path:
     for _ in range(3):
         place.mkdir(parents=True, exist_ok=True)
         try:
-            _make(path, json.dumps(asdict(me)))
+            with whole_file(path, new=True) as part:
+                part.write_text(json.dumps(asdict(me)), encoding="utf-8")
         except FileExistsError:
             holder = _read(path)
             if holder is not None:
@@ -166,24 +167,6 @@ def _claim(place: Path, me: Holder) -> Path:
             return path
     message = f"{path} is claimed and given up by others over and over. Try again."
     raise InputError(message)
-
-
-def _make(path: Path, text: str) -> None:
-    """Write a file that must not be there yet, whole or not at all.
-
-    Raises:
-        FileExistsError: It is there.
-        OSError: It cannot be written.
-    """
-    part = path.with_name(f"{secrets.token_hex(8)}{UNFINISHED}")
-    try:
-        with part.open("x", encoding="utf-8") as file:
-            file.write(text)
-            file.flush()
-            os.fsync(file.fileno())
-        os.link(part, path)  # fails where there is one; renaming would replace it
-    finally:
-        part.unlink(missing_ok=True)
 
 
 def _check_others(place: Path, mine: Path, me: Holder) -> None:

@@ -149,7 +149,8 @@ def open_run(
         notes += _changed_versions(earlier, now)
     folder.write("run.json", now.model_dump_json(indent=1) + "\n")
     by_length = sorted(missing, key=lambda job: (-job.route.length, job.route.id, job.repetition))
-    others = tuple(job for job in everything if job not in jobs)
+    mine = set(map(episode_name, jobs))
+    others = tuple(job for job in everything if episode_name(job) not in mine)
     return Run(folder, jobs, by_length, notes, others)
 
 

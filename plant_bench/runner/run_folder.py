@@ -81,8 +81,9 @@ class RunFolder:
         Args:
             names: Of episodes that nobody else drives; None where nobody else drives any.
         """
+        starts = None if names is None else tuple(f"{name}." for name in names)
         for leftover in (*self.path.glob(f"*{UNFINISHED}"), *self.path.glob(f"*/*{UNFINISHED}")):
-            if names is None or leftover.name.startswith(tuple(f"{name}." for name in names)):
+            if starts is None or leftover.name.startswith(starts):
                 leftover.unlink(missing_ok=True)
 
     def make(self, name: str) -> None:

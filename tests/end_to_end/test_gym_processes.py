@@ -74,7 +74,8 @@ def test_processes_may_start_while_an_episode_goes_on_here() -> None:
     try:
         one.reset()
         one.step(actions()[0, :1])
-        here.step(actions()[1, 0])
+        seen, *_ = here.step(actions()[1, 0])
+        assert here.observation_space.contains(seen)
     finally:
         one.close()
         here.close()

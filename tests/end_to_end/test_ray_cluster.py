@@ -8,7 +8,6 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +16,8 @@ import pytest
 from plant_bench.runner.ray_executor import RayExecutor
 from plant_bench.runner.run import Run, ScoreRequest, open_run
 from plant_bench.runner.suite import EpisodeEnded, EpisodeRetried, run_suite
-from plant_bench.world.route import ROUTE_FORMAT, Route, load_suite
+from plant_bench.world.route import ROUTE_FORMAT
+from tests.shortened import first_metres
 
 ROOT = Path(__file__).parents[2]
 STORE = 80 * 2**20  # bytes; the least that Ray takes is 75 MB
@@ -68,25 +68,12 @@ def several_nodes(count: int) -> Iterator[tuple[Any, list[Any]]]:
                 os.environ[name] = value
 
 
-def first_metres(metres: int) -> Route:
-    whole = next(route for route in load_suite("longest6") if route.id == "town03-1")
-    return replace(
-        whole,
-        id=f"first-{metres}",
-        points=whole.points[: metres + 1],
-        elevations=whole.elevations[: metres + 1],
-        speed_limits=whole.speed_limits[: metres + 1],
-        passages=tuple(passage for passage in whole.passages if passage.exit < metres),
-        hazards=tuple(hazard for hazard in whole.hazards if hazard.at < metres),
-    )
-
-
 @pytest.fixture
 def request_of(tmp_path):
     """Ask for short routes to be driven by the example agent, which no node has installed."""
 
     def wanted(metres: list[int]) -> ScoreRequest:
-        routes = [first_metres(length).to_payload() for length in metres]
+        routes = [first_metres(length, f"first-{length}").to_payload() for length in metres]
         suite = tmp_path / "suite.json"
         suite.write_text(json.dumps({"format": ROUTE_FORMAT, "routes": routes}), encoding="utf-8")
         agent = tmp_path / "elsewhere" / "my_agent.py"

@@ -10,6 +10,7 @@ from plant_bench.geometry.polyline import (
     distance_to,
     headings,
     resample,
+    value_at,
 )
 
 CORNER = np.array([(0.0, 0.0), (3.0, 0.0), (3.0, 4.0)])
@@ -89,3 +90,12 @@ def test_cursor_is_placed_forward_and_back():
         cursor.place(at)
         assert cursor.index == index
         assert cursor.progress == min(max(at, 0.0), 7.0)
+
+
+def test_a_value_at_one_place_is_numpy_s_bit_for_bit():
+    rng = np.random.default_rng(0)
+    for count in (1, 2, 3, 200):
+        along = np.cumsum(rng.uniform(0.01, 3.0, count))
+        values = rng.normal(0.0, 1000.0, count)
+        for at in [*rng.uniform(-5.0, along[-1] + 5.0, 200).tolist(), *along.tolist()]:
+            assert value_at(at, along.tolist(), values.tolist()) == np.interp(at, along, values)

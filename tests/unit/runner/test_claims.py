@@ -85,10 +85,11 @@ with claimed(here, None, "v"), claimed(here / "b", Shard(1, 2), "v"):
 
 
 def test_the_claim_of_a_process_whose_number_was_given_again_is_taken_over(tmp_path, held):
-    held(host=claims.socket.gethostname(), pid=os.getpid(), born=1)
+    path = held(host=claims.socket.gethostname(), pid=os.getpid(), born=1)
+    before = path.read_text()
 
     with claimed(tmp_path, None, "v"):
-        pass
+        assert path.read_text() != before
 
 
 def test_the_claim_of_another_host_is_void_when_it_is_silent_for_long(tmp_path, held):

@@ -26,7 +26,7 @@ from plant_bench.agents.forecast import STEP, Forecast
 from plant_bench.agents.neighbours import brake_for_ego, left_behind, may_conflict
 from plant_bench.agents.rollouts import at_slower_pace, ego_poses, rollout
 from plant_bench.errors import AgentError
-from plant_bench.features.inputs import allowed_speed
+from plant_bench.features.limits import allowed_speed
 from plant_bench.world.route import Passage, Route
 from plant_bench.world.scene import (
     EGO_LENGTH,

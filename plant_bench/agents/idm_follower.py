@@ -5,7 +5,7 @@ from plant_bench.agents.careful_driver import HALF, INTERVAL, light_limit
 from plant_bench.agents.control import follow_route, idm
 from plant_bench.agents.corridor import corridor
 from plant_bench.errors import AgentError
-from plant_bench.features.inputs import allowed_speed
+from plant_bench.features.limits import allowed_speed
 from plant_bench.world.route import Route
 
 

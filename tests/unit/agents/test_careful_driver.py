@@ -21,7 +21,7 @@ from plant_bench.agents.expert import Expert
 from plant_bench.agents.forecast import STEP, along_true_lanes, straight_on
 from plant_bench.agents.rule_based import RuleBased
 from plant_bench.errors import AgentError
-from plant_bench.features.inputs import allowed_speed
+from plant_bench.features.limits import allowed_speed
 from plant_bench.world.route import LaneSpan, Passage, Route
 from plant_bench.world.scene import Actors, EgoState, Light
 

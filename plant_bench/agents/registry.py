@@ -111,6 +111,11 @@ def agent_factory(spec: str) -> Any:
     return factory
 
 
+def own_module(spec: str) -> str:
+    """Return the module of one of plant-bench's own planners; "" for any other."""
+    return AGENTS.get(spec.partition("@")[0], "").partition(":")[0]
+
+
 def agent_checksum(spec: str) -> str:
     """Return a content hash of what makes a planner drive as it does: of all its `agent_files`.
 

@@ -15,7 +15,8 @@ from plant_bench.agent import (
     Reason,
     RouteAhead,
 )
-from plant_bench.agents.careful_driver import CarefulDriver, light_limit
+from plant_bench.agents.careful_driver import CarefulDriver
+from plant_bench.agents.control import light_limit
 from plant_bench.agents.corridor import corridor
 from plant_bench.agents.expert import Expert
 from plant_bench.agents.forecast import STEP, along_true_lanes, straight_on

@@ -55,10 +55,6 @@ def _drive_seeds() -> list[bytes]:
         return [path.with_suffix(f".{every}").read_bytes() for every in (1, 10)]
 
 
-def _whole_seeds() -> list[bytes]:
-    return _drive_seeds()[:1]
-
-
 def _scene_on_route(tick: int) -> Scene:
     """Return a scene whose ego is on the route, a decimetre farther with each tick."""
     route, scene = _route(), scene_at(tick)
@@ -68,50 +64,49 @@ def _scene_on_route(tick: int) -> Scene:
     return replace(scene, ego=ego, lights=lights)
 
 
-def _use_rescored(box: Path) -> None:
-    """Score a run again, as `plant-bench rescore` does."""
+def _use_drive(box: Path) -> None:
+    """Do all that is done with recordings; one of them at least must work."""
+    refusals = []
+    for use in (_rescore, _replay, describe_data, find_data_faults, _make_samples):
+        try:
+            use(box if use in (_rescore, _replay) else _data_of(box))
+        except InputError as error:
+            refusals.append(error)
+    if len(refusals) > 3:  # faults that are found are no refusal
+        raise refusals[0]
+
+
+def _rescore(box: Path) -> None:
     name, _ = _episode()
     shutil.copyfile(box / "r.parquet", box / "run" / "recordings" / f"{name}.parquet")
     for episode in rescore_folder(RunFolder(box / "run")):
         used(episode.equal)
 
 
-def _use_replayed(box: Path) -> None:
-    """Make the script of a replay, as `plant-bench replay` does."""
+def _replay(box: Path) -> None:
     name, result = _episode()
     source = ReplaySource(f"run/{name}", "stranger", result.agent, box / "r.parquet", result)
     replay_script(load_episode(source))
 
 
-def _use_learned(box: Path) -> None:
-    """Count what data holds and make samples of it, as `card` and `train` do."""
-    shutil.rmtree(box / "data" / "samples", ignore_errors=True)
+def _make_samples(data: Path) -> None:
+    shutil.rmtree(data / "samples", ignore_errors=True)
+    load_shards(data, TokenSpec())
+
+
+def _data_of(box: Path) -> Path:
     shutil.copyfile(box / "r.parquet", box / "data" / "episodes" / "r.parquet")
-    refusals = []
-    for use in (describe_data, find_data_faults, lambda data: load_shards(data, TokenSpec())):
-        try:
-            use(box / "data")
-        except InputError as error:
-            refusals.append(error)
-    if refusals:
-        raise refusals[0]
+    return box / "data"
 
 
-def _put_recorded_run(box: Path) -> None:
+def _put_run_and_data(box: Path) -> None:
     rescoring.load_suite = functools.cache(load_suite)  # ours, which is not what is broken here
     put_run(box)
     (box / "run" / "recordings").mkdir()
-
-
-def _put_data(box: Path) -> None:
     (box / "data" / "episodes").mkdir(parents=True)
     (box / "data" / "routes").mkdir()
     text = suite_text({"suite": "f"}, [_route()])
     (box / "data" / "routes" / "r.json").write_text(text, encoding="utf-8")
 
 
-FORMATS = (
-    Format("rescored", "parquet", "r.parquet", _whole_seeds, _use_rescored, _put_recorded_run),
-    Format("replayed", "parquet", "r.parquet", _whole_seeds, _use_replayed),
-    Format("learned", "parquet", "r.parquet", _drive_seeds, _use_learned, _put_data),
-)
+FORMATS = (Format("drive", "parquet", "r.parquet", _drive_seeds, _use_drive, _put_run_and_data),)

@@ -150,11 +150,11 @@ def _net_seeds() -> list[bytes]:
 
 
 def _xodr_seeds() -> list[bytes]:
-    return [_ring(), _files()["map.xodr"]]
+    return [_ring(), _files()["map.xodr"], gzip.compress(_ring(), 1)]
 
 
-def _packed_seeds() -> list[bytes]:
-    return [gzip.compress(content, 1) for content in (_ring(), _streets(), _net_seeds()[0])]
+def _osm_seeds() -> list[bytes]:
+    return [_streets(), gzip.compress(_streets(), 1)]
 
 
 def _use_map(box: Path, name: str) -> None:
@@ -163,8 +163,13 @@ def _use_map(box: Path, name: str) -> None:
     about = {"file": name, "seed": 0, "guess_signals": False}
     suite = save_imported_town(made, box / "out", about, overwrite=True)
     print_rows("Town", list(HEADS), finding_rows(made.findings))
+    _check_suite(suite, box / "out" / "towns")
+
+
+def _check_suite(suite: Path, towns: Path) -> None:
+    """Check that what an import has written can be used."""
     try:
-        with towns_also_from(box / "out" / "towns"):
+        with towns_also_from(towns):
             town = load_town("fuzzed")
         for route in load_suite(str(suite)):
             route.check_town(town)
@@ -217,19 +222,19 @@ def _place(route: Route, at: int) -> str:
 
 
 def _use_route_file(box: Path) -> None:
-    """Import a route file, as the command does."""
+    """Import a route file, as the command does; what was saved must load."""
     routes = read_carla_routes(box / "routes.xml")
     folder = box / "ours" / "towns" / "fuzzed"
     towns: dict[str, TownFound] = find_towns({"Town01": str(folder)}, box / "suite")
     matches = match_routes(routes, towns, 1.5, lambda _: None)
     print_rows("Routes", list(MATCH_HEADS), [match.row for match in matches])
-    save_matches(matches, list(towns.values()), box / "suite", seed=0, overwrite=True)
+    if save_matches(matches, list(towns.values()), box / "suite", seed=0, overwrite=True):
+        _check_suite(box / "suite", folder.parent)
 
 
 FORMATS = (
     _map_format("net", "map.net.xml", _net_seeds),
     _map_format("xodr", "map.xodr", _xodr_seeds),
-    _map_format("osm", "map.osm", lambda: [_streets()]),
-    _map_format("packed", "map.gz", _packed_seeds),
+    _map_format("osm", "map.osm", _osm_seeds),
     Format("carlaroutes", "xml", "routes.xml", _route_file_seeds, _use_route_file, _put_town),
 )

@@ -232,9 +232,17 @@ def _use_route_file(box: Path) -> None:
         _check_suite(box / "suite", folder.parent)
 
 
+def _put_routes(box: Path) -> None:
+    _put_town(box)
+    (box / "routes.xml").write_bytes(_route_file_seeds()[0])
+
+
 FORMATS = (
     _map_format("net", "map.net.xml", _net_seeds),
     _map_format("xodr", "map.xodr", _xodr_seeds),
     _map_format("osm", "map.osm", _osm_seeds),
     Format("carlaroutes", "xml", "routes.xml", _route_file_seeds, _use_route_file, _put_town),
+    Format(
+        "townnet", "xml", "ours/towns/fuzzed/town.net.xml", _net_seeds, _use_route_file, _put_routes
+    ),
 )

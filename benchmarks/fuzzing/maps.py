@@ -17,18 +17,14 @@ from plant_bench.data_files import towns_also_from
 from plant_bench.errors import InputError
 from plant_bench.reports.tables import print_rows
 from plant_bench.towns.importing import suite_making
-from plant_bench.towns.importing.carla_routes import read_carla_routes
-from plant_bench.towns.importing.matched_suite import save_matches
 from plant_bench.towns.importing.report import HEADS, finding_rows
-from plant_bench.towns.importing.route_import import HEADS as MATCH_HEADS
-from plant_bench.towns.importing.route_import import TownFound, find_towns, match_routes
 from plant_bench.towns.importing.suite_making import RoutesWanted
 from plant_bench.towns.importing.town_making import (
     ImportedTown,
     make_imported_town,
     save_imported_town,
 )
-from plant_bench.world.route import Route, load_suite
+from plant_bench.world.route import load_suite
 from plant_bench.world.town import load_town
 
 PROGRAMS = frozenset({"netconvert", "sumo"})
@@ -138,15 +134,17 @@ def _way(number: int, ends: tuple[int, ...], tags: dict[str, str]) -> str:
 
 
 @functools.cache
-def _town() -> ImportedTown:
+def imported_town() -> ImportedTown:
+    """Return the town that is made of the first map."""
     with tempfile.TemporaryDirectory() as place:
         path = Path(place) / "map.net.xml"
         path.write_bytes(_files()["map.net.xml"])
         return _make(path)
 
 
-def _net_seeds() -> list[bytes]:
-    return [_town().net.encode(), _files()["more.net.xml"]]
+def net_seeds() -> list[bytes]:
+    """Return SUMO networks: one that needs no mending, one that does."""
+    return [imported_town().net.encode(), _files()["more.net.xml"]]
 
 
 def _xodr_seeds() -> list[bytes]:
@@ -163,10 +161,10 @@ def _use_map(box: Path, name: str) -> None:
     about = {"file": name, "seed": 0, "guess_signals": False}
     suite = save_imported_town(made, box / "out", about, overwrite=True)
     print_rows("Town", list(HEADS), finding_rows(made.findings))
-    _check_suite(suite, box / "out" / "towns")
+    check_suite(suite, box / "out" / "towns")
 
 
-def _check_suite(suite: Path, towns: Path) -> None:
+def check_suite(suite: Path, towns: Path) -> None:
     """Check that what an import has written can be used."""
     try:
         with towns_also_from(towns):
@@ -189,60 +187,8 @@ def _map_format(name: str, file: str, seeds: Callable[[], list[bytes]]) -> Forma
     )  # fmt: skip
 
 
-# CARLA's route files
-
-
-def _put_town(box: Path) -> None:
-    about = {"file": "map.net.xml", "seed": 0, "guess_signals": False}
-    save_imported_town(_town(), box / "ours", about, overwrite=True)
-
-
-def _route_file_seeds() -> list[bytes]:
-    (route,) = _town().routes
-    old = [
-        f'<waypoint pitch="0.0" roll="0.0" yaw="{-np.degrees(route.headings[at]):.1f}" '
-        f"{_place(route, at)}/>"
-        for at in _places(route)
-    ]
-    new = [f"<position {_place(route, at)}/>" for at in _places(route)]
-    inside = f"<weathers/><waypoints>{''.join(new)}</waypoints><scenarios/>"
-    return [
-        f'<routes><route id="{number}" town="Town01">{points}</route></routes>'.encode()
-        for number, points in enumerate(("".join(old), inside))
-    ]
-
-
-def _places(route: Route) -> list[int]:
-    return [int(np.searchsorted(route.along, at)) for at in np.arange(0.0, route.length, 30.0)]
-
-
-def _place(route: Route, at: int) -> str:
-    x, y = route.points[at]
-    return f'x="{x:.2f}" y="{-y:.2f}" z="{route.elevations[at]:.2f}"'
-
-
-def _use_route_file(box: Path) -> None:
-    """Import a route file, as the command does; what was saved must load."""
-    routes = read_carla_routes(box / "routes.xml")
-    folder = box / "ours" / "towns" / "fuzzed"
-    towns: dict[str, TownFound] = find_towns({"Town01": str(folder)}, box / "suite")
-    matches = match_routes(routes, towns, 1.5, lambda _: None)
-    print_rows("Routes", list(MATCH_HEADS), [match.row for match in matches])
-    if save_matches(matches, list(towns.values()), box / "suite", seed=0, overwrite=True):
-        _check_suite(box / "suite", folder.parent)
-
-
-def _put_routes(box: Path) -> None:
-    _put_town(box)
-    (box / "routes.xml").write_bytes(_route_file_seeds()[0])
-
-
 FORMATS = (
-    _map_format("net", "map.net.xml", _net_seeds),
+    _map_format("net", "map.net.xml", net_seeds),
     _map_format("xodr", "map.xodr", _xodr_seeds),
     _map_format("osm", "map.osm", _osm_seeds),
-    Format("carlaroutes", "xml", "routes.xml", _route_file_seeds, _use_route_file, _put_town),
-    Format(
-        "townnet", "xml", "ours/towns/fuzzed/town.net.xml", _net_seeds, _use_route_file, _put_routes
-    ),
 )

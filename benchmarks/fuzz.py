@@ -3,10 +3,11 @@
     python benchmarks/fuzz.py --minutes 10 --formats all
 
 A child process with little memory reads mutated files: bytes flipped, cut, doubled and inserted;
-for JSON and Parquet also values replaced by what is likely to hurt. The parent watches for what a
-child cannot tell: that it hangs, or dies. An audit hook watches for files written outside of the
-case's folder, for pickles, for processes and for connections. Cases that fail are kept in --keep.
-Exit code 1 if there are any.
+where a file has a structure also values replaced by what is likely to hurt. The parent watches for
+what a child cannot tell: that it hangs, or dies. An audit hook watches for files written outside of
+the case's folder, for pickles, for processes and for connections; imported maps alone may start
+SUMO's programs. What those write is watched by looking: at the case's folder, and where paths in
+broken files lead. Cases that fail are kept in --keep. Exit code 1 if there are any.
 """
 
 import argparse
@@ -14,6 +15,8 @@ import multiprocessing
 import os
 import random
 import resource
+import shutil
+import signal
 import sys
 import tempfile
 import time
@@ -26,15 +29,18 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
-from fuzzing.formats import FORMATS, Format
+import sumo
+from fuzzing.form import Format
+from fuzzing.formats import FORMATS
 from fuzzing.mutations import mutated
 
 from plant_bench.errors import PlantBenchError
 
 MEMORY = 4_000_000_000  # bytes a child may have beyond what it has at its start
-LONGEST = 20.0  # s for a case
 START = 120.0  # s more until the first: what a loader imports takes long on a busy machine
-FORBIDDEN = ("pickle.find_class", "subprocess.Popen", "os.system", "os.exec", "socket.connect")
+FORBIDDEN = ("pickle.find_class", "os.system", "os.exec", "os.posix_spawn", "socket.connect")
+SCRATCH = "scratch"  # in a case's folder: what loaders put into the system's folder for such
+ESCAPED = "fuzz-escaped"  # the file that paths and commands in broken files lead to
 
 
 @dataclass
@@ -91,9 +97,9 @@ def fuzz(target: Format, given: argparse.Namespace) -> Count:
             child.start()
             while child.is_alive():
                 child.join(0.5)
-                if time.monotonic() - beat.value > LONGEST:
+                if time.monotonic() - beat.value > target.longest:
                     _keep(Path(box) / target.file, given.keep, target, seed, "hangs")
-                    child.kill()
+                    os.killpg(child.pid or 0, signal.SIGKILL)  # with what it has started
                     child.join()
                     failed.value += 1
             if child.exitcode not in (0, -9):
@@ -117,6 +123,7 @@ def _child(
 ) -> None:
     cases, accepted, failed, beat = facts
     keep = keep.resolve()
+    os.setpgid(0, 0)
     null = os.open(os.devnull, os.O_WRONLY)
     os.dup2(null, 1)
     os.dup2(null, 2)
@@ -125,10 +132,13 @@ def _child(
     file = box / target.file
     file.parent.mkdir(parents=True, exist_ok=True)
     target.prepare(box)
+    (box / SCRATCH).mkdir()
+    tempfile.tempdir = str(box / SCRATCH)
+    os.chdir(box / SCRATCH)
     for content in seeds:  # they load, and warm up what is loaded late
         file.write_bytes(content)
         target.load(box)
-    guard = _Guard(box)
+    guard = _Guard(box, target.programs)
     used = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0])
     limit = used * resource.getpagesize() + MEMORY
     resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
@@ -150,8 +160,9 @@ def _child(
 class _Guard:
     """Watches what a loader does; mutable."""
 
-    def __init__(self, box: Path) -> None:
+    def __init__(self, box: Path, programs: frozenset[str]) -> None:
         self._box, self._on, self._seen = str(box), False, ""
+        self._programs = {os.path.join(sumo.SUMO_HOME, "bin", name) for name in programs}  # noqa: PTH118
         sys.addaudithook(self._hear)
 
     def watch(self, load: Callable[[Path], object]) -> str | None:
@@ -166,12 +177,23 @@ class _Guard:
             found = traceback.format_exc()
         finally:
             self._on = False
-        return self._seen or found
+        return self._seen or self._left_behind() or found
+
+    def _left_behind(self) -> str:
+        """Tell what a case has left where nothing should be, and remove it."""
+        scratch = Path(self._box) / SCRATCH
+        places = [scratch, *scratch.parents, Path.home()]
+        escaped = [path for place in places if (path := place / ESCAPED).exists()]
+        left = [*scratch.iterdir(), *escaped]
+        for path in left:
+            shutil.rmtree(path) if path.is_dir() else path.unlink(missing_ok=True)
+        return f"leaves {', '.join(map(str, left))}" if left else ""
 
     def _hear(self, event: str, arguments: tuple) -> None:
         if not self._on:
             return
-        if event.startswith(FORBIDDEN):
+        started = event == "subprocess.Popen" and arguments[0] not in self._programs
+        if started or event.startswith(FORBIDDEN):
             self._seen = f"{event} {arguments}"
         elif event == "open" and isinstance(arguments[0], str | bytes):
             path, _, flags = arguments

@@ -7,6 +7,7 @@ PlantBenchError
 """
 
 LONGEST = 200  # characters of another error's text
+LONGEST_MESSAGE = 2000  # characters of one of ours
 
 
 class PlantBenchError(Exception):
@@ -15,6 +16,17 @@ class PlantBenchError(Exception):
 
 class InputError(PlantBenchError):
     """Raised when input is unusable: says what was found, what was wanted and what to do."""
+
+    def __str__(self) -> str:
+        r"""Return the message as one line that is safe to print, whatever it quotes of a file.
+
+        >>> str(InputError("There is no town 'a\n\x1b[31mb'."))
+        "There is no town 'a \\x1b[31mb'."
+        """
+        line = " ".join(super().__str__().splitlines())
+        if not line.isprintable():
+            line = "".join(letter if letter.isprintable() else _spelt(letter) for letter in line)
+        return line if len(line) <= LONGEST_MESSAGE else f"{line[:LONGEST_MESSAGE]}..."
 
 
 class AgentError(PlantBenchError):
@@ -34,3 +46,7 @@ def in_one_line(error: Exception) -> str:
     lines = [line.strip() for line in str(error).splitlines()]
     text = " ".join(line for line in lines if line and not line.startswith("For further "))
     return text if len(text) <= LONGEST else f"{text[:LONGEST]}..."
+
+
+def _spelt(letter: str) -> str:
+    return letter.encode("unicode_escape").decode()

@@ -5,11 +5,13 @@ ValueError, whose text a caller puts into an `InputError`.
 """
 
 import json
+import re
 import stat
 from pathlib import Path
 from typing import Any, NoReturn
 
 LARGEST_TEXT = 64_000_000  # bytes; the largest town here has 0.3 million
+_SURROGATE = re.compile(r"\\u[dD][89a-fA-F]")  # a letter beyond the first 65,536, or half of one
 _DIGITS = 19  # of a whole number; no field needs more
 
 
@@ -49,13 +51,19 @@ def parse_json(text: str) -> Any:
     """Return the values of JSON.
 
     Raises:
-        ValueError: It is no JSON, or is nested too deeply, or has numbers that are none.
+        ValueError: It is no JSON, is nested too deeply, or has numbers or letters that are none.
     """
     try:
-        return json.loads(text, parse_constant=_no_number, parse_int=_whole_number)
+        value = json.loads(text, parse_constant=_no_number, parse_int=_whole_number)
+        if _SURROGATE.search(text):
+            json.dumps(value, ensure_ascii=False).encode()
     except RecursionError:
         message = "it is nested too deeply"
         raise ValueError(message) from None
+    except UnicodeEncodeError:
+        message = "it has half of a character, which no file can hold"
+        raise ValueError(message) from None
+    return value
 
 
 def read_json(path: Path, *, largest: int = LARGEST_TEXT) -> Any:

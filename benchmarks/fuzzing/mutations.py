@@ -6,8 +6,11 @@ import struct
 from collections.abc import Sequence
 from typing import Any
 
+import msgpack
 import pyarrow as pa
 import pyarrow.parquet as pq
+
+from fuzzing.xml_mutations import xml_changed
 
 EVIL: tuple[str, ...] = (  # JSON, as text: some of it is none
     "NaN", "Infinity", "-Infinity", "1e999", "-1e308", "1e-320", "0", "-1", "-0.0", "1",
@@ -18,6 +21,13 @@ EVIL: tuple[str, ...] = (  # JSON, as text: some of it is none
     '"file:///dev/zero"', '"$(touch x)"', '"__import__(\'os\').system(\'id\')"', '"lb1.0"',
     '"Completed"', '"town99"', "1000000000", '"nan"', "[1, 2]", '[["a", 0, 1]]',
 )  # fmt: skip
+EVIL_VALUES: tuple[Any, ...] = (  # of a message: msgpack has what JSON has not
+    None, True, 0, -1, 2**63 - 1, -(2**63), 2**64 - 1, 1.5, float("nan"), float("inf"), "",
+    "x" * 300, "x" * 20_000, "\x1b[31m\n", "\ud800", b"", b"\0" * 8, b"\xff" * 64, [], {}, [[]],
+    {"shape": [0], "data": b""}, {"shape": [2**31, 2**31, 2**31], "data": b""}, {"shape": [-1]},
+    {"shape": [4, 2], "data": b"\xff" * 64}, [0] * 2000, msgpack.ExtType(5, b"x"),
+    msgpack.Timestamp(1), "hello", "ready", "control", "plan", "ranks",
+)  # fmt: skip
 _MARK = "\x01evil\x02"
 
 
@@ -27,7 +37,7 @@ def mutated(chance: random.Random, seeds: Sequence[bytes], kind: str) -> bytes:
     Args:
         chance: Draws how.
         seeds: Files that are whole.
-        kind: "json" and "safetensors" are also changed by their structure.
+        kind: As of `fuzzing.form.Format`; all but "bytes" are also changed by their structure.
     """
     content = chance.choice(seeds)
     for _ in range(chance.choice((1, 1, 1, 2, 3, 8))):
@@ -38,6 +48,10 @@ def mutated(chance: random.Random, seeds: Sequence[bytes], kind: str) -> bytes:
             content = _head_changed(chance, content)
         elif kind == "parquet" and way < 0.7:
             content = _table_changed(chance, content)
+        elif kind == "xml" and way < 0.8:
+            content = xml_changed(chance, content)
+        elif kind == "msgpack" and way < 0.7:
+            content = message_changed(chance, content)
         else:
             content = _bytes_changed(chance, content, chance.choice(seeds))
     return content
@@ -145,6 +159,26 @@ def _json_changed(chance: random.Random, content: bytes) -> bytes:
         return json.dumps(value).replace(json.dumps(_MARK), evil).encode()
     except (ValueError, RecursionError):
         return content
+
+
+def message_changed(chance: random.Random, content: bytes) -> bytes:
+    """Change the values of a msgpack message, which follows its length in four bytes."""
+    try:
+        value = msgpack.unpackb(content[4:], strict_map_key=False, unicode_errors="surrogatepass")
+        holder, key = _place(chance, value)
+        if holder is None:
+            return content
+        evil, way = chance.choice(EVIL_VALUES), chance.randrange(4)
+        if way == 0:
+            del holder[key]
+        elif way == 1 and isinstance(holder, dict):
+            holder[chance.choice(("extra", "", 5, b"x", "type", "shape"))] = evil
+        else:
+            holder[key] = evil
+        packed = bytes(msgpack.packb(value, unicode_errors="surrogatepass") or b"")
+    except (ValueError, TypeError, OverflowError, RecursionError, msgpack.UnpackException):
+        return content
+    return struct.pack("<I", len(packed)) + packed
 
 
 def _place(chance: random.Random, value: Any) -> tuple[Any, Any]:

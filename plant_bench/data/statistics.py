@@ -12,7 +12,7 @@ from pydantic import BaseModel, ConfigDict
 from plant_bench.data.recording import Recording
 from plant_bench.data.recording_file import read_table
 from plant_bench.data_files import town_dir, towns_also_from
-from plant_bench.errors import InputError
+from plant_bench.errors import InputError, in_one_line
 from plant_bench.world.route import Route, load_suite
 
 STANDING = 0.1  # m/s below which the ego stands (leaderboard's blocked rule)
@@ -63,9 +63,22 @@ class DataStatistics(BaseModel):
     megabytes: float
 
 
+class _Hazard(BaseModel):
+    kind: str
+    phase: str
+
+
+class _Told(BaseModel):
+    """What is counted of a recording's metadata."""
+
+    route: str
+    town: str
+    hazards: tuple[_Hazard, ...] = ()
+
+
 @dataclass(frozen=True, eq=False)
 class _Episode:
-    metadata: dict
+    told: _Told
     km: float
     speeds: np.ndarray  # m/s of each frame
     nearby: np.ndarray  # actors of each frame
@@ -124,12 +137,12 @@ def describe_data(folder: Path) -> DataStatistics:
     frames = standing = near = disturbed = perturbed = 0
     km = 0.0
     for episode in map(_read, files):
-        name, count = str(episode.metadata["route"]), len(episode.speeds)
+        name, count = episode.told.route, len(episode.speeds)
         if name not in routes:
             message = f"{folder}: an episode's route {name} is in none of routes/*.json."
             raise InputError(message)
         frames, km = frames + count, km + episode.km
-        bins = (episode.speeds * 3.6 / SPEED_STEP).astype(int).clip(max=SPEED_BINS - 1)
+        bins = (episode.speeds * 3.6 / SPEED_STEP).clip(0, SPEED_BINS - 1).astype(int)
         speeds += np.bincount(bins, minlength=SPEED_BINS)
         nearby += np.bincount(episode.nearby.clip(max=MOST_NEARBY), minlength=MOST_NEARBY + 1)
         standing += int((episode.speeds < STANDING).sum())
@@ -137,8 +150,8 @@ def describe_data(folder: Path) -> DataStatistics:
         disturbed += int(episode.disturbed.sum())
         perturbed += int(episode.disturbed.any())
         turns.update(routes[name].manoeuvres)
-        hazards.update(_played(episode.metadata))
-        towns[str(episode.metadata["town"])] += count
+        hazards.update(item.kind for item in episode.told.hazards if item.phase == "done")
+        towns[episode.told.town] += count
         kinds[route_kind(name)] += count
     return DataStatistics(
         episodes=len(files),
@@ -193,7 +206,7 @@ def _read(path: Path) -> _Episode:
         marked = table["disturbed"].to_numpy() if marks else np.zeros(len(table), bool)
         whole = table["actor_x"].is_valid().to_numpy()
         return _Episode(
-            metadata,
+            _Told.model_validate(metadata),
             float(path_driven.sum()) / 1000.0,
             table["speed"].to_numpy()[whole],
             _nearby(table.filter(pa.array(whole))),
@@ -201,8 +214,8 @@ def _read(path: Path) -> _Episode:
         )
     except (OSError, pa.ArrowException, KeyError, ValueError) as error:
         message = (
-            f"Not a recording: {path} ({error}). Remove it, and run the same `plant-bench collect` "
-            "again: it drives what is missing."
+            f"Not a recording: {path} ({in_one_line(error)}). Remove it, and run the same "
+            "`plant-bench collect` again: it drives what is missing."
         )
         raise InputError(message) from error
 
@@ -216,10 +229,6 @@ def _nearby(frames: pa.Table) -> np.ndarray:
         for axis, values in lists.items()
     ]
     return np.bincount(rows[np.hypot(*away) <= NEARBY], minlength=len(frames))
-
-
-def _played(metadata: dict) -> list[str]:
-    return [item["kind"] for item in metadata.get("hazards", ()) if item["phase"] == "done"]
 
 
 def _sorted(counts: Counter[str]) -> dict[str, int]:

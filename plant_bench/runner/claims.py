@@ -16,14 +16,19 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TypeVar
+from typing import Annotated, TypeVar
+
+from pydantic import Field, TypeAdapter
 
 from plant_bench.errors import InputError
+from plant_bench.input_files import read_text
 from plant_bench.whole_files import whole_file
 
 BEAT = 30.0  # s
 SILENT = 300.0  # s without a beat after which a claim of another host is void
 WHOLE = "whole"
+LARGEST_CLAIM = 10_000  # bytes
+_Number = Annotated[int, Field(ge=0, lt=1 << 31)]
 _Item = TypeVar("_Item")
 
 
@@ -85,11 +90,11 @@ class Holder:
         token: No two claims have the same.
     """
 
-    what: str
+    what: Annotated[str, Field(pattern=r"^(whole|[1-9][0-9]{0,8}of[1-9][0-9]{0,8})$")]
     version: str
     host: str
-    pid: int
-    born: int
+    pid: _Number
+    born: Annotated[int, Field(ge=0)]
     since: str
     token: str
 
@@ -105,6 +110,9 @@ class Holder:
         number, count = self.what.split("of")
         other_number, other_count = other.what.split("of")
         return count != other_count or number == other_number
+
+
+_READER = TypeAdapter(Holder)
 
 
 @contextmanager
@@ -225,10 +233,10 @@ def _take_away(path: Path, holder: Holder) -> None:
 def _read(path: Path) -> Holder | None:
     """Return who made a claim, None where it is gone; of a broken one nobody is known."""
     try:
-        return Holder(**json.loads(path.read_text(encoding="utf-8")))
+        return _READER.validate_json(read_text(path, largest=LARGEST_CLAIM), strict=True)
     except FileNotFoundError:
         return None
-    except (OSError, ValueError, TypeError):
+    except (OSError, ValueError):
         return Holder(WHOLE, "", "unknown", 0, 0, "unknown", "")
 
 

@@ -150,12 +150,15 @@ def _link(
 
 
 def _signals(links: tuple[Link, ...]) -> dict[str, int]:
-    """Signal id to the number of its vehicle links; crossings come after them in its state."""
-    found: dict[str, set[int]] = {}
+    """Signal id to the number of its vehicle links; crossings come after them in its state.
+
+    Where links were taken out of a net, their places in the state stay.
+    """
+    found: dict[str, int] = {}
     for link in links:
         if link.signal is not None:
-            found.setdefault(link.signal, set()).add(link.signal_index)
-    return {signal: len(indices) for signal, indices in sorted(found.items())}
+            found[link.signal] = max(found.get(link.signal, 0), link.signal_index + 1)
+    return dict(sorted(found.items()))
 
 
 def _junctions(

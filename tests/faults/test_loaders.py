@@ -4,6 +4,7 @@ import importlib
 import pickle
 import random
 import resource
+import subprocess
 import sys
 from pathlib import Path
 
@@ -13,8 +14,40 @@ from plant_bench.agents.plant.config import SIZES
 from plant_bench.errors import InputError, PlantBenchError
 
 ROOT = Path(__file__).parents[2]
-QUICK = ("routes", "town", "record", "timing", "rfds", "carla", "recording", "collect", "visits")
-CASES = 60
+QUICK = (
+    "routes", "town", "record", "timing", "rfds", "carla", "recording", "collect", "visits",
+    "claim", "answer", "carlaroutes", "townnet", "osm",
+)  # fmt: skip
+CASES = dict.fromkeys(QUICK, 60) | {"osm": 5}  # netconvert takes its time
+FUZZ = """
+import argparse, os, subprocess, sys
+from pathlib import Path
+sys.path.insert(0, {folder!r})
+import fuzz
+from fuzzing.form import Format
+from plant_bench.errors import InputError
+
+ONCE = Path({elsewhere!r}).with_name("died")
+
+def refuses(box):
+    raise InputError("two\\nlines are one line")
+
+WAYS = dict(
+    refuses=refuses,
+    reads=lambda box: (box / "f").read_bytes(),
+    raises=lambda box: (box / "f").read_bytes()[99],
+    writes=lambda box: Path({elsewhere!r}).write_text("x"),
+    leaves=lambda box: Path("../fuzz-escaped").write_text("x"),
+    starts=lambda box: subprocess.run(["true"]),
+    starts_netconvert=lambda box: subprocess.run(["netconvert", "--version"]),
+    dies=lambda box: ONCE.exists() or (ONCE.touch(), os._exit(3)),
+)
+for name, load in WAYS.items():
+    met = lambda box, load=load: (box / "f").read_bytes() == b"[]" or load(box)
+    target = Format(name, "json", "f", lambda: [b"[]"], met, programs=frozenset({{"netconvert"}}))
+    given = argparse.Namespace(minutes=0.2, cases=20, seed=1, keep=Path({elsewhere!r}).parent)
+    print(name, fuzz.fuzz(target, given).failed > 0)
+"""
 
 
 @pytest.fixture(scope="module")
@@ -37,15 +70,29 @@ def test_a_broken_file_is_used_or_refused_in_one_line(tmp_path: Path, fuzzing, n
     target.load(tmp_path)  # a whole file loads
 
     refusals = []
-    for _ in range(CASES):
+    for _ in range(CASES[name]):
         file.write_bytes(mutations.mutated(chance, seeds, target.kind))
         try:
             target.load(tmp_path)
         except PlantBenchError as error:
             refusals.append(str(error))
 
-    assert len(refusals) > CASES // 5 or name == "timing"  # a broken timing is left out
+    assert len(refusals) > CASES[name] // 5 or name == "timing"  # a broken timing is left out
     assert not any("\n" in text for text in refusals)
+
+
+def test_the_fuzzer_sees_what_it_looks_for(tmp_path: Path) -> None:
+    script = FUZZ.format(folder=str(ROOT / "benchmarks"), elsewhere=str(tmp_path / "x" / "written"))
+    (tmp_path / "x").mkdir()
+
+    done = subprocess.run(
+        [sys.executable, "-c", script], cwd=tmp_path, capture_output=True, text=True, check=True
+    )
+
+    seen = dict(line.split() for line in done.stdout.splitlines())
+    bad = {"raises", "writes", "leaves", "starts", "starts_netconvert", "dies"}
+    assert {name for name, failed in seen.items() if failed == "True"} == bad
+    assert set(seen) == bad | {"refuses", "reads"}
 
 
 class Trap:

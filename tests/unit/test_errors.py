@@ -16,3 +16,13 @@ def test_a_broken_file_is_told_in_one_line(tmp_path, kind, text):
         kind.load(path)
     assert "\n" not in str(caught.value)
     assert "http" not in str(caught.value)
+
+
+def test_what_a_file_is_quoted_with_neither_breaks_the_line_nor_moves_the_cursor():
+    text = str(InputError("There is no town 'a\r\nb\x1b[2J\ud800' in Zürich."))
+
+    assert text == r"There is no town 'a b\x1b[2J\ud800' in Zürich."
+
+
+def test_a_message_is_cut_where_it_quotes_too_much():
+    assert len(str(InputError("x" * 100_000))) < 2100

@@ -10,11 +10,23 @@ from plant_bench.input_files import parse_json, read_text
 
 @pytest.mark.parametrize(
     "text",
-    ["NaN", "[Infinity]", "[" * 100_000, '{"a": ' + "9" * 5000 + "}", "", "{'a': 1}"],
+    [
+        "NaN",
+        "[Infinity]",
+        "[" * 100_000,
+        '{"a": ' + "9" * 5000 + "}",
+        "",
+        "{'a': 1}",
+        r'["\ud800"]',
+    ],
 )
 def test_what_is_no_json_is_a_value_error(text: str) -> None:
     with pytest.raises(ValueError, match=r"."):
         parse_json(text)
+
+
+def test_a_letter_of_two_halves_is_read() -> None:
+    assert parse_json(r'["\ud83d\ude00"]') == ["😀"]
 
 
 def test_a_pipe_is_not_waited_for(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from xml.etree.ElementTree import ParseError
 
 import numpy as np
 
@@ -208,7 +209,7 @@ def is_undrivable(drive: PathDrive) -> bool:
 def _extract(net: str, source: MapSource, name: str) -> Town:
     try:
         town = extract_town(net, name)
-    except (LookupError, ValueError) as error:
+    except (LookupError, ValueError, ParseError) as error:
         raise InputError(
             f"netconvert makes a network of {source.file} that cannot be read "
             f"({type(error).__name__}: {in_one_line(error)}): mend the map in netedit."

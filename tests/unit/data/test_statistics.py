@@ -38,10 +38,13 @@ def save_routes(path, *names):
     path.write_text(json.dumps({"format": ROUTE_FORMAT, "routes": routes}))
 
 
-def record(path, route, *, speed):
+HAZARDS = [{"kind": "cut_in", "phase": "done"}, {"kind": "crossing", "phase": "void"}]
+
+
+def record(path, route, *, speed, **told):
     """21 ticks, 3 frames: two actors near the ego, one out of reach; disturbed from tick 10 on."""
-    hazards = [{"kind": "cut_in", "phase": "done"}, {"kind": "crossing", "phase": "void"}]
-    recorder = Recorder(path, {"route": route, "town": "town01", "hazards": hazards}, every=10)
+    about = {"route": route, "town": "town01", "hazards": HAZARDS} | told
+    recorder = Recorder(path, about, every=10)
     for tick in range(21):
         x = tick * 0.05 * speed
         poses = np.array([[x + 10, 0, 0], [x, -29, 0], [x, 31, 0]], np.float32)
@@ -129,6 +132,25 @@ def test_a_cut_file_is_found_and_named(folder):
 def test_an_episode_on_an_unknown_route_is_found(folder):
     record(folder / "episodes" / "c.parquet", "town09-long-0", speed=1.0)
     assert ["town09-long-0 is in none" in fault for fault in find_data_faults(folder)] == [True]
+
+
+@pytest.mark.parametrize(
+    "told", [{"hazards": 5}, {"hazards": [["cut_in"]]}, {"hazards": "ab"}, {"town": []}]
+)
+def test_a_recording_that_does_not_say_what_it_is_of_is_named(folder, told):
+    record(folder / "episodes" / "c.parquet", "town01-left-0", speed=1.0, **told)
+
+    with pytest.raises(InputError, match=r"Not a recording: .*c\.parquet") as caught:
+        describe_data(folder)
+
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(("speed", "place"), [(-3.0, 0), (1e30, -1)])
+def test_speeds_that_no_car_has_are_counted_in_the_outer_bins(folder, speed, place):
+    record(folder / "episodes" / "a.parquet", "town01-long-0", speed=speed)
+
+    assert describe_data(folder).speeds[place] >= 3
 
 
 def test_an_empty_folder_is_an_input_error(tmp_path):

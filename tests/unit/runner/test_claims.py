@@ -155,3 +155,25 @@ def test_what_is_no_shard_is_refused(text):
     with pytest.raises(InputError, match="I/N is wanted"):
         Shard.parse(text)
     assert str(Shard.parse("2/3")) == "2/3"
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "[" * 100_000,
+        '{"what": "whole"}',
+        json.dumps(asdict(Holder("2", "v", "elsewhere", 7, 1, "x", "t"))),
+        json.dumps(asdict(Holder("1of2", "v", "elsewhere", 7, 1, "x", "t")) | {"what": 5}),
+        json.dumps(asdict(Holder("1of2", "v", "elsewhere", 7, 1, "x", "t")) | {"pid": "../self"}),
+        json.dumps(asdict(Holder("1of2", "v", "elsewhere", 7, 1, "x", "t")) | {"pid": 10**30}),
+    ],
+)
+def test_a_claim_that_says_nothing_sensible_is_somebodys(tmp_path, text):
+    (tmp_path / "claims").mkdir()
+    (tmp_path / "claims" / "2of2.json").write_text(text)
+
+    with (
+        pytest.raises(InputError, match="host unknown"),
+        claimed(tmp_path, Shard(1, 2), "v"),
+    ):
+        pass

@@ -8,7 +8,11 @@ Sums are made in the order of the loops, and no operations are fused. Actors' nu
 and so are sums and products of these alone.
 """
 
+import functools
 import inspect
+import logging
+import multiprocessing
+import sys
 from collections.abc import Callable
 
 from numba import njit, types
@@ -41,8 +45,19 @@ def compiled(*arguments: types.Type) -> Callable[[Callable], Callable]:
     def made(function: Callable) -> Callable:
         plain = inspect.unwrap(function)  # tests check what is imported, which numba cannot compile
         try:
-            return njit(arguments, cache=True, error_model="numpy")(plain)
+            function = njit(arguments, cache=True, error_model="numpy")(plain)
         except RuntimeError:  # there is no folder in which it could be kept
-            return njit(arguments, error_model="numpy")(plain)
+            function = njit(arguments, error_model="numpy")(plain)
+        if not function.stats.cache_hits:
+            _tell()
+        return function
 
     return made
+
+
+@functools.cache
+def _tell() -> None:
+    """Say, once and to a person, why the start takes longer."""
+    if sys.stderr.isatty() and multiprocessing.parent_process() is None:
+        message = "Compiling planners' loops for this processor: some seconds, the first time only."
+        logging.getLogger(__name__).warning(message)

@@ -1,7 +1,9 @@
 """What is kept on the disk as machine code depends on its own file alone."""
 
 import ast
+from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -82,3 +84,19 @@ def test_without_a_folder_to_keep_it_in_it_compiles_all_the_same(
 
     assert given == [True, False]
     assert total(np.arange(4.0)) == 6.0
+
+
+@pytest.mark.parametrize(("person", "kept"), [(True, False), (True, True), (False, False)])
+def test_a_person_is_told_once_why_the_start_takes_longer(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture, person: bool, kept: bool
+) -> None:
+    monkeypatch.setattr(room.sys.stderr, "isatty", lambda: person, raising=False)
+    found = partial(len)
+    found.stats = SimpleNamespace(cache_hits={"found": 1} if kept else {})
+    monkeypatch.setattr(room, "njit", lambda *_, **__: lambda function: found)
+    room._tell.cache_clear()
+
+    for _ in range(2):
+        assert compiled(REALS)(len) is found
+
+    assert len(caplog.records) == (person and not kept)

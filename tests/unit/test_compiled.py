@@ -92,7 +92,7 @@ def test_a_person_is_told_once_why_the_start_takes_longer(
 ) -> None:
     monkeypatch.setattr(room.sys.stderr, "isatty", lambda: person, raising=False)
     found = partial(len)
-    found.stats = SimpleNamespace(cache_hits={"found": 1} if kept else {})
+    found.__dict__["stats"] = SimpleNamespace(cache_hits={"found": 1} if kept else {})
     monkeypatch.setattr(room, "njit", lambda *_, **__: lambda function: found)
     room._tell.cache_clear()
 

@@ -14,19 +14,18 @@ from plant_bench.agent import (
     NOBODY,
     Cause,
     Control,
-    NextLight,
     Observation,
     Reason,
     RouteAhead,
 )
 from plant_bench.agents.conflicts import clearest, first_conflicts
-from plant_bench.agents.control import follow_route, idm, stop_within
+from plant_bench.agents.control import follow_route, idm, light_limit, stop_within
 from plant_bench.agents.corridor import Corridor, corridor
 from plant_bench.agents.forecast import STEP, Forecast
 from plant_bench.agents.neighbours import brake_for_ego, left_behind, may_conflict
 from plant_bench.agents.rollouts import at_slower_pace, ego_poses, rollout
 from plant_bench.errors import AgentError
-from plant_bench.features.inputs import allowed_speed
+from plant_bench.features.limits import allowed_speed
 from plant_bench.world.route import Passage, Route
 from plant_bench.world.scene import (
     EGO_LENGTH,
@@ -34,14 +33,12 @@ from plant_bench.world.scene import (
     ActorKind,
     Actors,
     EgoState,
-    Light,
 )
 
 Forecaster = Callable[[Observation, np.ndarray], Forecast]
 
 INTERVAL = 2  # ticks between two decisions: 10 Hz
 RESTING_INTERVAL = 4  # ticks, while it stands and has no reason to go: as SUMO's drivers
-YELLOW_BRAKING = 3.5  # m/s2 up to which the driver stops for a yellow light
 CHOICES = np.array([0.5, 0.0, -1.0, -2.0, -3.5, -5.0, -8.0])  # m/s2 tried when the first fails
 LINE_BRAKING = 4.5  # m/s2 up to which a conflict in a junction is answered at its stop line
 SLOW_LEADER = 3.0  # m/s below which a leader may block a junction
@@ -232,19 +229,6 @@ def _first_met(poses: np.ndarray, forecast: Forecast, boldness: float) -> int:
     """Return whose forecast box the ego meets first, at any pace: a row, `NOBODY` for none."""
     met = first_conflicts(poses, forecast, boldness)
     return int(met.actors[np.argmin(met.times)])
-
-
-def light_limit(speed: float, light: NextLight | None) -> float:
-    """Return the acceleration that a traffic light allows."""
-    if light is None or light.state in (Light.GREEN, Light.UNKNOWN):
-        return math.inf
-    if light.distance < -1.0:
-        return math.inf
-    distance = max(light.distance, 0.1)
-    needed = speed * speed / (2.0 * distance)
-    if light.state is Light.YELLOW and needed > YELLOW_BRAKING:
-        return math.inf
-    return stop_within(speed, distance)
 
 
 def _reason(least: Demand, free: Demand) -> Reason:

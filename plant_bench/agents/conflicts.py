@@ -7,11 +7,12 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from plant_bench.agents.forecast import TIMES, Forecast
-from plant_bench.geometry.box import overlap
-from plant_bench.world.scene import EGO_EXTENT, EGO_LENGTH, EGO_WIDTH
+from plant_bench.agents.overlaps import first_overlaps
+from plant_bench.world.scene import EGO_EXTENT
 
 MARGIN_ASIDE = 0.25  # m on each side of others
 TOUCHING = 0.3  # share of the margins within which others are as good as touched
+_EXTENT = np.array(EGO_EXTENT)
 
 
 class Conflicts(NamedTuple):
@@ -36,7 +37,7 @@ def first_conflicts(
         forecast: The others.
         boldness: 0 keeps the full margins, 1 none towards who stands.
     """
-    return _near(poses, forecast).first(boldness, 1.0)
+    return _first(poses, forecast, boldness, 1.0)
 
 
 def clearest(
@@ -51,54 +52,21 @@ def clearest(
         forecast: The others.
         boldness: As of `first_conflicts`.
     """
-    near = _near(poses, forecast)
-    clear = np.flatnonzero(near.first(boldness, 1.0).times == math.inf)
+    clear = np.flatnonzero(first_conflicts(poses, forecast, boldness).times == math.inf)
     if clear.size:
         return int(clear[min(clear.size - 1, int(clear[0] == 0))])
-    times = near.first(boldness, TOUCHING).times
+    times = _first(poses, forecast, boldness, TOUCHING).times
     return len(times) - 1 - int(np.argmax(times[::-1]))
 
 
-class _Near(NamedTuple):
-    """The pairs of an ego's pose and a forecast box that are near each other."""
-
-    choices: int
-    forecast: Forecast
-    choice: Int[np.ndarray, " pairs"]
-    actor: Int[np.ndarray, " pairs"]
-    step: Int[np.ndarray, " pairs"]
-    square: Float[np.ndarray, " pairs"]
-    poses: Float[np.ndarray, "pairs 3"]
-
-    def first(self, boldness: float, caution: float) -> Conflicts:
-        """Return the first overlaps with a share of the margins kept."""
-        times, actors = np.full(self.choices, np.inf), np.full(self.choices, -1)
-        if not self.choice.size:
-            return Conflicts(times, actors)
-        forecast, actor, step = self.forecast, self.actor, self.step
-        share = caution * np.where(forecast.standing, 1.0 - boldness, 1.0)[actor]
-        lengths = forecast.lengths[actor, step] + 2 * forecast.margins[actor] * share
-        extents = np.stack((lengths, forecast.widths[actor] + 2 * MARGIN_ASIDE * share), axis=1)
-        ego_extents = np.broadcast_to(np.array(EGO_EXTENT), extents.shape)
-        hits = overlap(self.poses, ego_extents, forecast.poses[actor, step], extents)
-        if not hits.any():
-            return Conflicts(times, actors)
-        choice, actor, step = self.choice[hits], actor[hits], step[hits]
-        order = np.lexsort((self.square[hits], step, choice))
-        found, first = np.unique(choice[order], return_index=True)
-        times[found] = TIMES[step[order][first]]
-        actors[found] = actor[order][first]
-        return Conflicts(times, actors)
-
-
-def _near(poses: Float[np.ndarray, "choices steps 3"], forecast: Forecast) -> _Near:
-    lengths = forecast.lengths + 2 * forecast.margins[:, None]
-    widths = forecast.widths + 2 * MARGIN_ASIDE
-    dx = poses[:, None, :, 0] - forecast.poses[None, :, :, 0]
-    dy = poses[:, None, :, 1] - forecast.poses[None, :, :, 1]
-    reach = 0.5 * (EGO_LENGTH + EGO_WIDTH + lengths + widths[:, None])
-    square = dx * dx + dy * dy
-    choice, actor, step = (square < reach * reach).nonzero()
-    return _Near(
-        len(poses), forecast, choice, actor, step, square[choice, actor, step], poses[choice, step]
-    )
+def _first(
+    poses: Float[np.ndarray, "choices steps 3"],
+    forecast: Forecast,
+    boldness: float,
+    caution: float,
+) -> Conflicts:
+    """Return the first overlaps with a share of the margins kept."""
+    shares = caution * np.where(forecast.standing, 1.0 - boldness, 1.0)
+    boxes = forecast.poses, forecast.lengths, forecast.widths, forecast.margins
+    steps, actors = first_overlaps(poses, _EXTENT, *boxes, shares, MARGIN_ASIDE)
+    return Conflicts(np.where(steps < 0, math.inf, TIMES[steps]), actors)

@@ -2,8 +2,8 @@
 
 import math
 
-from plant_bench.agent import PLAN_INTERVAL, Control, Plan, RouteAhead
-from plant_bench.world.scene import WHEELBASE, EgoState
+from plant_bench.agent import PLAN_INTERVAL, Control, NextLight, Plan, RouteAhead
+from plant_bench.world.scene import WHEELBASE, EgoState, Light
 
 REAR_AXLE = 0.5 * WHEELBASE  # m behind the box centre
 
@@ -15,6 +15,8 @@ IDM_BRAKING = 3.0  # m/s2, comfortable
 IDM_HEADWAY = 1.0  # s (Treiber, Hennecke, Helbing 2000 use 1.6; 1.0 is SUMO's own default)
 IDM_STANDSTILL = 2.5  # m, SUMO's default minGap
 HARDEST_BRAKING = 8.0  # m/s2
+
+YELLOW_BRAKING = 3.5  # m/s2 up to which a driver stops for a yellow light
 
 PLAN_RESPONSE = 0.4  # s in which the planned speed is to be reached
 PLAN_STANDSTILL = 0.4  # m/s of planned speed below which to stop (PlanT, PlanT_agent.py)
@@ -63,6 +65,19 @@ def idm(speed: float, target: float, gap: float = math.inf, leader_speed: float 
 def stop_within(speed: float, distance: float) -> float:
     """Return the acceleration that stops before a line `distance` metres ahead of the bumper."""
     return idm(speed, 100.0, distance + IDM_STANDSTILL - 0.8, 0.0)
+
+
+def light_limit(speed: float, light: NextLight | None) -> float:
+    """Return the acceleration that a traffic light allows."""
+    if light is None or light.state in (Light.GREEN, Light.UNKNOWN):
+        return math.inf
+    if light.distance < -1.0:
+        return math.inf
+    distance = max(light.distance, 0.1)
+    needed = speed * speed / (2.0 * distance)
+    if light.state is Light.YELLOW and needed > YELLOW_BRAKING:
+        return math.inf
+    return stop_within(speed, distance)
 
 
 def control_of(action: Plan | Control, ego: EgoState) -> Control:

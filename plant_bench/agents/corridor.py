@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from plant_bench.agent import RouteAhead
-from plant_bench.geometry.box import corners
+from plant_bench.compiled import REAL, REALS, REALS_2D, SINGLES, SINGLES_2D, compiled
 from plant_bench.world.scene import EGO_WIDTH, Actors
 
 CLEARANCE = 0.3  # m beside the ego that belongs to its corridor
@@ -72,48 +72,75 @@ def corridor(route: RouteAhead, actors: Actors, past: float, speed: float) -> Co
         past: Metres from the route's first point to the ego's centre.
         speed: The ego's, m/s.
     """
-    count = len(actors)
-    inside, crossing = np.zeros(count, dtype=bool), np.zeros(count, dtype=bool)
-    reach, speeds = np.full(count, math.inf), np.zeros(count)
-    line = route.points[: int(LEAST_VIEW + VIEW_TIME * speed)]
-    dx = actors.poses[:, 0, None] - line[:, 0]
-    dy = actors.poses[:, 1, None] - line[:, 1]
-    square = dx * dx + dy * dy
-    aside = np.sqrt(square.min(axis=1))
-    near = (aside < 0.5 * actors.extents[:, 0] + NEAR).nonzero()[0]
-    if near.size:
-        poses = actors.poses[near].astype(float)
-        index = square[near].argmin(axis=1)
-        turn = poses[:, 2] - route.headings[index]
-        moving = actors.speeds[near].astype(float)
-        extents = actors.extents[near].astype(float)
-        inside[near], reach[near] = _hold(line, route.headings[: len(line)], poses, extents, past)
-        speeds[near] = moving * np.maximum(np.cos(turn), 0.0)
-        crosses = np.abs(np.sin(turn)) > math.sin(CROSSING_ANGLE)
-        crossing[near] = crosses & (moving > CROSSING_SPEED)
-    return Corridor(inside, crossing, reach, speeds, aside)
+    steps = int(LEAST_VIEW + VIEW_TIME * speed)
+    return Corridor(
+        *_hold(
+            route.points[:steps],
+            route.headings,
+            actors.poses,
+            actors.extents,
+            actors.speeds,
+            past,
+            0.5 * EGO_WIDTH + CLEARANCE,
+        )
+    )
 
 
-def _hold(
-    line: Float[np.ndarray, "steps 2"],
-    headings: Float[np.ndarray, " steps"],
-    poses: Float[np.ndarray, "actors 3"],
-    extents: Float[np.ndarray, "actors 2"],
-    past: float,
-) -> tuple[Bool[np.ndarray, " actors"], Float[np.ndarray, " actors"]]:
-    """Return which boxes stand in the corridor ahead, and how far away their nearest corner is."""
-    points = np.concatenate((corners(poses, extents), poses[:, None, :2]), axis=1)
-    dx = points[..., 0, None] - line[:, 0]
-    dy = points[..., 1, None] - line[:, 1]
-    nearest = (dx * dx + dy * dy).argmin(axis=2)
-    offset = points - line[nearest]
-    cos, sin = np.cos(headings)[nearest], np.sin(headings)[nearest]
-    along = nearest + cos * offset[..., 0] + sin * offset[..., 1]
-    aside = cos * offset[..., 1] - sin * offset[..., 0]
-    ahead = (along <= len(line)) & (along >= past)
-    beside = (np.abs(aside) < 0.5 * EGO_WIDTH + CLEARANCE) & ahead
-    astride = (aside.min(axis=1) < 0.0) & (aside.max(axis=1) > 0.0) & ahead.all(axis=1)
-    astride &= np.abs(aside).min(axis=1) < NEAR
-    distance = np.where(beside | astride[:, None], along, math.inf).min(axis=1) - past
-    inside = beside.any(axis=1) | astride
-    return inside, np.where(inside, distance, math.inf)
+@compiled(REALS_2D, REAL, REAL)
+def _nearest(line, x, y):
+    """Return which point of a line is the nearest, and the square of the distance."""
+    least, place = np.inf, 0
+    for index in range(len(line)):
+        dx, dy = x - line[index, 0], y - line[index, 1]
+        square = dx * dx + dy * dy
+        if square < least:
+            least, place = square, index
+    return place, least
+
+
+@compiled(REALS_2D, REALS, SINGLES, SINGLES, REAL, REAL)
+def _distance(line, headings, pose, extent, past, half_width):
+    """Return how far a box that stands in the corridor ahead is along it; infinite for others."""
+    x, y, yaw = np.float64(pose[0]), np.float64(pose[1]), np.float64(pose[2])
+    length, width = np.float64(extent[0]), np.float64(extent[1])
+    cos_box, sin_box = math.cos(yaw), math.sin(yaw)
+    nearest, nearest_beside = np.inf, np.inf
+    left, right, closest, all_ahead = -np.inf, np.inf, np.inf, True
+    for corner in range(5):  # counter-clockwise from front left, and the centre
+        long, wide = 0.0, 0.0
+        if corner < 4:
+            long = length * (0.5 if corner in (0, 3) else -0.5)
+            wide = width * (0.5 if corner < 2 else -0.5)
+        point_x = x + cos_box * long - sin_box * wide
+        point_y = y + sin_box * long + cos_box * wide
+        place, _ = _nearest(line, point_x, point_y)
+        dx, dy = point_x - line[place, 0], point_y - line[place, 1]
+        cos, sin = math.cos(headings[place]), math.sin(headings[place])
+        along, aside = place + cos * dx + sin * dy, cos * dy - sin * dx
+        ahead = past <= along <= len(line)
+        if ahead and abs(aside) < half_width:
+            nearest_beside = min(nearest_beside, along)
+        nearest, closest = min(nearest, along), min(closest, abs(aside))
+        left, right, all_ahead = max(left, aside), min(right, aside), all_ahead and ahead
+    if all_ahead and right < 0.0 < left and closest < NEAR:  # it stands across the route
+        return nearest - past
+    return nearest_beside - past
+
+
+@compiled(REALS_2D, REALS, SINGLES_2D, SINGLES_2D, SINGLES, REAL, REAL)
+def _hold(line, headings, poses, extents, speeds, past, half_width):
+    """Return a corridor's arrays."""
+    count = len(poses)
+    inside, crossing = np.zeros(count, np.bool_), np.zeros(count, np.bool_)
+    reach, along_speeds, asides = np.full(count, np.inf), np.zeros(count), np.empty(count)
+    for row in range(count):
+        place, square = _nearest(line, poses[row, 0], poses[row, 1])
+        asides[row] = math.sqrt(square)
+        if not asides[row] < np.float32(0.5) * extents[row, 0] + np.float32(NEAR):
+            continue
+        turn, speed = poses[row, 2] - headings[place], np.float64(speeds[row])
+        along_speeds[row] = speed * max(math.cos(turn), 0.0)
+        crossing[row] = abs(math.sin(turn)) > math.sin(CROSSING_ANGLE) and speed > CROSSING_SPEED
+        distance = _distance(line, headings, poses[row], extents[row], past, half_width)
+        inside[row], reach[row] = distance < np.inf, distance
+    return inside, crossing, reach, along_speeds, asides

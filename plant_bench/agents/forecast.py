@@ -5,7 +5,17 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float, UInt8
 
-from plant_bench.agent import PATH_POSES, PATH_STEP, Observation
+from plant_bench.agent import PATH_STEP, Observation
+from plant_bench.compiled import (
+    FLAGS,
+    REAL,
+    REALS,
+    REALS_3D,
+    SINGLES,
+    SINGLES_2D,
+    WHOLES,
+    compiled,
+)
 from plant_bench.errors import AgentError
 from plant_bench.world.scene import ActorKind, Actors
 
@@ -56,24 +66,60 @@ def along_true_lanes(observation: Observation, keep: np.ndarray) -> Forecast:
     if actors is None or facts is None:
         message = "The privileged forecast needs the inputs 'objects' and 'privileged'."
         raise AgentError(message)
-    speed = actors.speeds[keep].astype(float)[:, None]
-    pull = facts.accelerations[keep][:, None]
-    top = np.maximum(facts.desired_speeds[keep][:, None], speed)
-    room = np.maximum(facts.stop_distances[keep][:, None], 0.0)
-    # Who cannot stop any more, or speeds up just before the place, goes on: SUMO's word is a wish.
-    goes_on = (speed**2 > 2.0 * FIRM_BRAKING * room) | ((pull > PULLING_AWAY) & (room < NEAR_STOP))
-    # People stop within a step, and walk no faster than they do.
-    drives = (speed > STANDING) & (actors.kinds[keep] != ActorKind.PEDESTRIAN)[:, None]
-    room = np.where(goes_on & drives, np.inf, room)
-    # Who stands goes on standing until it moves: two who wait for each other would wait for ever.
-    gentle = np.where(drives, GENTLE_ACCELERATION, 0.0)
-    pulls = np.stack((np.maximum(pull, gentle), np.minimum(pull, 0.0)))
-    early, late = np.minimum(_travel(speed, pulls, top), room)
-    poses = _gather(facts.paths[keep], 0.5 * (early + late))
-    extents = actors.extents[keep].astype(float)
-    lengths = extents[:, 0, None] + early - late
-    standing = speed[:, 0] < STANDING
-    return Forecast(poses, lengths, extents[:, 1], standing, margins(actors.kinds[keep], standing))
+    poses, lengths = _along(
+        keep,
+        facts.paths,
+        facts.accelerations,
+        facts.desired_speeds,
+        facts.stop_distances,
+        actors.speeds,
+        actors.extents,
+        actors.kinds == ActorKind.PEDESTRIAN,
+        PATH_STEP,
+    )
+    widths = actors.extents[keep, 1].astype(float)
+    standing = actors.speeds[keep].astype(float) < STANDING
+    return Forecast(poses, lengths, widths, standing, margins(actors.kinds[keep], standing))
+
+
+@compiled(WHOLES, REALS_3D, REALS, REALS, REALS, SINGLES, SINGLES_2D, FLAGS, REAL)
+def _along(keep, paths, pulls, desired, stops, speeds, extents, walking, spacing):
+    """Return where some actors are on their paths, and how long their boxes become."""
+    poses, lengths = np.empty((len(keep), STEPS, 3)), np.empty((len(keep), STEPS))
+    for row in range(len(keep)):
+        actor = keep[row]
+        speed, pull, length = float(speeds[actor]), pulls[actor], float(extents[actor, 0])
+        top, room = max(desired[actor], speed), max(stops[actor], 0.0)
+        # Who cannot stop any more, or speeds up just before the place, goes on: SUMO's word is a
+        # wish. People stop within a step, and walk no faster than they do.
+        goes_on = speed * speed > 2.0 * FIRM_BRAKING * room
+        goes_on = goes_on or (pull > PULLING_AWAY and room < NEAR_STOP)
+        # Who stands goes on standing until it moves: two who wait for each other would wait for
+        # ever.
+        drives = speed > STANDING and not walking[actor]
+        if goes_on and drives:
+            room = np.inf
+        most, least = max(pull, GENTLE_ACCELERATION if drives else 0.0), min(pull, 0.0)
+        fast = slow = min(max(speed, 0.0), top)
+        early = late = 0.0
+        for step in range(STEPS):
+            if step:
+                faster = min(max(speed + most * (step * STEP), 0.0), top)
+                slower = min(max(speed + least * (step * STEP), 0.0), top)
+                early += 0.5 * STEP * (faster + fast)
+                late += 0.5 * STEP * (slower + slow)
+                fast, slow = faster, slower
+            farthest, nearest = min(early, room), min(late, room)
+            lengths[row, step] = length + farthest - nearest
+            place = 0.5 * (farthest + nearest) / spacing
+            place = min(place, paths.shape[1] - 1.001)
+            index = int(place)
+            for axis in range(2):
+                begin = paths[actor, index, axis]
+                gained = (place - index) * (paths[actor, index + 1, axis] - begin)
+                poses[row, step, axis] = begin + gained
+            poses[row, step, 2] = paths[actor, index, 2]
+    return poses, lengths
 
 
 def straight_on(observation: Observation, keep: np.ndarray) -> Forecast:
@@ -114,30 +160,3 @@ def margins(
     """Return the metres to be kept in front of and behind others."""
     waits = standing & (kinds == ActorKind.PEDESTRIAN)
     return np.where(waits, WAITING_MARGIN, MARGIN_ALONG)
-
-
-def _travel(
-    speed: Float[np.ndarray, "actors 1"],
-    pulls: Float[np.ndarray, "pulls actors 1"],
-    top: Float[np.ndarray, "actors 1"],
-) -> Float[np.ndarray, "pulls actors steps"]:
-    """Return how far constant accelerations get between standing and a top speed."""
-    speeds = np.minimum(np.maximum(speed + pulls * TIMES, 0.0), top)
-    travel = np.zeros_like(speeds)
-    np.cumsum(0.5 * STEP * (speeds[..., 1:] + speeds[..., :-1]), axis=2, out=travel[..., 1:])
-    return travel
-
-
-def _gather(
-    paths: Float[np.ndarray, "actors samples 3"], at: Float[np.ndarray, "actors steps"]
-) -> Float[np.ndarray, "actors steps 3"]:
-    """Return the poses at distances along each actor's path."""
-    place = np.minimum(at / PATH_STEP, PATH_POSES - 1.001)
-    index = place.astype(np.intp)
-    share = place - index
-    flat = paths.reshape(-1, 3)
-    index += PATH_POSES * np.arange(len(paths))[:, None]
-    poses = flat.take(index, axis=0)
-    onward = flat.take(index + 1, axis=0)
-    poses[..., :2] += share[..., None] * (onward[..., :2] - poses[..., :2])
-    return poses

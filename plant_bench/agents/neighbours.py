@@ -7,38 +7,64 @@ from jaxtyping import Bool
 
 from plant_bench.agents.corridor import Corridor
 from plant_bench.agents.forecast import MARGIN_ALONG, STANDING, Forecast
-from plant_bench.geometry.box import overlap_one
+from plant_bench.agents.overlaps import meets_going_its_way, standing_in_touch
+from plant_bench.compiled import FLAGS, REALS, SINGLES, SINGLES_2D, compiled
 from plant_bench.world.scene import EGO_EXTENT, EGO_LENGTH, EGO_WIDTH, Actors, EgoState
 
 HALF = 0.5 * EGO_LENGTH
 SAME_WAY = 0.7  # cosine of the angle to the ego from which on somebody drives its way
 FOLLOWER_BRAKING = 3.0  # m/s2 that whoever comes from behind is trusted with
 FOLLOWER_GAP = 1.0  # m that it keeps
+_EXTENT = np.array(EGO_EXTENT)
 
 
 def left_behind(ego: EgoState, actors: Actors) -> Bool[np.ndarray, " actors"]:
     """Tell who stands touching the ego and is not ahead of it: to wait would not undo that."""
-    touching = actors.speeds < STANDING
-    near = touching.nonzero()[0]
-    touching[near] = overlap_one(ego.pose, EGO_EXTENT, actors.poses[near], actors.extents[near])
-    if touching.any():
-        dx, dy = actors.poses[:, 0] - ego.x, actors.poses[:, 1] - ego.y
-        touching &= math.cos(ego.yaw) * dx + math.sin(ego.yaw) * dy < HALF
-    return touching
+    return standing_in_touch(
+        np.array(ego.pose), _EXTENT, actors.poses, actors.extents, actors.speeds, STANDING
+    )
 
 
 def may_conflict(ego: EgoState, actors: Actors, ahead: Corridor) -> Bool[np.ndarray, " actors"]:
     """Tell which actors a forecast is needed for: not the leader's queue, not who follows."""
-    cos, sin = math.cos(ego.yaw), math.sin(ego.yaw)
-    dx, dy = actors.poses[:, 0] - ego.x, actors.poses[:, 1] - ego.y
-    forward, left = cos * dx + sin * dy, cos * dy - sin * dx
-    aligned = np.cos(actors.poses[:, 2] - ego.yaw) > 0.8
-    follows = (forward < -HALF) & (np.abs(left) < 0.5 * EGO_WIDTH + 0.5) & aligned
-    leads = ahead.inside & ~ahead.crossing
-    reach = 20.0 + 5.0 * (ego.speed + actors.speeds)
-    room = 0.5 * (EGO_LENGTH + EGO_WIDTH + actors.extents.sum(axis=1)) + 2.0 * MARGIN_ALONG
-    parked = (actors.speeds < STANDING) & (ahead.aside > room)
-    return ~follows & ~leads & ~parked & (dx * dx + dy * dy < reach * reach)
+    return _may_conflict(
+        np.array((ego.x, ego.y, ego.yaw, ego.speed)),
+        _EXTENT,
+        actors.poses,
+        np.cos(actors.poses[:, 2] - ego.yaw),
+        actors.extents,
+        actors.speeds,
+        ahead.inside,
+        ahead.crossing,
+        ahead.aside,
+        np.array((STANDING, MARGIN_ALONG)),
+    )
+
+
+@compiled(REALS, REALS, SINGLES_2D, SINGLES, SINGLES_2D, SINGLES, FLAGS, FLAGS, REALS, REALS)
+def _may_conflict(
+    ego, extent, poses, alignments, extents, speeds, inside, crossing, asides, numbers
+):
+    found = np.zeros(len(poses), np.bool_)
+    single = np.float32
+    cos, sin = single(math.cos(ego[2])), single(math.sin(ego[2]))
+    x, y, speed = single(ego[0]), single(ego[1]), single(ego[3])
+    behind, beside = single(-0.5 * extent[0]), single(0.5 * extent[1] + 0.5)
+    standing, margins = single(numbers[0]), single(2.0 * numbers[1])
+    for row in range(len(poses)):
+        if inside[row] and not crossing[row]:
+            continue
+        dx, dy = poses[row, 0] - x, poses[row, 1] - y
+        reach = single(20.0) + single(5.0) * (speed + speeds[row])
+        if not dx * dx + dy * dy < reach * reach:
+            continue
+        size = single(extent[0] + extent[1]) + (extents[row, 0] + extents[row, 1])
+        if speeds[row] < standing and asides[row] > single(0.5) * size + margins:
+            continue
+        forward, left = cos * dx + sin * dy, cos * dy - sin * dx
+        aligned = alignments[row] > single(0.8)
+        found[row] = not (forward < behind and abs(left) < beside and aligned)
+    return found
 
 
 def brake_for_ego(ego: EgoState, actors: Actors, forecast: Forecast) -> Bool[np.ndarray, " actors"]:
@@ -60,12 +86,14 @@ def brake_for_ego(ego: EgoState, actors: Actors, forecast: Forecast) -> Bool[np.
     gap = cos * dx + sin * dy - reach - 0.5 * actors.extents[:, 0] - FOLLOWER_GAP
     closing = np.maximum(actors.speeds - ego.speed * turn, 0.0)
     able = (gap > 0.0) & (closing**2 < 2.0 * FOLLOWER_BRAKING * gap)
-    rows = np.flatnonzero(able)
-    if rows.size:
-        poses = forecast.poses[rows]
-        widths = np.broadcast_to(forecast.widths[rows, None], poses.shape[:2])
-        extents = np.stack((forecast.lengths[rows], widths), axis=2)
-        meets = overlap_one(ego.pose, EGO_EXTENT, poses.reshape(-1, 3), extents.reshape(-1, 2))
-        same_way = np.cos(poses[..., 2] - ego.yaw) > SAME_WAY
-        able[rows] = (meets.reshape(same_way.shape) & same_way).any(axis=1)
-    return able
+    if not able.any():
+        return able
+    return meets_going_its_way(
+        np.array(ego.pose),
+        _EXTENT,
+        forecast.poses,
+        forecast.lengths,
+        forecast.widths,
+        able,
+        SAME_WAY,
+    )

@@ -111,6 +111,11 @@ def agent_factory(spec: str) -> Any:
     return factory
 
 
+def own_module(spec: str) -> str:
+    """Return the module of one of plant-bench's own planners; "" for any other."""
+    return AGENTS.get(spec.partition("@")[0], "").partition(":")[0]
+
+
 def agent_checksum(spec: str) -> str:
     """Return a content hash of what makes a planner drive as it does: of all its `agent_files`.
 
@@ -129,10 +134,10 @@ def agent_files(spec: str) -> set[Path]:
     """Return the files of what makes a planner drive as it does.
 
     For a built-in planner these are all modules of `plant_bench.agents`, whose parts it is made of,
-    of its own package in there, and of `plant_bench.features`; for an installed planner all modules
-    of its package; for any other every module it has loaded from its own folder (or package); for a
-    command those of its words that are files. For each also the files that it, or its class, lists
-    as `files`: its weights, for instance.
+    of its own package in there, of `plant_bench.features`, and `plant_bench.compiled`; for an
+    installed planner all modules of its package; for any other every module it has loaded from its
+    own folder (or package); for a command those of its words that are files. For each also the
+    files that it, or its class, lists as `files`: its weights, for instance.
 
     Raises:
         InputError: There is no such planner.
@@ -151,6 +156,7 @@ def files_of(spec: str, agent: Agent) -> set[Path]:
     if module_name.startswith("plant_bench.agents."):
         folders = {Path(__file__).parent, file.parent, Path(plant_bench.features.__file__).parent}
         files = {path for folder in folders for path in folder.glob("*.py")}
+        files.add(Path(plant_bench.__file__).parent / "compiled.py")
     elif ":" not in target:
         files = package_files(file)
     else:

@@ -7,8 +7,9 @@ from jaxtyping import Float
 
 from plant_bench.agent import RouteAhead
 from plant_bench.agents.control import IDM_ACCELERATION
-from plant_bench.agents.forecast import STEP, STEPS, TIMES
-from plant_bench.features.inputs import CURVE_BRAKING
+from plant_bench.agents.forecast import STEP, STEPS
+from plant_bench.compiled import REAL, REALS, REALS_2D, WHOLE, compiled
+from plant_bench.features.limits import CURVE_BRAKING
 
 SLOWER = 0.85  # share of its pace that the ego surely reaches
 LEAST_PACE = 0.1  # m/s
@@ -18,9 +19,18 @@ def rollout(
     speed: float, accelerations: Float[np.ndarray, " choices"], top: float
 ) -> Float[np.ndarray, "choices steps"]:
     """Return how far each constant acceleration gets, between standing and a top speed."""
-    speeds = np.clip(speed + accelerations[:, None] * TIMES, 0.0, max(top, speed))
-    travel = np.zeros((len(accelerations), STEPS))
-    np.cumsum(0.5 * STEP * (speeds[:, 1:] + speeds[:, :-1]), axis=1, out=travel[:, 1:])
+    return _rollout(speed, accelerations, max(top, speed), STEP, STEPS)
+
+
+@compiled(REAL, REALS, REAL, REAL, WHOLE)
+def _rollout(speed, accelerations, top, interval, steps):
+    travel = np.zeros((len(accelerations), steps))
+    for choice in range(len(accelerations)):
+        last = min(max(speed + accelerations[choice] * 0.0, 0.0), top)
+        for step in range(1, steps):
+            reached = min(max(speed + accelerations[choice] * (step * interval), 0.0), top)
+            travel[choice, step] = travel[choice, step - 1] + 0.5 * interval * (reached + last)
+            last = reached
     return travel
 
 
@@ -40,33 +50,59 @@ def at_slower_pace(
         room: Metres to where the ego would stand behind its leader now; infinite without one.
         leader_speed: m/s, at which it is taken to go on.
     """
-    slow = np.minimum(travel, _pace(speed, route))
-    if room < math.inf:
-        slow = np.minimum(slow, max(room, 0.0) + leader_speed * TIMES)
+    limits, square = route.speed_limits, speed**2
+    pace = np.array((square, SLOWER, 2.0 * SLOWER * IDM_ACCELERATION, 2.0 * CURVE_BRAKING))
+    return _slower(travel, limits, route.past, pace, room, leader_speed, STEP)
+
+
+@compiled(REALS, REALS, REAL, REALS, REAL, REAL, REAL)
+def _slower(travel, limits, past, pace, room, leader_speed, interval):
+    """Return the lesser of a rollout, the pace that meets all limits ahead, and the leader's."""
+    square, share, doubled_pull, doubled_braking = pace
+    count = len(limits)
+    reached, times, places = np.empty(count), np.zeros(count), np.empty(count)
+    allowed = np.inf
+    for place in range(count - 1, -1, -1):
+        slope = doubled_braking * place
+        allowed = min(allowed, limits[place] * limits[place] + slope)
+        places[place] = max(place - past, 0.0)
+        gained = square + doubled_pull * places[place]
+        reached[place] = math.sqrt(min(gained, share * share * (allowed - slope)))
+    for place in range(1, count):
+        mean = max(0.5 * (reached[place] + reached[place - 1]), LEAST_PACE)
+        times[place] = times[place - 1] + (places[place] - places[place - 1]) / mean
+    slow, at = np.empty(len(travel)), 0
+    for step in range(len(travel)):
+        time = step * interval
+        while at < count - 1 and times[at + 1] <= time:
+            at += 1
+        gone = places[at]
+        if at < count - 1 and times[at] != time:  # as numpy.interp
+            gain = (places[at + 1] - places[at]) / (times[at + 1] - times[at])
+            gone = gain * (time - times[at]) + places[at]
+        slow[step] = min(travel[step], gone)
+        if room < np.inf:
+            slow[step] = min(slow[step], max(room, 0.0) + leader_speed * time)
     return slow
 
 
 def ego_poses(
-    route: RouteAhead, travel: Float[np.ndarray, "*choices steps"]
-) -> Float[np.ndarray, "*choices steps 3"]:
+    route: RouteAhead, travel: Float[np.ndarray, "choices steps"]
+) -> Float[np.ndarray, "choices steps 3"]:
     """Return the ego's poses on the route after the given distances."""
-    place = np.minimum(route.past + travel, len(route.points) - 1.001)
-    index = place.astype(np.intp)
-    share = (place - index)[..., None]
-    points = route.points[index]
-    points = points + share * (route.points[index + 1] - points)
-    return np.concatenate((points, route.headings[index][..., None]), axis=-1)
+    return _poses(route.points, route.headings, route.past, travel)
 
 
-def _pace(speed: float, route: RouteAhead) -> Float[np.ndarray, " steps"]:
-    """Return how far the ego surely gets on a free road, meeting all limits ahead."""
-    places = np.arange(len(route.speed_limits), dtype=float)
-    slope = 2.0 * CURVE_BRAKING * places
-    allowed = np.minimum.accumulate((route.speed_limits**2 + slope)[::-1])[::-1] - slope
-    places = np.maximum(places - route.past, 0.0)
-    gained = speed**2 + 2.0 * SLOWER * IDM_ACCELERATION * places
-    reached = np.sqrt(np.minimum(gained, SLOWER**2 * allowed))
-    mean = np.maximum(0.5 * (reached[1:] + reached[:-1]), LEAST_PACE)
-    times = np.zeros(len(places))
-    np.cumsum((places[1:] - places[:-1]) / mean, out=times[1:])
-    return np.interp(TIMES, times, places)
+@compiled(REALS_2D, REALS, REAL, REALS_2D)
+def _poses(points, headings, past, travel):
+    poses = np.empty((travel.shape[0], travel.shape[1], 3))
+    for row in range(travel.shape[0]):
+        for step in range(travel.shape[1]):
+            place = min(past + travel[row, step], len(points) - 1.001)
+            index = int(place)
+            share = place - index
+            for axis in range(2):
+                begin = points[index, axis]
+                poses[row, step, axis] = begin + share * (points[index + 1, axis] - begin)
+            poses[row, step, 2] = headings[index]
+    return poses

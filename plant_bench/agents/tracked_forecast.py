@@ -4,21 +4,28 @@ Nothing here is privileged: it is what a tracker tells (`features.tracks`). A dr
 from a stop line, or has begun to turn, is seen to do so about half a second later.
 """
 
+import math
+
 import numpy as np
-from jaxtyping import Float
 
 from plant_bench.agent import Observation
-from plant_bench.agents.forecast import (
-    STANDING,
-    STEP,
-    TIMES,
-    Forecast,
-    actors_in,
-    margins,
+from plant_bench.agents.forecast import STANDING, STEP, STEPS, Forecast, actors_in, margins
+from plant_bench.compiled import (
+    FLAGS,
+    NEW_REALS,
+    NEW_REALS_2D,
+    REAL,
+    REALS,
+    SINGLE,
+    SINGLES,
+    SINGLES_2D,
+    WHOLE,
+    WHOLES,
+    compiled,
 )
 from plant_bench.features.meetings import FASTEST, FIRMEST, HARDEST, WIDEST
-from plant_bench.features.tracks import Rates, Tracks, no_rates, rows_of
-from plant_bench.world.scene import ActorKind, Actors
+from plant_bench.features.tracks import Rates, Tracks
+from plant_bench.world.scene import ActorKind
 
 HELD = 2.0  # s for which an acceleration is believed to last
 TURNING = 1.0  # m/s from which a change of heading is a curve
@@ -62,58 +69,67 @@ class TrackedForecast:
             AgentError: The observation holds no actors.
         """
         actors = actors_in(observation)
-        chosen = actors.only(keep)
-        rates = self._rates_of(chosen)
-        speeds = chosen.speeds.astype(float)
-        early, late = _travel(speeds, rates.accelerations.astype(float))
-        poses = _curves(chosen.poses.astype(float), speeds, rates.turns, 0.5 * (early + late))
-        extents = chosen.extents.astype(float)
-        standing = speeds < STANDING
-        lengths = extents[:, 0, None] + early - late
-        return Forecast(poses, lengths, extents[:, 1], standing, margins(chosen.kinds, standing))
-
-    def _rates_of(self, actors: Actors) -> Rates:
-        """Return how actors change; people are taken to walk straight on."""
-        rates = no_rates(actors)
-        if self._rates is None:
-            return rates
-        known, rows = rows_of(actors.ids, self._ids)
-        rates.accelerations[known] = self._rates.accelerations[rows]
-        rates.turns[known] = self._rates.turns[rows]
-        walking = actors.kinds == ActorKind.PEDESTRIAN
-        rates.accelerations[walking] = rates.turns[walking] = 0.0
-        return rates
-
-
-def _travel(
-    speeds: Float[np.ndarray, " actors"], pulls: Float[np.ndarray, " actors"]
-) -> tuple[Float[np.ndarray, "actors steps"], Float[np.ndarray, "actors steps"]]:
-    """Return how far actors get at most and at least."""
-    pulls = pulls.clip(HARDEST, FIRMEST)
-    tops = np.maximum(speeds, FASTEST)[:, None]
-    paces = (speeds[:, None] + pulls[:, None] * np.minimum(TIMES, HELD)).clip(0.0, tops)
-    changing = np.zeros_like(paces)
-    np.cumsum(0.5 * STEP * (paces[:, 1:] + paces[:, :-1]), axis=1, out=changing[:, 1:])
-    keeping = speeds[:, None] * TIMES
-    return np.maximum(changing, keeping), np.minimum(changing, keeping)
+        rates = self._rates
+        if rates is None:
+            nothing = np.empty(0, np.float32)
+            rates = Rates(nothing, nothing)
+        kinds, speeds = actors.kinds[keep], actors.speeds[keep]
+        poses, lengths = _forecast(
+            actors.ids[keep],
+            actors.poses[keep],
+            speeds,
+            actors.extents[keep],
+            kinds == ActorKind.PEDESTRIAN,
+            self._ids[: len(rates.turns)],
+            rates.accelerations,
+            rates.turns,
+            np.array((HARDEST, FIRMEST, FASTEST, WIDEST, STEP)),
+            STEPS,
+        )
+        standing = speeds.astype(float) < STANDING
+        widths = actors.extents[keep, 1].astype(float)
+        return Forecast(poses, lengths, widths, standing, margins(kinds, standing))
 
 
-def _curves(
-    poses: Float[np.ndarray, "actors 3"],
-    speeds: Float[np.ndarray, " actors"],
-    turns: Float[np.ndarray, " actors"],
-    travel: Float[np.ndarray, "actors steps"],
-) -> Float[np.ndarray, "actors steps 3"]:
-    """Return the poses after some distances along the circles on which actors turn."""
-    bends = np.where(speeds > TURNING, turns / np.maximum(speeds, TURNING), 0.0)
-    turned = (bends.clip(-SHARPEST, SHARPEST)[:, None] * travel).clip(-WIDEST, WIDEST)
-    yaws = poses[:, 2, None] + turned
-    cos, sin = np.cos(yaws), np.sin(yaws)
-    ahead = np.diff(travel, axis=1)
-    found = np.empty((*travel.shape, 3))
-    found[:, 0, :2] = 0.0
-    np.cumsum(0.5 * (cos[:, 1:] + cos[:, :-1]) * ahead, axis=1, out=found[:, 1:, 0])
-    np.cumsum(0.5 * (sin[:, 1:] + sin[:, :-1]) * ahead, axis=1, out=found[:, 1:, 1])
-    found[..., :2] += poses[:, None, :2]
-    found[..., 2] = yaws
-    return found
+@compiled(NEW_REALS_2D, NEW_REALS, SINGLES, SINGLE, SINGLE, REAL, REAL, REALS)
+def _go(poses, lengths, pose, pace, length, pull, turn, numbers):
+    """Fill in where one actor is and how long its box is, on the circle on which it turns."""
+    hardest, firmest, fastest, widest, interval = numbers
+    speed, x, y, yaw = (
+        np.float64(pace),
+        np.float64(pose[0]),
+        np.float64(pose[1]),
+        np.float64(pose[2]),
+    )
+    pull, top = min(max(pull, hardest), firmest), max(speed, fastest)
+    bend = min(max(turn / max(speed, TURNING), -SHARPEST), SHARPEST) if speed > TURNING else 0.0
+    last_pace = changed = gone_x = gone_y = last_cos = last_sin = last_travel = 0.0
+    for step in range(len(lengths)):
+        time = step * interval
+        now = min(max(speed + pull * min(time, HELD), 0.0), top)
+        if step:
+            changed += 0.5 * interval * (now + last_pace)
+        early, late = max(changed, speed * time), min(changed, speed * time)
+        travel = 0.5 * (early + late)
+        turned = yaw + min(max(bend * travel, -widest), widest)
+        cos, sin = math.cos(turned), math.sin(turned)
+        if step:
+            gone_x += 0.5 * (cos + last_cos) * (travel - last_travel)
+            gone_y += 0.5 * (sin + last_sin) * (travel - last_travel)
+        poses[step, 0], poses[step, 1], poses[step, 2] = gone_x + x, gone_y + y, turned
+        lengths[step] = length + early - late
+        last_pace, last_cos, last_sin, last_travel = now, cos, sin, travel
+
+
+@compiled(WHOLES, SINGLES_2D, SINGLES, SINGLES_2D, FLAGS, WHOLES, SINGLES, SINGLES, REALS, WHOLE)
+def _forecast(ids, poses, speeds, extents, walking, known, accelerations, turns, numbers, steps):
+    """Return the poses and lengths of a forecast; people are taken to walk straight on."""
+    found, lengths = np.empty((len(ids), steps, 3)), np.empty((len(ids), steps))
+    for row in range(len(ids)):
+        pull = turn = np.float64(0.0)
+        for place in range(len(known)):
+            if known[place] == ids[row] and not walking[row]:
+                pull, turn = np.float64(accelerations[place]), np.float64(turns[place])
+                break
+        _go(found[row], lengths[row], poses[row], speeds[row], extents[row, 0], pull, turn, numbers)
+    return found, lengths

@@ -32,7 +32,7 @@ from plant_bench.runner.run_folder import RunFolder
 from plant_bench.runner.speed import read_timings, speed_of, write_speed
 from plant_bench.runner.summary import write_summary
 from plant_bench.runner.timing import Timing
-from plant_bench.sim.traffic import density_of
+from plant_bench.sim.densities import density_of
 from plant_bench.training.ablations import Recipe, Variant, trainings_of, variants_of
 from plant_bench.training.shards import recordings_in
 from plant_bench.training.threads import threads_kept

@@ -9,15 +9,13 @@ import typer
 
 from plant_bench.cli.options import EXIT_INTERRUPTED
 from plant_bench.cli.progress import RunProgress
-from plant_bench.reports.tables import print_planner_time, print_speed, print_summary
 from plant_bench.runner.claims import Shard
-from plant_bench.runner.executors import Executor
+from plant_bench.runner.executors import Executor, LocalExecutor
 from plant_bench.runner.isolation import Isolation, isolated
 from plant_bench.runner.jobs import episode_name
 from plant_bench.runner.run import Run, ScoreRequest, open_run
 from plant_bench.runner.speed import read_timings, speed_of, write_speed
-from plant_bench.runner.suite import run_suite
-from plant_bench.runner.summary import write_summary
+from plant_bench.runner.suite import modules_needed, run_suite
 from plant_bench.scoring.infractions import Status
 from plant_bench.scoring.laws import Law
 
@@ -61,6 +59,9 @@ def drive(request: ScoreRequest, out: Path | None, how: Driving) -> int:
     run = drive_missing(request, out, how)
     if run is None:
         return EXIT_INTERRUPTED
+    from plant_bench.reports.tables import print_planner_time, print_speed, print_summary
+    from plant_bench.runner.summary import write_summary
+
     if left := run.unfinished_by_others():
         typer.echo(
             f"Shard {how.shard} is finished: {len(run.jobs)} episodes. Of the other shards' "
@@ -85,8 +86,10 @@ def drive_missing(request: ScoreRequest, out: Path | None, how: Driving) -> Run 
     """
     with ExitStack() as hold:
         hold.enter_context(isolated(how.isolation))  # this process loads planners, too
-        if how.executor is not None:
-            hold.enter_context(how.executor.connected())  # before the run's folder is made
+        executor = how.executor or LocalExecutor(
+            how.workers, modules_needed(request.agent, how.isolation)
+        )
+        hold.enter_context(executor.connected())  # before the run's folder is made
         run = open_run(request, out, overwrite=how.overwrite, shard=how.shard, hold=hold)
         for note in run.notes:
             typer.echo(note, err=True)
@@ -99,7 +102,7 @@ def drive_missing(request: ScoreRequest, out: Path | None, how: Driving) -> Run 
                     workers=how.workers,
                     recordings=how.recordings,
                     on_event=progress,
-                    executor=how.executor,
+                    executor=executor,
                     isolation=how.isolation,
                 )
         except KeyboardInterrupt:
@@ -127,6 +130,8 @@ def say_crashes(run: Run) -> int:
 
 
 def _say_stopped(run: Run, law: Law) -> None:
+    from plant_bench.runner.summary import write_summary
+
     run.sweep()
     left = run.unfinished()
     if left < len(run.jobs) and not run.others:

@@ -6,7 +6,15 @@ from typing import Annotated
 import typer
 
 from plant_bench.cli.interrupts import ending_at_ctrl_c
+from plant_bench.cli.isolating import (
+    IsolateOption,
+    MemoryLimitOption,
+    StartUpLimitOption,
+    TickLimitOption,
+    isolation_for,
+)
 from plant_bench.cli.options import CORES
+from plant_bench.errors import InputError
 
 
 def verify_run(
@@ -36,6 +44,10 @@ def verify_run(
         int | None, typer.Option(help="And how often; as the run says without it.", min=1)
     ] = None,
     json: Annotated[Path | None, typer.Option(help="Write what was found for machines.")] = None,
+    isolate: IsolateOption = False,
+    tick_limit: TickLimitOption = None,
+    start_up_limit: StartUpLimitOption = None,
+    memory_limit: MemoryLimitOption = None,
 ) -> None:
     """Confirm a run's scores: simulate a sample of its episodes again, and check all the rest.
 
@@ -51,12 +63,24 @@ def verify_run(
 
         plant-bench verify submitted --sample 20 --json verdict.json
 
-        plant-bench verify submitted --agent their_agent.py:Agent --all
+        plant-bench verify submitted --agent their_agent.py:Agent --isolate --all
     """
     from plant_bench.cli.verifying import VerifyRequest, verify
 
+    if isolate and agent is None:
+        message = "--isolate keeps the planner apart that --agent names: give --agent, too."
+        raise InputError(message)
+    isolation = isolation_for(
+        agent or "", isolate=isolate, tick=tick_limit, start_up=start_up_limit, memory=memory_limit
+    )
     request = VerifyRequest(
-        run, "100%" if all_of_them else sample, seed, workers, agent, controls=controls
+        run,
+        "100%" if all_of_them else sample,
+        seed,
+        workers,
+        agent,
+        controls=controls,
+        isolation=isolation,
     )
     with ending_at_ctrl_c():
         confirmed = verify(request, suite=suite, routes=routes, repetitions=repetitions, out=json)

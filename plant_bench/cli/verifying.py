@@ -12,6 +12,7 @@ from plant_bench.agents.registry import AGENTS, agent_checksum
 from plant_bench.cli.bars import progress_bars
 from plant_bench.errors import InputError
 from plant_bench.reports.verification import Verification, print_submission, print_verification
+from plant_bench.runner.isolation import Isolation, isolated
 from plant_bench.runner.provenance import Provenance
 from plant_bench.runner.submission import read_submission
 from plant_bench.runner.verification import AGENT, CONTROLS, sample_of, verify_episodes
@@ -31,6 +32,7 @@ class VerifyRequest:
         workers: Processes.
         agent: Who drives, None for the run's own if it is one of ours.
         controls: Whether the recorded controls are executed instead.
+        isolation: Keeps the agent that is named in a process of its own.
     """
 
     run: Path
@@ -39,6 +41,7 @@ class VerifyRequest:
     workers: int
     agent: str | None
     controls: bool
+    isolation: Isolation | None = None
 
     def size(self, records: int) -> int:
         """Return how many of so many episodes are wanted, one at least.
@@ -79,7 +82,8 @@ def verify(
     run = read_submission(request.run, suite=suite, selection=routes, repetitions=repetitions)
     print_submission(run)
     seed = secrets.randbelow(_SEEDS) if request.seed is None else request.seed
-    agent = _driver(request, run.provenance)
+    with isolated(request.isolation):  # its checksum is asked here
+        agent = _driver(request, run.provenance)
     checked = []
     if run.records:
         names = sample_of(run.records, request.size(len(run.records)), seed)
@@ -91,6 +95,7 @@ def verify(
                 agent=agent,
                 workers=request.workers,
                 on_share=lambda share: bars.update(task, completed=share),
+                isolation=request.isolation,
             )
     found = Verification(run, checked, CONTROLS if agent is None else AGENT, seed)
     print_verification(found)

@@ -3,15 +3,13 @@
 import math
 from dataclasses import dataclass
 
-import numpy as np
-
 from plant_bench.agent import Observation, RouteAhead
 from plant_bench.errors import AgentError
+from plant_bench.features.limits import allowed_speed
 from plant_bench.features.tokens import STOPS, Tokens, TokenSpec, tokens_of
 from plant_bench.features.tracks import Rates
 from plant_bench.world.scene import EgoState
 
-CURVE_BRAKING = 1.8  # m/s2 towards a lower speed limit ahead
 TARGET_AHEAD = 20  # m along the route to the decoder's target point
 
 
@@ -64,12 +62,6 @@ def scene_input(
         float(ego.speed),
         allowed_speed(route),
     )
-
-
-def allowed_speed(route: RouteAhead) -> float:
-    """Return the speed from which all limits ahead are met with comfortable braking, m/s."""
-    distance = np.maximum(np.arange(len(route.speed_limits)) - 1.0, 0.0)
-    return float(np.sqrt(np.min(route.speed_limits**2 + 2.0 * CURVE_BRAKING * distance)))
 
 
 def _target(ego: EgoState, route: RouteAhead) -> tuple[float, float]:

@@ -14,9 +14,10 @@ import shapely
 from jaxtyping import Float, Int, UInt8
 
 from plant_bench.agent import NextLight, RouteAhead
+from plant_bench.compiled import FLAG, FLAGS, REALS, SINGLES, SINGLES_2D, WHOLES, compiled
 from plant_bench.features.meetings import MEETING_ATTRIBUTES, meetings
 from plant_bench.features.tracks import TRACK_ATTRIBUTES, Rates, no_rates
-from plant_bench.geometry.pose import wrap_angle, wrap_angles
+from plant_bench.geometry.pose import wrap_angle
 from plant_bench.world.scene import EGO_LENGTH, EGO_WIDTH, ActorKind, Actors, EgoState, Light
 
 ATTRIBUTES = 6
@@ -144,15 +145,22 @@ def actor_attributes(
     ego: EgoState, actors: Actors, places: Int[np.ndarray, " tokens"]
 ) -> Float[np.ndarray, "tokens 6"]:
     """Return the six attributes of some actors in the frame of `ego`, in the order of `places`."""
-    cos, sin = math.cos(ego.yaw), math.sin(ego.yaw)
-    poses = actors.poses[places].astype(float)
-    dx, dy = poses[:, 0] - ego.x, poses[:, 1] - ego.y
+    return _in_frame(np.array(ego.pose), actors.poses, actors.speeds, actors.extents, places)
+
+
+@compiled(REALS, SINGLES_2D, SINGLES, SINGLES_2D, WHOLES)
+def _in_frame(frame, poses, speeds, extents, places):
+    cos, sin = math.cos(frame[2]), math.sin(frame[2])
     attributes = np.empty((len(places), ATTRIBUTES))
-    attributes[:, 0] = actors.speeds[places]
-    attributes[:, 1] = cos * dx + sin * dy
-    attributes[:, 2] = cos * dy - sin * dx
-    attributes[:, 3] = wrap_angles(poses[:, 2] - ego.yaw)
-    attributes[:, 4:] = actors.extents[places, ::-1]
+    for row in range(len(places)):
+        actor = places[row]
+        dx, dy = poses[actor, 0] - frame[0], poses[actor, 1] - frame[1]
+        turn = poses[actor, 2] - frame[2]
+        attributes[row, 0] = speeds[actor]
+        attributes[row, 1] = cos * dx + sin * dy
+        attributes[row, 2] = cos * dy - sin * dx
+        attributes[row, 3] = (turn + math.pi) % (2.0 * math.pi) - math.pi
+        attributes[row, 4], attributes[row, 5] = extents[actor, 1], extents[actor, 0]
     return attributes
 
 
@@ -195,22 +203,46 @@ def stop_line_attributes(
 
 def _nearest_first(ego: EgoState, actors: Actors, spec: TokenSpec) -> Int[np.ndarray, " tokens"]:
     """Return the places of the actors that count; equal distances by id, the actors' order."""
-    poses = actors.poses
-    dx, dy = poses[:, 0] - ego.x, poses[:, 1] - ego.y
-    squares = dx * dx + dy * dy
-    counts = squares < spec.reach * spec.reach
-    if spec.foresight:
-        u = actors.speeds * np.cos(poses[:, 2]) - ego.speed * math.cos(ego.yaw)
-        v = actors.speeds * np.sin(poses[:, 2]) - ego.speed * math.sin(ego.yaw)
-        nearing = np.maximum(u * u + v * v, LEAST_SQUARE)
-        time = np.clip(-(dx * u + dy * v) / nearing, 0.0, spec.foresight)
-        counts |= (dx + u * time) ** 2 + (dy + v * time) ** 2 < spec.reach * spec.reach
-    if not spec.vulnerable:
-        counts &= actors.kinds != ActorKind.PEDESTRIAN
-    if not spec.rear:
-        counts &= math.cos(ego.yaw) * dx + math.sin(ego.yaw) * dy >= 0.0
-    places = counts.nonzero()[0]
-    return places[squares[places].argsort(kind="stable")]
+    yaws = actors.poses[:, 2]
+    counts = actors.kinds != ActorKind.PEDESTRIAN
+    return _sorted_near(
+        np.array((ego.x, ego.y, ego.yaw, ego.speed, spec.reach, spec.foresight)),
+        actors.poses,
+        actors.speeds,
+        np.cos(yaws),  # of float32: numpy's own, which the C library's do not equal
+        np.sin(yaws),
+        counts | spec.vulnerable,
+        spec.rear,
+    )
+
+
+@compiled(REALS, SINGLES_2D, SINGLES, SINGLES, SINGLES, FLAGS, FLAG)
+def _sorted_near(ego, poses, speeds, cos, sin, counts, rear):
+    single = np.float32
+    x, y, reach, foresight = single(ego[0]), single(ego[1]), ego[4], single(ego[5])
+    ego_cos, ego_sin = math.cos(ego[2]), math.sin(ego[2])
+    ego_u, ego_v = single(ego[3] * ego_cos), single(ego[3] * ego_sin)
+    squares, places, near = np.empty(len(poses), single), np.empty(len(poses), np.int64), 0
+    for row in range(len(poses)):
+        dx, dy = poses[row, 0] - x, poses[row, 1] - y
+        square = dx * dx + dy * dy
+        inside = square < single(reach * reach)
+        if not inside and foresight > single(0.0):
+            u, v = speeds[row] * cos[row] - ego_u, speeds[row] * sin[row] - ego_v
+            nearing = max(u * u + v * v, single(LEAST_SQUARE))
+            time = min(max(-(dx * u + dy * v) / nearing, single(0.0)), foresight)
+            then_x, then_y = dx + u * time, dy + v * time
+            inside = then_x * then_x + then_y * then_y < single(reach * reach)
+        ahead = single(ego_cos) * dx + single(ego_sin) * dy >= single(0.0)
+        if not (inside and counts[row] and (rear or ahead)):
+            continue
+        place = near  # equal ones stay in their order
+        while place and squares[place - 1] > square:
+            squares[place], places[place] = squares[place - 1], places[place - 1]
+            place -= 1
+        squares[place], places[place] = square, row
+        near += 1
+    return places[:near]
 
 
 _Point = list[float]

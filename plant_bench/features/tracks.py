@@ -5,13 +5,14 @@ who goes straight on. Nothing here is privileged: it is the difference of two ob
 """
 
 import copy
+import math
 from collections import deque
 from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float, Int
 
-from plant_bench.geometry.pose import wrap_angles
+from plant_bench.compiled import REAL, SINGLES, SINGLES_2D, WHOLES, compiled
 from plant_bench.world.scene import Actors
 
 # s between the two observations: half a second, as in the data, less what decisions are apart.
@@ -51,12 +52,26 @@ def rows_of(
 
 def rates_between(before: Actors, now: Actors, seconds: float) -> Rates:
     """Return how actors have changed between two instants, in the order of the later one."""
-    rates = no_rates(now)
-    known, then = rows_of(now.ids, before.ids)
-    rates.accelerations[known] = (now.speeds[known] - before.speeds[then]) / seconds
-    turned = wrap_angles(now.poses[known, 2].astype(float) - before.poses[then, 2])
-    rates.turns[known] = turned / seconds
-    return rates
+    return Rates(
+        *_rates_between(
+            before.ids, before.poses, before.speeds, now.ids, now.poses, now.speeds, seconds
+        )
+    )
+
+
+@compiled(WHOLES, SINGLES_2D, SINGLES, WHOLES, SINGLES_2D, SINGLES, REAL)
+def _rates_between(old_ids, old_poses, old_speeds, ids, poses, speeds, seconds):
+    accelerations = np.zeros(len(ids), np.float32)
+    turns = np.zeros(len(ids), np.float32)
+    for row in range(len(ids)):
+        for old in range(len(old_ids)):
+            if old_ids[old] != ids[row]:
+                continue
+            accelerations[row] = (speeds[row] - old_speeds[old]) / np.float32(seconds)
+            turned = np.float64(poses[row, 2]) - np.float64(old_poses[old, 2])
+            turns[row] = ((turned + math.pi) % (2.0 * math.pi) - math.pi) / seconds
+            break
+    return accelerations, turns
 
 
 class Tracks:

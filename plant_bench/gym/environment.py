@@ -21,7 +21,7 @@ from plant_bench.gym.transition import Reward
 from plant_bench.runner.jobs import Job, repetition_seed, select_routes
 from plant_bench.scoring.infractions import InfractionKind, Status
 from plant_bench.scoring.results import EpisodeResult
-from plant_bench.sim.traffic import density_of
+from plant_bench.sim.densities import density_of
 from plant_bench.world.route import Route, load_suite
 from plant_bench.world.scene import TICK
 

@@ -24,7 +24,7 @@ from plant_bench.runner.jobs import rules_checksum
 from plant_bench.runner.provenance import installed_versions, without_folders
 from plant_bench.runner.takeover import check_driver
 from plant_bench.runner.timing import Timing
-from plant_bench.sim.traffic import density_of
+from plant_bench.sim.densities import density_of
 from plant_bench.towns.training_towns import TrainingTown, training_towns
 from plant_bench.world.route import PROTOCOL, Route
 

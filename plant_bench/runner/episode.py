@@ -1,7 +1,6 @@
 """One episode: the one loop in which everything meets."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol, runtime_checkable
 
@@ -23,23 +22,16 @@ from plant_bench.errors import AgentError
 from plant_bench.runner.asking import asked
 from plant_bench.runner.jobs import Job
 from plant_bench.runner.observing import observe
-from plant_bench.runner.timing import Stopwatch, Timing
+from plant_bench.runner.outcome import Episode
+from plant_bench.runner.timing import Stopwatch
 from plant_bench.scoring.infractions import Status
 from plant_bench.scoring.referee import Referee, result_of
-from plant_bench.scoring.results import Crash, EpisodeResult, HazardRecord
+from plant_bench.scoring.results import Crash, HazardRecord
 from plant_bench.sim.simulation import Simulation
 from plant_bench.world.route import Route
 from plant_bench.world.scene import Scene
 
 PROGRESS_INTERVAL = 100  # ticks between two calls of the progress callback
-
-
-@dataclass(frozen=True)
-class Episode:
-    """An episode that has ended."""
-
-    result: EpisodeResult
-    timing: Timing
 
 
 @runtime_checkable

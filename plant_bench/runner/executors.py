@@ -10,8 +10,8 @@ worker said before it died.
 """
 
 from collections import Counter, deque
-from collections.abc import Callable, Sequence
-from contextlib import AbstractContextManager, nullcontext
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import dataclass
 from multiprocessing import connection
 from multiprocessing.connection import Connection
@@ -21,7 +21,7 @@ from typing import Any, Protocol, runtime_checkable
 
 from plant_bench.errors import InputError, SimulationError
 from plant_bench.runner.processes import cause_of_death, start_process
-from plant_bench.runner.worker import Done, Failed, Message, Ready, Share, Work, serve
+from plant_bench.runner.worker import Done, Failed, Message, Ready, Share, Work, serve, stand_by
 
 TRIES = 2  # a task that fails this often is lost
 STARTS = 3  # workers that die in a row before they are ready end the run
@@ -74,6 +74,7 @@ class Lost:
 Event = Started | Progressed | Finished | Retried | Lost
 Listener = Callable[[Event], None]
 Keep = Callable[[str, bytes], None]
+_Process = tuple[SpawnProcess, Connection]
 
 
 @runtime_checkable
@@ -108,26 +109,46 @@ class Executor(Protocol):
         ...
 
 
-@dataclass(frozen=True)
 class LocalExecutor:
-    """Runs tasks in processes of this machine.
+    """Runs tasks in processes of this machine; mutable: it may have some that stand by.
 
-    Attributes:
+    Args:
         workers: Number of processes.
+        modules: What they may load while this process still finds out what there is to do.
     """
 
-    workers: int
+    def __init__(self, workers: int, modules: Sequence[str] = ()) -> None:
+        self.workers = workers
+        self._modules = tuple(modules)
+        self._waiting: list[_Process] = []
 
-    def connected(self) -> AbstractContextManager[None]:
-        """Nothing is needed; see `Executor`."""
-        return nullcontext()
+    @contextmanager
+    def connected(self) -> Iterator[None]:
+        """Have processes load what they need; see `Executor`."""
+        try:
+            for _ in range(self.workers):
+                self._waiting.append(start_process(stand_by, self._modules))
+            yield
+        finally:
+            for process, pipe in self._waiting:
+                process.kill()
+                process.join()
+                pipe.close()
+            self._waiting.clear()
 
     def run_tasks(
         self, tasks: Sequence[Any], work: Work, *, on_event: Listener, logs: Path, keep: Keep
     ) -> None:
         """Run all tasks; see `Executor` and the function `run_tasks`."""
         del keep  # workers here write into the run's folder themselves
-        run_tasks(tasks, work, workers=self.workers, on_event=on_event, logs=logs)
+        run_tasks(
+            tasks,
+            work,
+            workers=self.workers,
+            on_event=on_event,
+            logs=logs,
+            waiting=self._waiting,
+        )
 
 
 class Agenda:
@@ -160,6 +181,7 @@ def run_tasks(
     workers: int,
     on_event: Listener,
     logs: Path | None = None,
+    waiting: list[_Process] | None = None,
 ) -> None:
     """Run all tasks, begun in the given order as workers become free.
 
@@ -172,12 +194,13 @@ def run_tasks(
         workers: Number of processes.
         on_event: Called in this process, one event after the other.
         logs: Folder that takes what workers print; without it they print to the terminal.
+        waiting: Processes that stand by; those that are used are taken out.
 
     Raises:
         InputError: A worker raised one, or met an error such as a full disk.
         SimulationError: Worker processes do not start.
     """
-    pool = _Pool(tasks, work, on_event, logs)
+    pool = _Pool(tasks, work, on_event, logs, [] if waiting is None else waiting)
     try:
         for number in range(min(workers, len(tasks))):
             pool.start(number)
@@ -200,12 +223,18 @@ class _Pool:
     """Worker processes and what they have to do; changes with each message that comes in."""
 
     def __init__(
-        self, tasks: Sequence[Any], work: Work, on_event: Listener, logs: Path | None
+        self,
+        tasks: Sequence[Any],
+        work: Work,
+        on_event: Listener,
+        logs: Path | None,
+        waiting: list[_Process],
     ) -> None:
         self._tasks = tasks
         self._work = work
         self._on_event = on_event
         self._logs = logs
+        self._waiting = waiting
         self._workers: list[_Worker] = []
         self._agenda = Agenda(len(tasks), on_event)
         self._stillborn = 0  # workers in a row that died before they were ready
@@ -213,7 +242,12 @@ class _Pool:
     def start(self, number: int) -> None:
         """Start a worker in a process of its own."""
         log = None if self._logs is None else self._logs / f"worker{number}.log"
-        process, pipe = start_process(serve, self._work, log)
+        if self._waiting:
+            process, pipe = self._waiting.pop(0)
+            with suppress(OSError):  # it has died: its pipe will tell
+                pipe.send((self._work, log))
+        else:
+            process, pipe = start_process(serve, self._work, log)
         self._workers.append(_Worker(number, process, pipe))
 
     def stop(self) -> None:

@@ -17,7 +17,7 @@ from plant_bench.world.route import NO_HAZARDS_PROTOCOL, PROTOCOL, Route
 from plant_bench.world.town import town_checksum
 
 RUN_FORMAT = 1
-_PACKAGES = ("libsumo", "eclipse-sumo", "numpy", "pyarrow", "torch")
+_PACKAGES = ("libsumo", "eclipse-sumo", "numpy", "numba", "pyarrow", "torch")
 
 
 class Provenance(BaseModel):

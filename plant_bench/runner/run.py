@@ -13,7 +13,7 @@ from plant_bench.runner.claims import Shard, claimed
 from plant_bench.runner.jobs import Job, episode_name, make_jobs, select_routes
 from plant_bench.runner.provenance import Provenance, provenance
 from plant_bench.runner.run_folder import RunFolder
-from plant_bench.sim.traffic import density_of
+from plant_bench.sim.densities import density_of
 from plant_bench.world.route import Route, load_suite
 from plant_bench.world.town import load_town
 

@@ -5,9 +5,8 @@ from dataclasses import dataclass, replace
 from importlib import import_module
 from pathlib import Path
 
-from plant_bench.agents.registry import load_agent
+from plant_bench.agents.registry import load_agent, own_module
 from plant_bench.runner.cargo import Needs, Place, shipped
-from plant_bench.runner.episode import Episode
 from plant_bench.runner.executors import (
     Event,
     Executor,
@@ -20,6 +19,7 @@ from plant_bench.runner.executors import (
 )
 from plant_bench.runner.isolation import Isolation, isolated
 from plant_bench.runner.jobs import Job, episode_name
+from plant_bench.runner.outcome import Episode
 from plant_bench.runner.run_folder import RunFolder
 from plant_bench.runner.timing import Timing
 from plant_bench.runner.worker import Report
@@ -109,11 +109,11 @@ def run_suite(
     Args:
         jobs: What to run; records that are there are replaced.
         folder: Where to write.
-        workers: Number of processes, of this machine.
+        workers: Number of processes of this machine, without an executor.
         recordings: Also write every tick.
         on_event: Told what happens, in this process.
         run_episode: "module:function" that runs a job.
-        executor: Runs the jobs somewhere else, with as many workers as it likes.
+        executor: Runs the jobs, with as many workers as it likes.
         isolation: Keeps the planner in a process of its own.
 
     Raises:
@@ -151,6 +151,12 @@ def run_suite(
     executor = LocalExecutor(workers) if executor is None else executor
     logs = folder.path / "logs"
     executor.run_tasks(tasks, _run_task, on_event=listen, logs=logs, keep=folder.keep)
+
+
+def modules_needed(agent: str, isolation: Isolation | None) -> tuple[str, ...]:
+    """Return what workers may load before they are given an episode."""
+    modules = RUN_EPISODE.partition(":")[0], own_module(agent)
+    return tuple(name for name in modules[: 1 if isolation else 2] if name)
 
 
 def _run_task(task: _Task, report: Report) -> Episode:

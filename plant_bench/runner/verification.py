@@ -12,6 +12,7 @@ from plant_bench.errors import SimulationError, in_one_line
 from plant_bench.runner.differences import Checked, Difference, first_difference
 from plant_bench.runner.episode import run_episode
 from plant_bench.runner.executors import Event, Finished, Lost, Progressed, run_tasks
+from plant_bench.runner.isolation import Isolation, isolated
 from plant_bench.runner.jobs import Job
 from plant_bench.runner.resimulation import simulate_again
 from plant_bench.runner.submission import Submission
@@ -34,12 +35,14 @@ class Task:
         job: What it should be.
         record: What is told of it.
         recording: Whose controls are executed; None where the agent drives.
+        isolation: Keeps the agent in a process of its own.
     """
 
     name: str
     job: Job
     record: EpisodeResult
     recording: Path | None
+    isolation: Isolation | None = None
 
 
 def sample_of(records: Mapping[str, EpisodeResult], size: int, seed: int) -> list[str]:
@@ -69,6 +72,7 @@ def verify_episodes(
     agent: str | None,
     workers: int,
     on_share: OnShare,
+    isolation: Isolation | None = None,
 ) -> list[Checked]:
     """Simulate episodes again.
 
@@ -78,12 +82,13 @@ def verify_episodes(
         agent: Who drives, as given to `load_agent`; None for the recorded controls.
         workers: Processes.
         on_share: Told how much is done, 0 to 1.
+        isolation: Keeps the agent in a process of its own.
 
     Raises:
         InputError: The agent or a town cannot be used.
         SimulationError: Worker processes do not start.
     """
-    tasks = [_task(submission, name, agent) for name in names]
+    tasks = [_task(submission, name, agent, isolation) for name in names]
     shares = [0.0] * len(tasks)
     found: dict[int, Checked] = {}
 
@@ -101,12 +106,14 @@ def verify_episodes(
     return [found[place] for place in sorted(found)]
 
 
-def _task(submission: Submission, name: str, agent: str | None) -> Task:
+def _task(
+    submission: Submission, name: str, agent: str | None, isolation: Isolation | None
+) -> Task:
     record = submission.records[name]
     job = submission.job(record)
     if agent is None:
         return Task(name, job, record, submission.folder.recording_path(name))
-    return Task(name, Job(**{**vars(job), "agent": agent}), record, None)
+    return Task(name, Job(**{**vars(job), "agent": agent}), record, None, isolation)
 
 
 def check_episode(task: Task, report: Report) -> Checked:
@@ -117,7 +124,8 @@ def check_episode(task: Task, report: Report) -> Checked:
         SimulationError: SUMO fails.
     """
     if task.recording is None:
-        again = run_episode(task.job, progress=report).result
+        with isolated(task.isolation):
+            again = run_episode(task.job, progress=report).result
         again = again.model_copy(update={"agent": task.record.agent})
         return Checked(task.name, task.job.route.town, first_difference(task.record, again))
     try:

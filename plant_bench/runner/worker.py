@@ -6,8 +6,10 @@ import signal
 import sys
 import time
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
+from importlib import import_module
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
@@ -49,6 +51,24 @@ class Failed:
 
 
 Message = Ready | Share | Done | Failed
+
+
+def stand_by(pipe: Connection, modules: Sequence[str]) -> None:
+    """Load what will be needed, then `serve` with the work and the log that the pipe tells.
+
+    Args:
+        pipe: To the parent.
+        modules: To load. What fails is left to the work, which says why.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    for name in modules:
+        with suppress(Exception):
+            import_module(name)
+    try:
+        work, log = pipe.recv()
+    except (EOFError, OSError):
+        return
+    serve(pipe, work, log)
 
 
 def serve(pipe: Connection, work: Work, log: Path | None) -> None:

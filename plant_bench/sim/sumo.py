@@ -211,7 +211,8 @@ class Sumo:
 
     def position(self, vehicle: int) -> tuple[float, float]:
         """Return where a vehicle's front bumper is."""
-        return libsumo.vehicle.getPosition(str(vehicle))
+        state = self._watched.get(vehicle)
+        return libsumo.vehicle.getPosition(str(vehicle)) if state is None else (state.x, state.y)
 
     def waiting_time(self, vehicle: int) -> float:
         """Return for how many seconds a vehicle has been standing."""

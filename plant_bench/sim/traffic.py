@@ -12,13 +12,11 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Int
 
-from plant_bench.errors import InputError
 from plant_bench.sim.streets import SAMPLE_SPACING, StreetGrid
 from plant_bench.sim.sumo import Sumo
 from plant_bench.sim.vehicle_types import VEHICLE_TYPES, VehicleType
 from plant_bench.world.scene import EGO_LENGTH, ActorKind
 
-DENSITIES = {"empty": 0.0, "light": 4.0, "medium": 8.0, "dense": 20.0}  # vehicles per lane-km
 SIGHT = 80.0  # m: what the ego may see, and nothing appears or vanishes in
 ENTRY_RADIUS = 110.0  # m: nearest place to enter; a car at 20 m/s is seen after more than a second
 FILL_RADIUS = 135.0  # m: the density is kept within this distance of the ego
@@ -32,18 +30,6 @@ ENTRY_HEADWAY = 1.2
 MIX_GAIN = 3.0  # how strongly a kind that is short of its share is preferred
 
 _Taken = tuple[float, float, float]  # x, y and length of who is there
-
-
-def density_of(name: str) -> float:
-    """Return a density in vehicles per lane-km.
-
-    Raises:
-        InputError: There is no density of this name.
-    """
-    if name not in DENSITIES:
-        message = f"There is no density '{name}'. Densities: {', '.join(DENSITIES)}."
-        raise InputError(message)
-    return DENSITIES[name]
 
 
 class Traffic:

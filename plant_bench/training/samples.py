@@ -15,7 +15,8 @@ from plant_bench.agents.forecast import STEP
 from plant_bench.agents.rollouts import ego_poses, rollout
 from plant_bench.data.recording import Action, Recording
 from plant_bench.errors import InputError
-from plant_bench.features.inputs import SceneInput, allowed_speed, scene_input
+from plant_bench.features.inputs import SceneInput, scene_input
+from plant_bench.features.limits import allowed_speed
 from plant_bench.features.tokens import ATTRIBUTES, NOWHERE, Tokens, TokenSpec, actor_attributes
 from plant_bench.features.tracks import Rates, rates_between, rows_of
 from plant_bench.geometry.pose import to_frame

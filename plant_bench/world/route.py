@@ -247,7 +247,7 @@ class Scenario:
     Attributes:
         route: The route to drive.
         seed: Seeds the traffic and SUMO.
-        density: A name of `plant_bench.sim.traffic.DENSITIES`.
+        density: A name of `plant_bench.sim.densities.DENSITIES`.
         hazards: Whether the route's hazards are played.
     """
 

@@ -158,6 +158,23 @@ def test_rescore_and_compare_load_no_simulator():
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 
+@pytest.mark.parametrize(
+    ("module", "late"),
+    [
+        ("cli.drive", {"libsumo", "pandas", "numba", "torch", "matplotlib"}),
+        ("agents.cruise", {"numba", "torch", "shapely"}),
+        ("runner.episode", {"pandas", "numba", "torch", "matplotlib"}),
+    ],
+)
+def test_nothing_is_loaded_before_it_is_needed(module, late):
+    """Half a second of a run's start is at stake."""
+    code = f"import sys, plant_bench.{module}; sys.exit(', '.join({late!r} & sys.modules.keys()))"
+
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+
+    assert done.stderr.strip() == ""
+
+
 def test_the_command_line_starts_without_numbers_and_scores_without_what_isolation_needs():
     code = (
         "import sys; import plant_bench.cli; print('numpy' in sys.modules); "

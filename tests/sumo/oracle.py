@@ -7,10 +7,9 @@ from typing import NamedTuple
 import numpy as np
 
 from plant_bench.agent import Control, Input, Observation, Privileged, RouteAhead
-from plant_bench.agents.careful_driver import light_limit
-from plant_bench.agents.control import follow_route, idm
+from plant_bench.agents.control import follow_route, idm, light_limit
 from plant_bench.agents.corridor import corridor
-from plant_bench.features.inputs import allowed_speed
+from plant_bench.features.limits import allowed_speed
 from plant_bench.geometry.box import overlap_one
 from plant_bench.geometry.polyline import Cursor
 from plant_bench.runner.observing import observe

@@ -1,14 +1,18 @@
 """Episodes of a run verified with SUMO, by the agent and by the recorded controls."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from plant_bench.agents.registry import agent_checksum
+from plant_bench.agents.remote.connection import end_processes
+from plant_bench.agents.remote.process import Limits
 from plant_bench.data.recording import Recorder, Recording
 from plant_bench.runner.differences import Difference
 from plant_bench.runner.episode import run_episode
+from plant_bench.runner.isolation import isolation_of
 from plant_bench.runner.jobs import Job
 from plant_bench.runner.verification import Task, check_episode
 from plant_bench.scoring.results import EpisodeResult
@@ -76,3 +80,30 @@ def test_an_episode_without_a_recording_is_not_confirmed(
 
     assert found is not None
     assert found.told == "none"
+
+
+HANGS = """
+import time
+class Hangs:
+    inputs = frozenset()
+    def reset(self, route): ...
+    def act(self, observation):
+        time.sleep(600)
+"""
+
+
+@pytest.mark.parametrize("hangs", [False, True])
+def test_an_agent_in_a_process_of_its_own_drives_the_same_or_is_ended(
+    driven: tuple[Job, Path, EpisodeResult], tmp_path: Path, hangs: bool
+):
+    job, _, record = driven
+    file = tmp_path / "hangs.py"
+    file.write_text(HANGS)
+    agent = f"{file}:Hangs" if hangs else AGENT
+    isolation = isolation_of(agent, Limits(tick=0.5))
+
+    task = Task("name", replace(job, agent=agent), record, None, isolation)
+    found = check_episode(task, lambda _: None).difference
+    end_processes()
+
+    assert (found is not None and found.field == "status") is hangs

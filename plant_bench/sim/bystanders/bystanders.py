@@ -7,9 +7,10 @@ from plant_bench.sim.bystanders.parking import ParkedCars
 from plant_bench.sim.bystanders.stand_ins import StandIns
 from plant_bench.sim.bystanders.stepping_out import SteppingOut
 from plant_bench.sim.bystanders.walkers import Walkers
+from plant_bench.sim.densities import DENSITIES, density_of
 from plant_bench.sim.places import TownPlaces
 from plant_bench.sim.sumo import Sumo
-from plant_bench.sim.traffic import DENSITIES, SIGHT, Traffic, density_of
+from plant_bench.sim.traffic import SIGHT, Traffic
 from plant_bench.world.route import Scenario
 from plant_bench.world.scene import Actors, EgoState
 

@@ -3,7 +3,7 @@
 import copy
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 from plant_bench.geometry.polyline import resample
 from plant_bench.world.town import Town
@@ -22,14 +22,14 @@ class Roadway:
     def __init__(self, town: Town) -> None:
         lines = [resample(lane.points[:, :2], SPACING) for lane in town.lanes.values()]
         widths = [lane.width for lane in town.lanes.values()]
-        self._points = np.concatenate(lines)
+        self._x, self._y = np.concatenate(lines).T.copy()
         self._half = 0.5 * np.repeat(widths, [len(line) for line in lines])
 
     def around(self, x: float, y: float, radius: float) -> "Roadway":
         """Return the part within a square around a place: the rest is not met from there."""
         part = copy.copy(self)
-        near = np.abs(self._points - (x, y)).max(axis=1) < radius
-        part._points, part._half = self._points[near], self._half[near]
+        near = self._within(x, y, radius)
+        part._x, part._y, part._half = self._x[near], self._y[near], self._half[near]
         return part
 
     def clearance(self, places: Float[np.ndarray, "places 2"]) -> Float[np.ndarray, " places"]:
@@ -37,10 +37,15 @@ class Roadway:
 
         The places lie together, within some 20 m of each other.
         """
-        middle = places.mean(axis=0)
-        near = np.abs(self._points - middle).max(axis=1) < NEAR + np.abs(places - middle).max()
-        points, half = self._points[near], self._half[near]
-        if not len(points):
+        x, y = places.mean(axis=0)
+        near = self._within(x, y, NEAR + np.abs(places - (x, y)).max())
+        if not len(near):
             return np.full(len(places), NEAR)
-        apart = np.hypot(*np.moveaxis(places[:, None] - points, 2, 0)) - half
-        return apart.min(axis=1)
+        dx = places[:, 0, None] - self._x[near]
+        dy = places[:, 1, None] - self._y[near]
+        return (np.hypot(dx, dy) - self._half[near]).min(axis=1)
+
+    def _within(self, x: float, y: float, reach: float) -> Int[np.ndarray, " near"]:
+        """Return the points in a square of twice the reach around a place."""
+        near = (np.abs(self._x - x) < reach).nonzero()[0]
+        return near[np.abs(self._y[near] - y) < reach]

@@ -69,6 +69,7 @@ ACTS: dict[str, Callable[[Step], int]] = {
     "sleep": sleep,
     "threads": lambda step: int(os.environ["OMP_NUM_THREADS"]),
     "print": talk,
+    "pid": lambda step: os.getpid(),
     "write": write,
 }
 

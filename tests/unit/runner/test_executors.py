@@ -9,7 +9,15 @@ from pathlib import Path
 import pytest
 
 from plant_bench.errors import InputError, SimulationError
-from plant_bench.runner.executors import Event, Finished, Lost, Retried, Started, run_tasks
+from plant_bench.runner.executors import (
+    Event,
+    Finished,
+    LocalExecutor,
+    Lost,
+    Retried,
+    Started,
+    run_tasks,
+)
 
 
 @pytest.fixture
@@ -123,3 +131,39 @@ def test_workers_that_cannot_start_end_the_run(tmp_path, monkeypatch):
         run_tasks([1], work, workers=1, on_event=lambda event: None, logs=tmp_path)
 
     assert not multiprocessing.active_children()
+
+
+def test_processes_that_stand_by_do_the_work_and_are_gone_afterwards(scripted, tmp_path):
+    executor = LocalExecutor(2, ["json", "no_such_module"])
+    events: list[Event] = []
+    with executor.connected():
+        waiting = {child.pid for child in multiprocessing.active_children()}
+        steps = [scripted.Step("pid")] * 4
+        executor.run_tasks(
+            steps, scripted.do, on_event=events.append, logs=tmp_path, keep=lambda *_: None
+        )
+    assert len(values(events)) == 4
+    assert set(values(events).values()) <= waiting
+    assert not waiting & {child.pid for child in multiprocessing.active_children()}
+
+
+def test_who_dies_while_it_stands_by_costs_nothing(scripted, tmp_path):
+    executor = LocalExecutor(1)
+    events: list[Event] = []
+    with executor.connected():
+        for child in multiprocessing.active_children():
+            child.kill()
+            child.join()
+        executor.run_tasks(
+            [scripted.Step("give", 3)], scripted.do, on_event=events.append, logs=tmp_path,
+            keep=lambda *_: None,
+        )  # fmt: skip
+    assert values(events) == {0: 3}
+    assert not [event for event in events if isinstance(event, Retried)]
+
+
+def test_processes_that_stood_by_for_nothing_are_gone():
+    before = set(multiprocessing.active_children())
+    with LocalExecutor(2).connected():
+        assert len(set(multiprocessing.active_children()) - before) == 2
+    assert set(multiprocessing.active_children()) <= before

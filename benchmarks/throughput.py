@@ -3,9 +3,9 @@
     python benchmarks/throughput.py
     python benchmarks/throughput.py --agents expert --towns town03 --densities empty light dense
 
-Each planner drives the first route of each town in a process of its own, one after the other, twice:
-the second drive is told, in which all that a process works out once is there. Read the ratios;
-`x real` is of one process. Memory is the process's peak.
+Each planner drives the first route of each town in a process of its own, one after the other, and
+twice: the second drive is told, in which all that a process works out once is there. Read the
+ratios; `x real` is of one process. Memory is the process's peak.
 """
 
 import argparse

@@ -7,7 +7,7 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 
-from plant_bench.agents.registry import agent_checksum, load_agent
+from plant_bench.agents.registry import agent_checksum
 from plant_bench.errors import InputError
 from plant_bench.runner.claims import Shard, claimed
 from plant_bench.runner.jobs import Job, episode_name, make_jobs, select_routes
@@ -162,7 +162,6 @@ def _checked_routes(request: ScoreRequest, suite: Sequence[Route]) -> list[Route
         for route in chosen:
             if route.town == name:
                 route.check_town(town)
-    load_agent(request.agent)
     density_of(request.density)
     return chosen
 

@@ -11,6 +11,7 @@ broken files lead. Cases that fail are kept in --keep. Exit code 1 if there are 
 """
 
 import argparse
+import contextlib
 import multiprocessing
 import os
 import random
@@ -24,6 +25,7 @@ import traceback
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
+from multiprocessing.context import ForkProcess
 from multiprocessing.sharedctypes import Synchronized
 from pathlib import Path
 
@@ -95,21 +97,35 @@ def fuzz(target: Format, given: argparse.Namespace) -> Count:
                 target=_child, args=(target, Path(box), seed, end, left, given.keep, facts)
             )
             child.start()
-            while child.is_alive():
-                child.join(0.5)
-                if time.monotonic() - beat.value > target.longest:
-                    _keep(Path(box) / target.file, given.keep, target, seed, "hangs")
-                    os.killpg(child.pid or 0, signal.SIGKILL)  # with what it has started
-                    child.join()
-                    failed.value += 1
-            if child.exitcode not in (0, -9):
-                _keep(Path(box) / target.file, given.keep, target, seed, f"died {child.exitcode}")
+            try:
+                why = _wait(child, beat, target.longest)
+            finally:
+                _end(child)
+            if why:
+                _keep(Path(box) / target.file, given.keep, target, seed, why)
                 failed.value += 1
             count.cases += cases.value
             count.accepted += accepted.value
             count.failed += failed.value
         seed += 1_000_003
     return count
+
+
+def _wait(child: ForkProcess, beat: Synchronized, longest: float) -> str:
+    """Wait for a child; return why it did not end as it should, or an empty text."""
+    while child.is_alive():
+        child.join(0.5)
+        if time.monotonic() - beat.value > longest:
+            return "hangs"
+    return f"died {child.exitcode}" if child.exitcode else ""
+
+
+def _end(child: ForkProcess) -> None:
+    """End a child and what it has started, also where this process is interrupted."""
+    with contextlib.suppress(ProcessLookupError):
+        os.killpg(child.pid or 0, signal.SIGKILL)
+    child.kill()
+    child.join()
 
 
 def _child(
@@ -124,6 +140,7 @@ def _child(
     cases, accepted, failed, beat = facts
     keep = keep.resolve()
     os.setpgid(0, 0)
+    parent = os.getppid()
     null = os.open(os.devnull, os.O_WRONLY)
     os.dup2(null, 1)
     os.dup2(null, 2)
@@ -143,7 +160,7 @@ def _child(
     limit = used * resource.getpagesize() + MEMORY
     resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
     chance = random.Random(seed)
-    while time.monotonic() < end and (not most or cases.value < most):
+    while time.monotonic() < end and (not most or cases.value < most) and os.getppid() == parent:
         content = mutated(chance, seeds, target.kind)
         file.write_bytes(content)
         beat.value = time.monotonic()

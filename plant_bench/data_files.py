@@ -48,8 +48,8 @@ def town_dir(name: str, also_in: Sequence[Path] = ()) -> Path:
     Raises:
         InputError: There is no such town.
     """
-    if not re.fullmatch(r"\w[\w.-]*", name):
-        message = f"'{name}' is no town's name: letters, digits, '_', '-' and '.' are wanted."
+    if not re.fullmatch(r"\w[\w.-]{0,59}", name):
+        message = f"'{name[:60]}' is no town's name: letters, digits, '_', '-' and '.' are wanted."
         raise InputError(message)
     folders = [networks_dir(), *also_in, *map(Path, _further())]
     for folder in folders:

@@ -42,7 +42,8 @@ def _route() -> Route:
     return next(route for route in load_suite("longest6") if route.id == wanted)
 
 
-def _drive_seeds() -> list[bytes]:
+def drive_seeds() -> list[bytes]:
+    """Return the recording of an episode's beginning, whole and thinned."""
     with tempfile.TemporaryDirectory() as place:
         path = Path(place) / "r.parquet"
         for every in (1, 10):
@@ -109,4 +110,4 @@ def _put_run_and_data(box: Path) -> None:
     (box / "data" / "routes" / "r.json").write_text(text, encoding="utf-8")
 
 
-FORMATS = (Format("drive", "parquet", "r.parquet", _drive_seeds, _use_drive, _put_run_and_data),)
+FORMATS = (Format("drive", "parquet", "r.parquet", drive_seeds, _use_drive, _put_run_and_data),)

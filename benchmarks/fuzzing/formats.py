@@ -1,6 +1,6 @@
 """Each format that plant-bench reads from strangers, by its name."""
 
-from fuzzing import agents, data, drives, maps, models, route_files, runs, worlds
+from fuzzing import agents, data, drives, maps, models, reports, route_files, runs, worlds
 
-_ROOMS = (worlds, runs, data, drives, models, maps, route_files, agents)
+_ROOMS = (worlds, runs, reports, data, drives, models, maps, route_files, agents)
 FORMATS = {item.name: item for room in _ROOMS for item in room.FORMATS}

@@ -61,9 +61,9 @@ def _table_changed(chance: random.Random, content: bytes) -> bytes:
     """Change a column, or what is said of the whole, of a table that can still be read."""
     try:
         table = pq.read_table(pa.BufferReader(content), use_threads=False)
-    except (pa.ArrowException, OSError, ValueError, MemoryError):
+        name = chance.choice(table.column_names or [""])
+    except (pa.ArrowException, OSError, ValueError, MemoryError):  # a name may be no text
         return content
-    name = chance.choice(table.column_names) if table.column_names else ""
     way = chance.randrange(7)
     try:
         if way == 0:

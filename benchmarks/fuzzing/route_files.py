@@ -40,7 +40,7 @@ def _places(route: Route) -> list[int]:
 
 
 def _place(route: Route, at: int) -> str:
-    x, y = route.points[at]
+    x, y = route.points[at] - np.array(imported_town().offset)
     return f'x="{x:.2f}" y="{-y:.2f}" z="{route.elevations[at]:.2f}"'
 
 

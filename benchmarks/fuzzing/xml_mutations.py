@@ -33,6 +33,11 @@ INSIDE: tuple[bytes, ...] = (
     b"<a>" * 100_000, b"</net>", b"<![CDATA[x]]>", b"<!-- x -->", b"<?x y?>", b"\0", b"\xff", b'"',
     b'<xi:include xmlns:xi="http://www.w3.org/2001/XInclude" href="/etc/passwd"/>', b"<x/>" * 1000,
 )  # fmt: skip
+NUMBERS = (
+    "0", "-1", "1", "0.001", "-0.5", "30", "1000", "1e5", "1e7", "1e30", "1e300", "-1e300", "nan",
+    "inf", "1e-300", "", "x",
+)  # fmt: skip
+_NUMBER = re.compile(r"-?\d+(\.\d*)?(e-?\d+)?")
 _ATTRIBUTE = re.compile(rb'\s[\w:.-]+="[^"]*"')
 
 
@@ -92,17 +97,28 @@ def _some_element(chance: random.Random, root: Element) -> Element:
 
 def _change_attributes(chance: random.Random, root: Element, element: Element) -> None:
     name = chance.choice(sorted(element.attrib) or ["id"])
-    way = chance.randrange(6)
+    way = chance.randrange(8)
     if way == 0:
         element.attrib.pop(name, None)
-    elif way == 1:
-        element.set(name, _other_value(chance, root, name))
-    elif way == 2:
-        element.set(name, element.get(name, "") + chance.choice(("x", " ", ",", "0" * 300, "/..")))
+    elif way < 3:
+        element.set(name, _other_number(chance, element.get(name, "")))
     elif way == 3:
+        element.set(name, _other_value(chance, root, name))
+    elif way == 4:
+        element.set(name, element.get(name, "") + chance.choice(("x", " ", ",", "0" * 300, "/..")))
+    elif way == 5:
         element.set(chance.choice(_names(root)), chance.choice(EVIL))
     else:
         element.set(name, chance.choice(EVIL))
+
+
+def _other_number(chance: random.Random, value: str) -> str:
+    """Put another number in the place of one, in a line of many too."""
+    found = list(_NUMBER.finditer(value))
+    if not found:
+        return chance.choice(EVIL)
+    one, other = chance.choice(found), chance.choice((*NUMBERS, f"0,0,{chance.choice(NUMBERS)}"))
+    return value[: one.start()] + other + value[one.end() :]
 
 
 def _other_value(chance: random.Random, root: Element, name: str) -> str:

@@ -11,13 +11,14 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from plant_bench.agent import Cause
+from plant_bench.data.parquet_footer import value_counts
 from plant_bench.input_files import check_file, parse_json
 
 READABLE_FORMATS = (1, 2, 3)  # 1 has no reasons
 FORMAT_KEY, METADATA_KEY = b"plant_bench.recording", b"plant_bench.metadata"
 LARGEST_FILE = 200_000_000  # bytes; an episode has about 1 million
 LARGEST_UNPACKED = 400_000_000  # bytes of all columns; an episode has about 7 million
-MOST_VALUES = 100_000_000  # of all columns; packed, a billion equal ones need a few bytes
+MOST_VALUES = 100_000_000  # of all columns
 MOST_TICKS = 200_000  # nearly three hours; an episode times out long before
 
 _EGO = dict.fromkeys(("x", "y", "yaw", "speed", "acceleration", "steering"), pa.float64())
@@ -45,6 +46,7 @@ def read_table(path: Path) -> tuple[pa.Table, dict[str, Any]]:
         ValueError: It is no recording, or cannot be one; so are arrow's own errors.
     """
     check_file(path, largest=LARGEST_FILE)
+    _check_counts(value_counts(path))
     with pq.ParquetFile(path) as file:
         _check_size(file.metadata)
         keys = file.schema_arrow.metadata or {}
@@ -69,9 +71,10 @@ def _check_size(facts: pq.FileMetaData) -> None:
     size = -1 if min(parts, default=0) < 0 else sum(parts)
     fits = facts.num_rows <= MOST_TICKS and 0 <= size <= LARGEST_UNPACKED
     _refuse(not fits, f"{facts.num_rows:,} ticks of {size:,} bytes")
-    counts = [
-        group.column(place).num_values for group in groups for place in range(group.num_columns)
-    ]
+
+
+def _check_counts(counts: list[int]) -> None:
+    """Check how many values there are; packed, a billion equal ones need a few bytes."""
     fits = min(counts, default=0) >= 0 and sum(counts) <= MOST_VALUES
     _refuse(not fits, f"{sum(counts):,} values")
 

@@ -3,13 +3,14 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
+from pathlib import Path
 
 from plant_bench.data.recording import Recording
-from plant_bench.errors import InputError
+from plant_bench.errors import InputError, in_one_line
 from plant_bench.runner.run_folder import RunFolder
 from plant_bench.scoring.rescore import rescore
 from plant_bench.scoring.results import EpisodeResult
-from plant_bench.world.route import load_suite
+from plant_bench.world.route import Route, load_suite
 from plant_bench.world.town import Town, load_town
 
 
@@ -56,9 +57,17 @@ def rescore_folder(folder: RunFolder) -> Iterator[Rescored]:
         if first.route not in routes:
             message = f"The suite {provenance.suite} has no route {first.route} any more."
             raise InputError(message)
-        again = rescore(Recording.load(recording), _town(first.town), routes[first.route])
+        again = _again(recording, first, routes[first.route])
         folder.write(f"rescored/{path.name}", again.to_json())
         yield Rescored(path.stem, first, again)
+
+
+def _again(recording: Path, first: EpisodeResult, route: Route) -> EpisodeResult:
+    try:
+        return rescore(Recording.load(recording), _town(first.town), route)
+    except ValueError as error:  # such as a distance that no record may hold
+        message = f"Cannot score {recording} ({in_one_line(error)}): drive the episode again."
+        raise InputError(message) from error
 
 
 @lru_cache(maxsize=8)

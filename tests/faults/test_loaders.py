@@ -16,9 +16,11 @@ from plant_bench.errors import InputError, PlantBenchError
 ROOT = Path(__file__).parents[2]
 QUICK = (
     "routes", "town", "record", "timing", "rfds", "carla", "recording", "collect", "visits",
-    "claim", "answer", "carlaroutes", "townnet", "osm",
+    "claim", "answer", "carlaroutes", "townnet", "osm", "drive", "report",
 )  # fmt: skip
-CASES = dict.fromkeys(QUICK, 60) | {"osm": 5}  # netconvert takes its time
+CASES = dict.fromkeys(QUICK, 60) | {
+    "carlaroutes": 25, "townnet": 25, "osm": 5, "drive": 15, "report": 15,
+}  # fmt: skip
 FUZZ = """
 import argparse, os, subprocess, sys
 from pathlib import Path

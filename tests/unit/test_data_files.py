@@ -52,3 +52,11 @@ def test_reading_a_suite_twice_lists_its_towns_once(suite, monkeypatch):
     import os
 
     assert os.environ[TOWNS_VARIABLE] == str(suite.parent / "towns")
+
+
+@pytest.mark.parametrize("name", ["x" * 300, "地" * 100, "../town01", "a/b", ""])
+def test_what_can_be_no_towns_name_is_refused(name):
+    with pytest.raises(InputError, match="is no town's name") as error:
+        town_dir(name)
+
+    assert len(str(error.value)) < 200

@@ -15,6 +15,7 @@ from plant_bench.scoring.relevance import RelativeScore
 from plant_bench.scoring.results import EpisodeResult
 
 RANKING_FILE = "rfds.json"
+LARGEST_WHOLE = 2**63 - 1  # what tables hold in a column of whole numbers
 
 
 @dataclass(frozen=True)
@@ -181,8 +182,11 @@ def _source_below(path: Path) -> Sources | None:
 
 
 def _episode(folder: RunFolder, file: Path) -> Episode:
-    recording = folder.recording_path(file.stem)
-    return Episode(file.stem, EpisodeResult.load(file), recording if recording.is_file() else None)
+    recording, result = folder.recording_path(file.stem), EpisodeResult.load(file)
+    if max(abs(result.seed), abs(result.format)) > LARGEST_WHOLE:
+        message = f"Not an episode record: {file} (a number that fits no table). Score again."
+        raise InputError(message)
+    return Episode(file.stem, result, recording if recording.is_file() else None)
 
 
 def _with_nan(value: object) -> object:

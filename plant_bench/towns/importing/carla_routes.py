@@ -15,6 +15,7 @@ from plant_bench.towns.importing.xml_reading import read_limited, scan_xml
 MOST_BYTES = 50 * 2**20
 MOST_ROUTES = 5000
 MOST_POINTS = 5000  # of a route
+MOST_POINTS_IN_ALL = 200_000  # matched in about a minute
 FARTHEST = 1e6  # m
 _WANTED = "a file of <routes><route id town><waypoint x y z yaw/></route></routes> is wanted"
 
@@ -59,6 +60,7 @@ class _Reader:
         self._above: list[str] = []
         self._route: tuple[str, str] | None = None
         self._rows: list[list[float]] = []
+        self._points = 0
         self.routes: list[CarlaRoute] = []
 
     def enter(self, name: str, attributes: Mapping[str, str]) -> None:
@@ -96,6 +98,9 @@ class _Reader:
         self._rows.append(row)
         if len(self._rows) > MOST_POINTS:
             raise InputError(f"{self._path}: a route of more than {MOST_POINTS} points.")
+        self._points += 1
+        if self._points > MOST_POINTS_IN_ALL:
+            raise InputError(f"{self._path} holds more than {MOST_POINTS_IN_ALL} points: split it.")
 
     def _number(self, text: str | None) -> float:
         try:

@@ -19,6 +19,7 @@ TIMEOUT_S = 300
 MOST_MEMORY = 4 * 2**30  # bytes
 MOST_OUTPUT = 2**30
 LAYER_HEIGHT = 5.0  # m between the layers of an OpenStreetMap file
+OUT_OF_MEMORY = "std::bad_alloc"
 NOTHING = ("No nodes loaded", "No edges loaded")  # what netconvert says of a map without roads
 
 _COMMON = {
@@ -108,6 +109,11 @@ def _convert(
         if run.returncode != 0 or not out.is_file():
             if any(line.startswith(NOTHING) for line in lines):
                 raise InputError(f"{name} has no road that a car may drive on: take another map.")
+            if OUT_OF_MEMORY in run.stderr:
+                raise InputError(
+                    f"netconvert needs more than {MOST_MEMORY / 2**30:.0f} GB for {name}: cut "
+                    "out a smaller part of the map."
+                )
             said = "; ".join(lines[:2]) or f"it ended with code {run.returncode}: mend the map"
             raise InputError(f"netconvert makes no network of {name}: {said}")
         return Converted(without_header(out.read_text(encoding="utf-8")), tuple(lines))

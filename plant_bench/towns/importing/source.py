@@ -19,6 +19,7 @@ WANTED = "a SUMO network (.net.xml), an OpenDRIVE (.xodr) or an OpenStreetMap (.
 _LEFT = (
     "has left-hand traffic, and the benchmark drives on the right: mirror the map, or take another"
 )
+MOST_ABREAST = 50  # lanes of a road; netconvert works for minutes on thousands
 _NO_CARS = (
     "footway", "cycleway", "pedestrian", "steps", "path", "bridleway",
     "sidewalk", "biking", "tram", "rail",
@@ -103,7 +104,13 @@ class _Checker:
             self._refuse(_LEFT)
         if name == "tag" and (attributes.get("k"), attributes.get("v")) == ("driving_side", "left"):
             self._refuse(_LEFT)
+        if name == "tag" and attributes.get("k", "").startswith("lanes"):
+            self._check_lanes(attributes.get("v", ""))
         self._count_ways(name, attributes)
+
+    def _check_lanes(self, count: str) -> None:
+        if count.strip().isdecimal() and int(count[:9]) > MOST_ABREAST:
+            self._refuse(f"has a road of {count[:9]} lanes, {MOST_ABREAST} at most can be used")
 
     def _count_ways(self, name: str, attributes: Mapping[str, str]) -> None:
         if attributes.get("function") == "internal":

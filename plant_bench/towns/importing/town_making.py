@@ -11,12 +11,12 @@ All is made before anything is written, and appears whole or not at all.
 import json
 import re
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from plant_bench.data_files import ROUTES_FOLDER, TOWNS_FOLDER, networks_dir
-from plant_bench.errors import InputError
+from plant_bench.errors import InputError, in_one_line
 from plant_bench.towns.generate import NET_FILE, PICTURE_FILE, TOWN_FILE
 from plant_bench.towns.importing.checking import check
 from plant_bench.towns.importing.converting import errors_of_sumo
@@ -106,7 +106,25 @@ def make_imported_town(
     town = replace(mended.town, life=LIFE)
     say("Choosing routes")
     routes = make_routes(town, wanted)
+    _check_usable(town, routes, source.file)
     return ImportedTown(town, mended.net, routes, findings, net_offset(mended.net))
+
+
+def _check_usable(town: Town, routes: Sequence[Route], file: str) -> None:
+    """Check that what is going to be written can be read again.
+
+    Raises:
+        InputError: A place or number of the map is none that a town may have.
+    """
+    try:
+        again = Town.from_json(town.to_json())
+        for route in routes:
+            Route.from_payload(json.loads(json.dumps(route.to_payload()))).check_town(again)
+    except (InputError, ValueError) as error:
+        raise InputError(
+            f"{file} makes a town that cannot be used ({in_one_line(error)}): mend the map in "
+            "netedit, or cut out another part."
+        ) from error
 
 
 def save_imported_town(made: ImportedTown, out: Path, about: dict, *, overwrite: bool) -> Path:

@@ -70,3 +70,13 @@ def test_a_broken_ranking_is_an_error(tmp_path, write_run):
     (path / "rfds.json").write_text("{}", encoding="utf-8")
     with pytest.raises(InputError, match=r"rfds\.json"):
         read_ranking(path)
+
+
+@pytest.mark.parametrize("name", ["seed", "format"])
+def test_a_record_with_a_number_that_no_table_holds_is_refused(tmp_path, write_run, name):
+    run = write_run(tmp_path / "a")
+    record = next((run / "episodes").glob("*.json"))
+    record.write_text(json.dumps(json.loads(record.read_text()) | {name: 10**30}))
+
+    with pytest.raises(InputError, match="fits no table"):
+        read_run(run)

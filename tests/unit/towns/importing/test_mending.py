@@ -1,19 +1,57 @@
 """Networks that netconvert makes of broken maps."""
 
+from dataclasses import replace
+from pathlib import Path
+from subprocess import CompletedProcess
+
+import numpy as np
 import pytest
 
 from plant_bench.errors import InputError
-from plant_bench.towns.importing import mending
+from plant_bench.towns.importing import converting, mending, town_making
 from plant_bench.towns.importing.converting import Converted
+from plant_bench.towns.importing.mending import Mended
 from plant_bench.towns.importing.source import MapKind, MapSource
+from plant_bench.towns.importing.suite_making import RoutesWanted
+from plant_bench.world.town import load_town
 
+SOURCE = MapSource("map.xml", MapKind.SUMO, b"<net/>", {})
 UNESCAPED = '<net><tlLogic id="a" programID="<unknown>"/></net>'  # so netconvert writes it
 
 
 @pytest.mark.parametrize("net", [UNESCAPED, "", "<net><edge><lane/></edge></net>"])
 def test_a_network_that_cannot_be_read_is_refused(monkeypatch, net):
     monkeypatch.setattr(mending, "convert_source", lambda *_, **__: Converted(net, ()))
-    source = MapSource("map.xml", MapKind.SUMO, b"", {})
 
     with pytest.raises(InputError, match="a network of map.xml that cannot be read"):
-        mending.mend(source, "test", guess_signals=False, say=lambda _: None)
+        mending.mend(SOURCE, "test", guess_signals=False, say=lambda _: None)
+
+
+def test_a_map_that_wants_too_much_memory_is_told_so(monkeypatch):
+    said = "terminate called: std::bad_alloc\n"
+    monkeypatch.setattr(converting, "_run", lambda *_: CompletedProcess([], -6, "", said))
+
+    with pytest.raises(InputError, match="needs more than 4 GB for map.xml: cut out"):
+        converting.convert_source(SOURCE, guess_signals=False)
+
+
+def test_a_town_that_could_not_be_read_again_is_refused(monkeypatch):
+    town = load_town("town02")
+    name, lane = next(iter(town.lanes.items()))
+    high = replace(lane, points=lane.points + np.array([0.0, 0.0, 1e300]))
+    town = replace(town, lanes={**town.lanes, name: high})
+    made = Mended("<net/>", town, [])
+    for function, result in {
+        "read_source": SOURCE,
+        "mend": made,
+        "errors_of_sumo": [],
+        "ends_of_edges": {},
+        "check": [],
+        "make_routes": [],
+    }.items():
+        monkeypatch.setattr(town_making, function, lambda *_, result=result, **__: result)
+
+    with pytest.raises(InputError, match="map.xml makes a town that cannot be used"):
+        town_making.make_imported_town(
+            Path("map.xml"), "test", RoutesWanted(), guess_signals=False, say=lambda _: None
+        )

@@ -41,6 +41,7 @@ def write(folder, content):
         ("<net lefthand='true'/>", "left-hand"),
         ("<OpenDRIVE><road rule='LHT'/></OpenDRIVE>", "left-hand"),
         ("<osm><way><tag k='driving_side' v='left'/></way></osm>", "left-hand"),
+        ("<osm><way><tag k='lanes:forward' v='100000'/></way></osm>", "a road of 100000 lanes"),
     ],
 )
 def test_what_no_map_should_be_is_refused(content, words, tmp_path):

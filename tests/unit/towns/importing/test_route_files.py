@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 from plant_bench.cli import app
 from plant_bench.data_files import TOWNS_VARIABLE, networks_dir
 from plant_bench.errors import InputError
-from plant_bench.towns.importing import matching
+from plant_bench.towns.importing import carla_routes, matching
 from plant_bench.towns.importing.carla_routes import CarlaRoute, read_carla_routes
 from plant_bench.towns.importing.lane_ways import LaneWays
 from plant_bench.towns.importing.route_import import TownFound, match_routes
@@ -265,3 +265,12 @@ def test_a_damaged_town_is_refused_in_one_line(name, theirs, tmp_path):
 
     assert isinstance(done.exception, InputError)
     assert "\n" not in str(done.exception)
+
+
+def test_more_points_than_can_be_matched_in_a_minute_are_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr(carla_routes, "MOST_POINTS_IN_ALL", 5)
+    points = "<waypoint x='1' y='2'/>" * 2
+    routes = "".join(f"<route id='{number}' town='a'>{points}</route>" for number in range(3))
+
+    with pytest.raises(InputError, match="more than 5 points: split it"):
+        read(tmp_path, f"<routes>{routes}</routes>")

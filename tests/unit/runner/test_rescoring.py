@@ -1,0 +1,54 @@
+"""Runs scored again whose recordings a stranger has written."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from plant_bench.data.recording import Recorder
+from plant_bench.errors import InputError
+from plant_bench.runner.jobs import episode_name, make_jobs
+from plant_bench.runner.provenance import provenance
+from plant_bench.runner.rescoring import rescore_folder
+from plant_bench.runner.run_folder import RunFolder
+from plant_bench.scoring.infractions import Status
+from plant_bench.scoring.results import EpisodeResult
+from plant_bench.world.route import load_suite
+from plant_bench.world.scene import Actors, EgoState, Scene
+
+
+def recorded(path: Path, step: float) -> RunFolder:
+    """A run of one episode whose ego moves so many metres a tick, until its planner crashes."""
+    suite = load_suite("longest6")
+    folder = RunFolder(path)
+    folder.create()
+    told = {"suite": "longest6", "seed": 0, "density": "dense", "hazards": True, "repetitions": 1}
+    made = provenance("stranger", "a" * 64, suite, **told)
+    folder.write("run.json", made.model_dump_json(indent=1) + "\n")
+    jobs = make_jobs("stranger", "a" * 64, suite[:1], repetitions=1, seed=0, density="dense")
+    header = jobs[0].header(frozenset()).model_dump(mode="json")
+    numbers = dict.fromkeys(("route_length", "distance", "duration"), 1.0) | {"completion": 0.0}
+    result = EpisodeResult(**header, status=Status.AGENT_CRASHED, reason="x", **numbers)
+    folder.save(episode_name(jobs[0]), result, None)
+    recorder = Recorder(folder.recording_path(episode_name(jobs[0])), header)
+    (x, y), route = suite[0].points[0], suite[0]
+    ego = EgoState(float(x), float(y), float(route.headings[0]), 0.0)
+    for tick in range(3):
+        lights = np.zeros(len(route.signal_passages), np.uint8)
+        moved = replace(ego, x=ego.x + step * tick)
+        recorder.add(Scene(tick, moved, Actors.none(), lights))
+    recorder.close(hazards=[], status=Status.AGENT_CRASHED.value, reason="x")
+    return folder
+
+
+def test_a_recording_is_scored(tmp_path):
+    (episode,) = rescore_folder(recorded(tmp_path / "run", 0.1))
+
+    assert episode.again is not None
+    assert episode.again.distance == pytest.approx(0.2)
+
+
+def test_a_recording_of_what_no_record_may_hold_is_refused(tmp_path):
+    with pytest.raises(InputError, match=r"Cannot score .*distance.*drive the episode again"):
+        list(rescore_folder(recorded(tmp_path / "run", 1e30)))

@@ -30,7 +30,7 @@ from jaxtyping import Float
 
 from plant_bench.errors import AgentError
 from plant_bench.world.route import Route
-from plant_bench.world.scene import Actors, EgoState, Light
+from plant_bench.world.scene import Actors, EgoState, Light, convert_arrays
 
 PLAN_STEPS = 4  # waypoints (PlanT, section 3: W = 4)
 PLAN_INTERVAL = 0.5  # s between waypoints (PlanT, section 3; data at 2 Hz)
@@ -55,6 +55,12 @@ class Input(StrEnum):
     SIMULATOR = "simulator"
 
 
+_REAL = np.dtype(np.float64)
+_ROUTE_TYPES = (("points", _REAL), ("headings", _REAL), ("speed_limits", _REAL))
+_FACTS = ("paths", "accelerations", "desired_speeds", "stop_distances", "stopped_for")
+_FACT_TYPES = tuple((name, _REAL) for name in _FACTS)
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class RouteAhead:
     """The route from the ego's place on it, in the world frame.
@@ -74,6 +80,10 @@ class RouteAhead:
     points: Float[np.ndarray, "steps 2"]
     headings: Float[np.ndarray, " steps"]
     speed_limits: Float[np.ndarray, " steps"]
+
+    def __post_init__(self) -> None:
+        """Let all arrays be of float64, which compiled planners take."""
+        convert_arrays(self, _ROUTE_TYPES)
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,6 +118,10 @@ class Privileged:
     desired_speeds: Float[np.ndarray, " actors"]
     stop_distances: Float[np.ndarray, " actors"]
     stopped_for: Float[np.ndarray, " actors"]
+
+    def __post_init__(self) -> None:
+        """Let all arrays be of float64, which compiled planners take."""
+        convert_arrays(self, _FACT_TYPES)
 
     def only(self, keep: np.ndarray) -> "Privileged":
         """Return the facts of the actors that a mask or an index array selects."""

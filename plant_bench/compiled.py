@@ -20,12 +20,17 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import Any
 
 import numba
 from numba import njit, types
+from numba.core import config
 
 REAL, SINGLE, WHOLE = types.float64, types.float32, types.int64
 FLAG = types.boolean
+
+
+_settings: dict[str, Any] = config.__dict__
 
 
 def _read_only(item: types.Type, dimensions: int) -> types.Array:
@@ -67,18 +72,18 @@ def compiled(*arguments: types.Type) -> Callable[[Callable], Callable]:
     return made
 
 
-def _compile(function: Callable, arguments: tuple[types.Type, ...], *, keep: bool) -> Callable:
+def _compile(function: Callable, arguments: tuple[types.Type, ...], *, keep: bool) -> Any:
     return njit(arguments, cache=keep, error_model="numpy", boundscheck=True)(function)
 
 
 @contextmanager
 def _keeping_in(folder: Path) -> Iterator[None]:
     """Let numba keep what it compiles in a folder."""
-    before, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(folder)
+    before, _settings["CACHE_DIR"] = _settings["CACHE_DIR"], str(folder)
     try:
         yield
     finally:
-        numba.config.CACHE_DIR = before
+        _settings["CACHE_DIR"] = before
 
 
 @functools.cache
@@ -103,8 +108,8 @@ def _folder(source: str) -> Path | None:
 
 def _elsewhere() -> Iterator[Path]:
     """Where an installation that must not be written to keeps what is compiled."""
-    if numba.config.CACHE_DIR:  # NUMBA_CACHE_DIR
-        yield Path(numba.config.CACHE_DIR)
+    if _settings["CACHE_DIR"]:  # NUMBA_CACHE_DIR
+        yield Path(_settings["CACHE_DIR"])
     with suppress(RuntimeError):  # there is no home
         yield Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "plant-bench"
 

@@ -61,6 +61,18 @@ class EgoState:
         return self.x, self.y, self.yaw
 
 
+def convert_arrays(value: object, types: tuple[tuple[str, np.dtype], ...]) -> None:
+    """Let the arrays of a frozen value that is being made be of some types.
+
+    Args:
+        value: Of a dataclass.
+        types: Names of fields with what their arrays are to be.
+    """
+    for name, wanted in types:
+        if (array := getattr(value, name)).dtype != wanted:
+            object.__setattr__(value, name, array.astype(wanted))
+
+
 _SINGLE = np.dtype(np.float32)
 _TYPES = (
     ("ids", np.dtype(np.int64)),
@@ -94,9 +106,7 @@ class Actors:
 
     def __post_init__(self) -> None:
         """Let all arrays be of the types that compiled planners take."""
-        for name, wanted in _TYPES:
-            if (values := getattr(self, name)).dtype != wanted:
-                object.__setattr__(self, name, values.astype(wanted))
+        convert_arrays(self, _TYPES)
 
     def __len__(self) -> int:
         return len(self.ids)

@@ -5,6 +5,7 @@ import shapely
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
+from plant_bench.agents.overlaps import overlapping
 from plant_bench.geometry.box import corners, overlap, overlap_one
 from plant_bench.geometry.polyline import Cursor, arc_lengths, distance_to, resample
 from plant_bench.geometry.pose import from_frame, to_frame, wrap_angle
@@ -47,6 +48,7 @@ def test_boxes_overlap_when_their_polygons_do(pose_a, extent_a, pose_b, extent_b
     expected = [common > 1e-6]
     assert overlap(a, size_a, b, size_b).tolist() == expected
     assert overlap_one(pose_a, extent_a, b, size_b).tolist() == expected
+    assert overlapping(*pose_a, *extent_a, *pose_b, *extent_b) == expected[0]
 
 
 @given(poses, st.lists(st.tuples(poses, extents), max_size=6))

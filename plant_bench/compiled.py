@@ -1,20 +1,27 @@
 """Loops over small arrays as machine code (numba): a call of numpy costs more than they do.
 
-A compiled function is kept on the disk, beside its source or in the user's cache, and made anew
-when its own file changes. A change of another file would not be noticed: it therefore uses no name
-that its file imports from plant-bench, but is given such numbers (a test holds to that).
+A compiled function is kept on the disk, beside its source or in the user's cache, in a folder that
+is named by the content of its own file, of this one, and numba's version. A change of another file
+would not be noticed: it therefore uses nothing that its file imports from plant-bench, but is given
+such numbers (a test holds to that).
 
 Sums are made in the order of the loops, and no operations are fused. Actors' numbers are float32,
-and so are sums and products of these alone.
+and so are sums and products of these alone. An index beyond an array's end raises `IndexError`.
 """
 
 import functools
+import hashlib
 import inspect
 import logging
 import multiprocessing
+import os
+import shutil
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
 
+import numba
 from numba import njit, types
 
 REAL, SINGLE, WHOLE = types.float64, types.float32, types.int64
@@ -31,7 +38,6 @@ SINGLES, SINGLES_2D = (_read_only(SINGLE, dimensions) for dimensions in (1, 2))
 NEW_REALS, NEW_REALS_2D = types.Array(REAL, 1, "C"), types.Array(REAL, 2, "C")
 NEW_SINGLES_2D = types.Array(SINGLE, 2, "C")
 WHOLES = _read_only(WHOLE, 1)
-BYTES = _read_only(types.uint8, 1)
 FLAGS = _read_only(FLAG, 1)
 
 
@@ -44,15 +50,69 @@ def compiled(*arguments: types.Type) -> Callable[[Callable], Callable]:
 
     def made(function: Callable) -> Callable:
         plain = inspect.unwrap(function)  # tests check what is imported, which numba cannot compile
-        try:
-            function = njit(arguments, cache=True, error_model="numpy")(plain)
-        except RuntimeError:  # there is no folder in which it could be kept
-            function = njit(arguments, error_model="numpy")(plain)
-        if not function.stats.cache_hits:
+        folder = _folder(inspect.getfile(plain))
+        found = None
+        if folder is not None:
+            try:
+                with _keeping_in(folder):
+                    found = _compile(plain, arguments, keep=True)
+            except Exception:  # noqa: BLE001  a broken or full folder; what else it is, is raised below
+                shutil.rmtree(folder, ignore_errors=True)
+        if found is None:
+            found = _compile(plain, arguments, keep=False)
+        if not found.stats.cache_hits:
             _tell()
-        return function
+        return found
 
     return made
+
+
+def _compile(function: Callable, arguments: tuple[types.Type, ...], *, keep: bool) -> Callable:
+    return njit(arguments, cache=keep, error_model="numpy", boundscheck=True)(function)
+
+
+@contextmanager
+def _keeping_in(folder: Path) -> Iterator[None]:
+    """Let numba keep what it compiles in a folder."""
+    before, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(folder)
+    try:
+        yield
+    finally:
+        numba.config.CACHE_DIR = before
+
+
+@functools.cache
+def _folder(source: str) -> Path | None:
+    """Return where the functions of a file are kept; None where nothing can be written."""
+    path = Path(source)
+    digest = hashlib.sha256(numba.__version__.encode())
+    for part in (path, Path(__file__)):
+        digest.update(part.read_bytes())
+    name = f"{path.stem}-{digest.hexdigest()[:16]}"
+    beside = path.parent / "__pycache__" / "compiled"
+    for base in (beside, *_elsewhere()):
+        folder = base / name
+        with suppress(OSError):
+            if base == beside and not folder.is_dir():
+                _sweep(base, path.stem)
+            folder.mkdir(parents=True, exist_ok=True)
+            if os.access(folder, os.W_OK):
+                return folder
+    return None
+
+
+def _elsewhere() -> Iterator[Path]:
+    """Where an installation that must not be written to keeps what is compiled."""
+    if numba.config.CACHE_DIR:  # NUMBA_CACHE_DIR
+        yield Path(numba.config.CACHE_DIR)
+    with suppress(RuntimeError):  # there is no home
+        yield Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "plant-bench"
+
+
+def _sweep(base: Path, stem: str) -> None:
+    """Remove what was kept of a file's earlier contents."""
+    for old in base.glob(f"{stem}-" + "[0-9a-f]" * 16):
+        shutil.rmtree(old, ignore_errors=True)
 
 
 @functools.cache

@@ -9,6 +9,7 @@ a killed worker. With a pipe each, the parent knows what each worker was doing, 
 worker said before it died.
 """
 
+import os
 from collections import Counter, deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, suppress
@@ -19,11 +20,23 @@ from multiprocessing.context import SpawnProcess
 from pathlib import Path
 from typing import Any, Protocol, runtime_checkable
 
+from plant_bench.data_files import TOWNS_VARIABLE
 from plant_bench.errors import InputError, SimulationError
 from plant_bench.runner.processes import cause_of_death, start_process
-from plant_bench.runner.worker import Done, Failed, Message, Ready, Share, Work, serve, stand_by
+from plant_bench.runner.worker import (
+    Assignment,
+    Done,
+    Failed,
+    Message,
+    Ready,
+    Share,
+    Work,
+    serve,
+    stand_by,
+)
 
 TRIES = 2  # a task that fails this often is lost
+STANDING_BY = 2  # workers that load what they need before it is known how many there will be
 STARTS = 3  # workers that die in a row before they are ready end the run
 
 
@@ -126,21 +139,19 @@ class LocalExecutor:
     def connected(self) -> Iterator[None]:
         """Have processes load what they need; see `Executor`."""
         try:
-            for _ in range(self.workers):
+            for _ in range(min(self.workers, STANDING_BY)):
                 self._waiting.append(start_process(stand_by, self._modules))
             yield
         finally:
-            for process, pipe in self._waiting:
-                process.kill()
-                process.join()
-                pipe.close()
-            self._waiting.clear()
+            _end(self._waiting)
 
     def run_tasks(
         self, tasks: Sequence[Any], work: Work, *, on_event: Listener, logs: Path, keep: Keep
     ) -> None:
         """Run all tasks; see `Executor` and the function `run_tasks`."""
         del keep  # workers here write into the run's folder themselves
+        surplus, self._waiting[len(tasks) :] = self._waiting[len(tasks) :], []
+        _end(surplus)
         run_tasks(
             tasks,
             work,
@@ -149,6 +160,15 @@ class LocalExecutor:
             logs=logs,
             waiting=self._waiting,
         )
+
+
+def _end(processes: list[_Process]) -> None:
+    """End processes that stand by."""
+    for process, pipe in processes:
+        process.kill()
+        process.join()
+        pipe.close()
+    processes.clear()
 
 
 class Agenda:
@@ -215,6 +235,7 @@ class _Worker:
     number: int
     process: SpawnProcess
     pipe: Connection
+    stood_by: bool
     ready: bool = False
     task: int | None = None
 
@@ -244,11 +265,14 @@ class _Pool:
         log = None if self._logs is None else self._logs / f"worker{number}.log"
         if self._waiting:
             process, pipe = self._waiting.pop(0)
+            told = Assignment(self._work, log, os.environ.get(TOWNS_VARIABLE))
             with suppress(OSError):  # it has died: its pipe will tell
-                pipe.send((self._work, log))
+                pipe.send(told)
+            stood_by = True
         else:
             process, pipe = start_process(serve, self._work, log)
-        self._workers.append(_Worker(number, process, pipe))
+            stood_by = False
+        self._workers.append(_Worker(number, process, pipe, stood_by))
 
     def stop(self) -> None:
         """End all workers at once, whatever they do."""
@@ -314,7 +338,7 @@ class _Pool:
     def _bury(self, worker: _Worker) -> None:
         worker.process.join()
         reason = cause_of_death(worker.process.exitcode or 0)
-        if not worker.ready:
+        if not worker.ready and not worker.stood_by:  # whoever comes next tells why
             self._stillborn += 1
             if self._stillborn >= STARTS:
                 where = "" if self._logs is None else f" See {self._logs}."

@@ -14,6 +14,7 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
+from plant_bench.data_files import TOWNS_VARIABLE
 from plant_bench.errors import InputError, SimulationError
 
 COLLECT_EVERY = (100_000, 50, 100)  # an episode makes no cycles: rare collections save 8 % of it
@@ -50,11 +51,26 @@ class Failed:
     fatal: bool = False
 
 
+@dataclass(frozen=True, slots=True)
+class Assignment:
+    """What a process that stands by is to do.
+
+    Attributes:
+        work: As of `serve`.
+        log: As of `serve`.
+        towns: What PLANT_BENCH_TOWNS is by now: suites bring towns of their own.
+    """
+
+    work: Work
+    log: Path | None
+    towns: str | None
+
+
 Message = Ready | Share | Done | Failed
 
 
 def stand_by(pipe: Connection, modules: Sequence[str]) -> None:
-    """Load what will be needed, then `serve` with the work and the log that the pipe tells.
+    """Load what will be needed, then `serve` with the `Assignment` that the pipe tells.
 
     Args:
         pipe: To the parent.
@@ -65,10 +81,12 @@ def stand_by(pipe: Connection, modules: Sequence[str]) -> None:
         with suppress(Exception):
             import_module(name)
     try:
-        work, log = pipe.recv()
+        told = pipe.recv()
     except (EOFError, OSError):
         return
-    serve(pipe, work, log)
+    if told.towns is not None:
+        os.environ[TOWNS_VARIABLE] = told.towns
+    serve(pipe, told.work, told.log)
 
 
 def serve(pipe: Connection, work: Work, log: Path | None) -> None:

@@ -61,11 +61,22 @@ class EgoState:
         return self.x, self.y, self.yaw
 
 
+_SINGLE = np.dtype(np.float32)
+_TYPES = (
+    ("ids", np.dtype(np.int64)),
+    ("poses", _SINGLE),
+    ("speeds", _SINGLE),
+    ("extents", _SINGLE),
+    ("kinds", np.dtype(np.uint8)),
+)
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class Actors:
     """Other road users as a struct of arrays, in a fixed order (by id) within a scene.
 
-    float32, so that what a recording holds is what the referee saw, bit for bit.
+    float32, so that what a recording holds is what the referee saw, bit for bit; other types are
+    converted.
 
     Attributes:
         ids: Numbers that stay with an actor for its whole life.
@@ -80,6 +91,12 @@ class Actors:
     speeds: Float[np.ndarray, " actors"]
     extents: Float[np.ndarray, "actors 2"]
     kinds: UInt8[np.ndarray, " actors"]
+
+    def __post_init__(self) -> None:
+        """Let all arrays be of the types that compiled planners take."""
+        for name, wanted in _TYPES:
+            if (values := getattr(self, name)).dtype != wanted:
+                object.__setattr__(self, name, values.astype(wanted))
 
     def __len__(self) -> int:
         return len(self.ids)

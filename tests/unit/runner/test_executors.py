@@ -8,7 +8,9 @@ from pathlib import Path
 
 import pytest
 
+from plant_bench.data_files import TOWNS_VARIABLE
 from plant_bench.errors import InputError, SimulationError
+from plant_bench.runner import executors
 from plant_bench.runner.executors import (
     Event,
     Finished,
@@ -147,18 +149,45 @@ def test_processes_that_stand_by_do_the_work_and_are_gone_afterwards(scripted, t
     assert not waiting & {child.pid for child in multiprocessing.active_children()}
 
 
-def test_who_dies_while_it_stands_by_costs_nothing(scripted, tmp_path):
-    executor = LocalExecutor(1)
+def test_what_the_command_finds_out_meanwhile_reaches_who_stands_by(
+    scripted, tmp_path, monkeypatch
+):
+    executor = LocalExecutor(1, ["http.cookies"])
+    events: list[Event] = []
+    with executor.connected():
+        monkeypatch.setenv(TOWNS_VARIABLE, "their/towns")  # as a suite with towns does
+        executor.run_tasks(
+            [scripted.Step("known", 0, tmp_path / "told")], scripted.do, on_event=events.append,
+            logs=tmp_path, keep=lambda *_: None,
+        )  # fmt: skip
+    assert (tmp_path / "told").read_text() == "their/towns True"
+
+
+def test_only_who_has_something_to_do_goes_on_standing_by(scripted, tmp_path):
+    executor = LocalExecutor(8)
+    begun: list[int] = []
+    with executor.connected():
+        before = len(multiprocessing.active_children())
+        executor.run_tasks(
+            [scripted.Step("give")], scripted.do, logs=tmp_path, keep=lambda *_: None,
+            on_event=lambda _: begun.append(len(multiprocessing.active_children())),
+        )  # fmt: skip
+    assert (before, begun[0]) == (2, 1)
+
+
+def test_who_dies_while_it_stands_by_costs_nothing(scripted, tmp_path, monkeypatch):
+    monkeypatch.setattr(executors, "STANDING_BY", executors.STARTS + 1)
+    executor = LocalExecutor(executors.STARTS + 1)
     events: list[Event] = []
     with executor.connected():
         for child in multiprocessing.active_children():
             child.kill()
             child.join()
         executor.run_tasks(
-            [scripted.Step("give", 3)], scripted.do, on_event=events.append, logs=tmp_path,
+            [scripted.Step("give", 3)] * 5, scripted.do, on_event=events.append, logs=tmp_path,
             keep=lambda *_: None,
         )  # fmt: skip
-    assert values(events) == {0: 3}
+    assert values(events) == dict.fromkeys(range(5), 3)
     assert not [event for event in events if isinstance(event, Retried)]
 
 

@@ -29,7 +29,8 @@ def recorded(path: Path, step: float) -> RunFolder:
     jobs = make_jobs("stranger", "a" * 64, suite[:1], repetitions=1, seed=0, density="dense")
     header = jobs[0].header(frozenset()).model_dump(mode="json")
     numbers = dict.fromkeys(("route_length", "distance", "duration"), 1.0) | {"completion": 0.0}
-    result = EpisodeResult(**header, status=Status.AGENT_CRASHED, reason="x", **numbers)
+    ended = {"status": Status.AGENT_CRASHED, "reason": "x"}
+    result = EpisodeResult.model_validate(header | numbers | ended)
     folder.save(episode_name(jobs[0]), result, None)
     recorder = Recorder(folder.recording_path(episode_name(jobs[0])), header)
     (x, y), route = suite[0].points[0], suite[0]

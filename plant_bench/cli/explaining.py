@@ -11,7 +11,7 @@ from plant_bench.data.recording import Recording
 from plant_bench.errors import InputError
 from plant_bench.reports.choosing import episodes_of
 from plant_bench.reports.why.findings import Finding, find
-from plant_bench.reports.why.incidents import incidents
+from plant_bench.reports.why.incidents import check_recorded, incidents
 from plant_bench.reports.why.picture import save_picture
 from plant_bench.reports.why.text import episode_line, print_episode
 from plant_bench.runner.hindsight import look_back
@@ -43,6 +43,7 @@ def explain_route(
             typer.echo(f"{episode_line(result)}: no infraction.")
             continue
         recording = _recording(folder, name)
+        check_recorded(result, len(recording))
         hindsight = _look(recording, result, _route_of(folder, result), before)
         findings = [find(item, hindsight) for item in incidents(result, before)]
         print_episode(hindsight, findings)

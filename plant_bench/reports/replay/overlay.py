@@ -124,7 +124,7 @@ def infraction_facts(item: Infraction, recording: Recording) -> dict[str, object
 
     Its `tick` is what was recorded nearest to its time, and `speed` the ego's then, m/s.
     """
-    tick = min(max(round(item.time / TICK), 0), len(recording) - 1)
+    tick = round(min(max(item.time / TICK, 0.0), len(recording) - 1.0))
     return {
         "kind": item.kind.value,
         "time": round(item.time, 2),

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from plant_bench.agent import MOST_INTERVAL
+from plant_bench.errors import InputError
 from plant_bench.runner.moments import Window
 from plant_bench.scoring.endings import BLOCKED_TIME
 from plant_bench.scoring.infractions import Infraction, InfractionKind
@@ -46,6 +47,25 @@ class Incident:
     def seconds(self) -> float:
         """How long the window is."""
         return self.before(self.window.first)
+
+
+def check_recorded(result: EpisodeResult, ticks: int) -> None:
+    """Check that an episode's infractions are of times that were recorded.
+
+    Args:
+        result: The episode's record.
+        ticks: Of its recording.
+
+    Raises:
+        InputError: One is of before or after it.
+    """
+    for item in result.infractions:
+        if not 0.0 <= item.time <= ticks * TICK:
+            message = (
+                f"The record of {result.route} tells of an infraction at {item.time:g} s, its "
+                f"recording is of {ticks * TICK:g} s. Score the route again."
+            )
+            raise InputError(message)
 
 
 def incidents(result: EpisodeResult, before: float) -> list[Incident]:

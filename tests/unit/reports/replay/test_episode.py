@@ -1,4 +1,5 @@
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -70,6 +71,16 @@ def test_hostile_titles_and_reasons_stay_texts(tmp_path):
     assert script.count("\n") == 1
     assert facts_of(script)["title"] == hostile
     assert facts_of(script)["result"]["reason"] == hostile
+
+
+@pytest.mark.parametrize("time", [1e308, -1e308])
+def test_an_infraction_of_no_time_is_told_at_an_end_of_the_recording(source, time):
+    hit = source.result.infractions[0].model_copy(update={"time": time})
+    result = source.result.model_copy(update={"infractions": (hit,)})
+
+    script = replay_script(load_episode(replace(source, result=result)))
+
+    assert facts_of(script)["infractions"][0]["speed"] == pytest.approx(SPEED, abs=0.01)
 
 
 @pytest.mark.parametrize("bad", ["../out/x", "run", "run/../x", "a/b/c", "run/<x>", ".x/y", ""])

@@ -8,9 +8,10 @@ import pytest
 from PIL import Image
 from rich.console import Console
 
+from plant_bench.errors import InputError
 from plant_bench.reports.why import listing, text
 from plant_bench.reports.why.findings import find
-from plant_bench.reports.why.incidents import incidents
+from plant_bench.reports.why.incidents import check_recorded, incidents
 from plant_bench.reports.why.listing import print_infractions, worst_first
 from plant_bench.reports.why.picture import save_picture
 from plant_bench.reports.why.scenery import EGO, EXPERTS, TOP
@@ -131,3 +132,13 @@ def test_a_block_is_looked_at_for_as_long_as_it_took():
 
     assert (one.window.first, one.window.last) == (8000 - 3600 - 80, 8000)
     assert one.window.ranked_from == 8000 - 80 - 20
+
+
+@pytest.mark.parametrize("time", [-5.0, 1e11, 1e308])
+def test_an_infraction_that_was_not_recorded_is_named(time):
+    with pytest.raises(InputError, match="tells of an infraction at .* its recording is of 10 s"):
+        check_recorded(record(infraction(InfractionKind.BLOCKED, time=time)), 200)
+
+
+def test_an_infraction_at_the_end_of_a_recording_was_recorded():
+    check_recorded(record(infraction(InfractionKind.BLOCKED, time=9.95)), 200)

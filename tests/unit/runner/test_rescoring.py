@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -23,12 +24,20 @@ def recorded(path: Path, step: float) -> RunFolder:
     suite = load_suite("longest6")
     folder = RunFolder(path)
     folder.create()
-    told = {"suite": "longest6", "seed": 0, "density": "dense", "hazards": True, "repetitions": 1}
+    told: dict[str, Any] = {
+        "suite": "longest6",
+        "seed": 0,
+        "density": "dense",
+        "hazards": True,
+        "repetitions": 1,
+    }
     made = provenance("stranger", "a" * 64, suite, **told)
     folder.write("run.json", made.model_dump_json(indent=1) + "\n")
     jobs = make_jobs("stranger", "a" * 64, suite[:1], repetitions=1, seed=0, density="dense")
     header = jobs[0].header(frozenset()).model_dump(mode="json")
-    numbers = dict.fromkeys(("route_length", "distance", "duration"), 1.0) | {"completion": 0.0}
+    numbers: dict[str, Any] = dict.fromkeys(("route_length", "distance", "duration"), 1.0) | {
+        "completion": 0.0
+    }
     ended = {"status": Status.AGENT_CRASHED, "reason": "x"}
     result = EpisodeResult.model_validate(header | numbers | ended)
     folder.save(episode_name(jobs[0]), result, None)

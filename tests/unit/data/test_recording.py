@@ -144,7 +144,7 @@ def test_actors_are_of_the_types_that_recordings_hold_whatever_they_were_made_of
     scene = some_scenes((2,))[0]
     given = scene.actors
     wide = Actors(
-        given.ids.astype(np.int32),
+        given.ids,
         given.poses.astype(float),
         given.speeds.astype(float),
         given.extents.astype(float),

@@ -77,6 +77,7 @@ def stand_by(pipe: Connection, modules: Sequence[str]) -> None:
         modules: To load. What fails is left to the work, which says why.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    gc.set_threshold(*COLLECT_EVERY)  # modules make no cycles either
     for name in modules:
         with suppress(Exception):
             import_module(name)

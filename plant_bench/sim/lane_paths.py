@@ -39,6 +39,15 @@ class _Track:
     behind: str | None = None
     stopped_since: int | None = None
 
+    def holds(self, tick: int, lane: str, stretch: int) -> bool:
+        """Tell whether all that is remembered still holds."""
+        return (
+            tick - self.refreshed < REFRESH
+            and self.lane == lane
+            and self.stretch == stretch
+            and tick - self.traced < RETRACE
+        )
+
 
 class LanePaths:
     """Follows the watched vehicles and tells the privileged facts of each; mutable.
@@ -54,6 +63,7 @@ class LanePaths:
         self._sumo = sumo
         self._town = town
         self._tracks: dict[int, _Track] = {}
+        self._scales: dict[str, float] = {}
         self._known: dict[tuple[str | None, tuple[str, ...], int], int] = {}
         self._paths = np.empty((64, PATH_SAMPLES, 3))
 
@@ -78,10 +88,14 @@ class LanePaths:
         half_lengths = (0.5 * actors.extents[:, 0]).tolist()
         changing: list[tuple[int, VehicleState]] = []
         lanes = self._town.lanes
+        tracks, scales = self._tracks, self._scales
         for row, (vehicle, state) in enumerate(states.items()):
             lane = lanes.get(state.lane)
-            front = state.lane_position * self._scale(lane)
-            track = self._track(tick, vehicle, state, int(front / STRETCH))
+            scale = scales.get(state.lane)
+            front = state.lane_position * (self._scale(state.lane) if scale is None else scale)
+            track, stretch = tracks.get(vehicle), int(front / STRETCH)
+            if track is None or not track.holds(tick, state.lane, stretch):
+                track = self._track(tick, vehicle, state, stretch)
             which[row] = track.path
             at[row] = front % STRETCH - half_lengths[row]
             stops[row] = track.stop - front
@@ -106,8 +120,12 @@ class LanePaths:
             stopped_for=np.array(waited),
         )
 
-    def _scale(self, lane: Lane | None) -> float:
-        return lane.length / self._sumo.lane_length(lane.id) if lane else 1.0
+    def _scale(self, name: str) -> float:
+        """Return metres of a lane for each of SUMO's."""
+        lane = self._town.lanes.get(name)
+        scale = lane.length / self._sumo.lane_length(name) if lane else 1.0
+        self._scales[name] = scale
+        return scale
 
     def _track(self, tick: int, vehicle: int, state: VehicleState, stretch: int) -> _Track:
         track = self._tracks.get(vehicle)

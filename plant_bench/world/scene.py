@@ -73,13 +73,13 @@ def convert_arrays(value: object, types: tuple[tuple[str, np.dtype], ...]) -> No
             object.__setattr__(value, name, array.astype(wanted))
 
 
-_SINGLE = np.dtype(np.float32)
+_SINGLE, _NUMBER, _BYTE = np.dtype(np.float32), np.dtype(np.int64), np.dtype(np.uint8)
 _TYPES = (
-    ("ids", np.dtype(np.int64)),
+    ("ids", _NUMBER),
     ("poses", _SINGLE),
     ("speeds", _SINGLE),
     ("extents", _SINGLE),
-    ("kinds", np.dtype(np.uint8)),
+    ("kinds", _BYTE),
 )
 
 
@@ -106,7 +106,12 @@ class Actors:
 
     def __post_init__(self) -> None:
         """Let all arrays be of the types that compiled planners take."""
-        convert_arrays(self, _TYPES)
+        if not (
+            self.poses.dtype is self.speeds.dtype is self.extents.dtype is _SINGLE
+            and self.ids.dtype is _NUMBER
+            and self.kinds.dtype is _BYTE
+        ):  # the simulation's own always are, several times a tick
+            convert_arrays(self, _TYPES)
 
     def __len__(self) -> int:
         return len(self.ids)

@@ -1,11 +1,12 @@
 """What a worker costs and how workers disturb each other; what Ray adds to an episode.
 
     python benchmarks/scaling.py --agent expert --workers 1 2 --repeat 3
+    PYTHONPATH=benchmarks ray start --head --num-cpus 2
     python benchmarks/scaling.py --agent plant --workers 1 2 --ray auto
 
 Times are processor time where they can be, so that other work on the machine changes them little;
 medians over the repetitions. Ray's part is timed on tasks that do nothing but bring back as much as
-an episode does, from a cluster that runs already (`ray start --head --num-cpus 2`).
+an episode does, from a cluster that runs already and finds this file.
 """
 
 import argparse
@@ -178,4 +179,6 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    from scaling import main as importable  # workers find its tasks by the module's name
+
+    importable()

@@ -144,14 +144,15 @@ class LocalExecutor:
             yield
         finally:
             _end(self._waiting)
+            self._waiting.clear()
 
     def run_tasks(
         self, tasks: Sequence[Any], work: Work, *, on_event: Listener, logs: Path, keep: Keep
     ) -> None:
         """Run all tasks; see `Executor` and the function `run_tasks`."""
         del keep  # workers here write into the run's folder themselves
-        surplus, self._waiting[len(tasks) :] = self._waiting[len(tasks) :], []
-        _end(surplus)
+        _end(self._waiting[len(tasks) :])
+        del self._waiting[len(tasks) :]
         run_tasks(
             tasks,
             work,
@@ -162,13 +163,13 @@ class LocalExecutor:
         )
 
 
-def _end(processes: list[_Process]) -> None:
-    """End processes that stand by."""
-    for process, pipe in processes:
+def _end(processes: Sequence[_Process]) -> None:
+    """End processes at once, whatever they do."""
+    for process, _ in processes:
         process.kill()
+    for process, pipe in processes:
         process.join()
         pipe.close()
-    processes.clear()
 
 
 class Agenda:
@@ -276,11 +277,7 @@ class _Pool:
 
     def stop(self) -> None:
         """End all workers at once, whatever they do."""
-        for worker in self._workers:
-            worker.process.kill()
-        for worker in self._workers:
-            worker.process.join()
-            worker.pipe.close()
+        _end([(worker.process, worker.pipe) for worker in self._workers])
         self._workers.clear()
 
     def busy(self) -> bool:
@@ -348,9 +345,7 @@ class _Pool:
         self._replace(worker)
 
     def _replace(self, worker: _Worker) -> None:
-        worker.process.kill()
-        worker.process.join()
-        worker.pipe.close()
+        _end([(worker.process, worker.pipe)])
         self._workers.remove(worker)
         if self._agenda.waiting:
             self.start(worker.number)

@@ -155,8 +155,8 @@ def run_suite(
 
 def modules_needed(agent: str, isolation: Isolation | None) -> tuple[str, ...]:
     """Return what workers may load before they are given an episode."""
-    modules = RUN_EPISODE.partition(":")[0], own_module(agent)
-    return tuple(name for name in modules[: 1 if isolation else 2] if name)
+    own = "" if isolation else own_module(agent)
+    return tuple(filter(None, (RUN_EPISODE.partition(":")[0], own)))
 
 
 def _run_task(task: _Task, report: Report) -> Episode:

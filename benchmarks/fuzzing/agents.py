@@ -12,7 +12,7 @@ from fuzzing.form import Format, used
 from plant_bench.agent import Observation, check_action, decision_interval, reason_of
 from plant_bench.agents.remote.agent import RemoteRanker
 from plant_bench.agents.remote.codec import array_out, pack
-from plant_bench.agents.remote.connection import Connection, Profile
+from plant_bench.agents.remote.connection import Connection, Profile, _idle
 from plant_bench.agents.remote.process import LENGTH, Limits, PlannerProcess
 from plant_bench.agents.remote.programs import Program
 from plant_bench.errors import AgentError
@@ -79,7 +79,8 @@ def _use_answer(box: Path) -> None:
 
 
 def _ask(question: str, said: bytes) -> None:
-    connection = Connection(Program("fuzzed", ("fuzzed",)), Limits())
+    limits = Limits()
+    connection = Connection(Program("fuzzed", ("fuzzed",)), limits)
     connection._process = process = _Spoken(said)
     agent = RemoteRanker(connection, Profile(frozenset(), 1, True, ()))
     try:
@@ -90,16 +91,10 @@ def _ask(question: str, said: bytes) -> None:
         elif question == "rank":
             used(agent.rank(ASKED).sum())
         else:
-            _begin(connection, process)
+            _idle[connection.program, limits] = process  # which `begin` takes over
+            connection.begin()
     finally:
         process.close()
-
-
-def _begin(connection: Connection, process: PlannerProcess) -> None:
-    from plant_bench.agents.remote import connection as module
-
-    module.PlannerProcess = lambda *_: process  # pyright: ignore[reportAttributeAccessIssue]
-    connection.begin()
 
 
 def _answer_seeds() -> list[bytes]:

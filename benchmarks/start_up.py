@@ -2,18 +2,20 @@
 
     python benchmarks/start_up.py --agents cruise expert plant --repeat 5
 
-Each time is that of a whole new command with one worker; its worker writes down when the simulation
-is asked for its first step, and all is ended then. The first command of all compiles planners'
-loops and fills the disk's cache, so it is not counted.
+Each time is that of a whole new `plant-bench` command; the first of its workers that comes so far
+writes down when its simulation is asked for its first step, and all is ended then. The first
+command of all compiles planners' loops and Python's modules and fills the disk's cache, so it is
+not counted.
 """
 
 import argparse
 import os
+import shutil
+import signal
 import statistics
 import subprocess
 import sys
 import tempfile
-import threading
 import time
 from pathlib import Path
 
@@ -25,63 +27,47 @@ def main() -> None:
     """Run the command line."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--agents", nargs="+", default=["cruise", "expert", "plant"])
-    parser.add_argument("--route", default="0")
+    parser.add_argument("--routes", default="0", help="as of plant-bench score: one a worker")
+    parser.add_argument("--workers", default="1")
     parser.add_argument("--repeat", type=int, default=5)
     given = parser.parse_args()
     for agent in given.agents:
-        first_tick(agent, given.route)
-        times = [first_tick(agent, given.route) for _ in range(given.repeat)]
+        first_tick(agent, given.routes, given.workers)
+        times = [first_tick(agent, given.routes, given.workers) for _ in range(given.repeat)]
         low, middle, high = min(times), statistics.median(times), max(times)
         print(
             f"{agent:20s} {middle:5.2f} s to the first tick ({low:.2f} to {high:.2f})", flush=True
         )
 
 
-def first_tick(agent: str, route: str) -> float:
+def first_tick(agent: str, routes: str, workers: str) -> float:
     """Return the seconds from the start of a command to its first tick."""
-    with tempfile.TemporaryDirectory() as folder:
-        clock = Path(folder) / "clock"
-        command = [sys.executable, __file__, "score", "--agent", agent, "--routes", route]
-        command += ["--repetitions", "1", "--workers", "1", "--out", str(Path(folder) / "run")]
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
+        clock, run = Path(folder) / "clock", Path(folder) / "run"
+        # Python loads a module of this name first of all, in the command and in its workers.
+        shutil.copy(
+            Path(__file__).with_name("clock_of_first_tick.py"), f"{folder}/sitecustomize.py"
+        )
+        command = [str(Path(sys.executable).with_name("plant-bench")), "score", "--agent", agent]
+        command += ["--routes", routes, "--repetitions", "1", "--workers", workers]
+        command += ["--out", str(run)]
+        paths = filter(None, (folder, os.environ.get("PYTHONPATH")))
+        env = os.environ | {CLOCK: str(clock), "PYTHONPATH": os.pathsep.join(paths)}
+        env.pop("PYTHONDONTWRITEBYTECODE", None)  # else each command compiles all modules anew
         begin = time.time()
         child = subprocess.Popen(
-            command, env=os.environ | {CLOCK: str(clock)}, stdout=subprocess.DEVNULL
+            command, env=env, stdout=subprocess.DEVNULL, start_new_session=True
         )
         try:
             while not clock.is_file():
                 if child.poll() is not None or time.time() - begin > PATIENCE:
-                    sys.exit(f"{' '.join(command[2:])} came to no tick.")
+                    sys.exit(f"{' '.join(command)} came to no tick.")
                 time.sleep(0.002)
         finally:
-            child.kill()
+            os.killpg(child.pid, signal.SIGKILL)  # its workers, too
             child.wait()
         return float(clock.read_text(encoding="ascii")) - begin
 
 
-def watch(clock: Path) -> None:
-    """Wait for the simulation's module to be loaded, and for its first step."""
-    while (module := sys.modules.get("plant_bench.sim.simulation")) is None or not hasattr(
-        module, "Simulation"
-    ):
-        time.sleep(0.001)
-    step = module.Simulation.step
-
-    def timed(self: object, control: object) -> object:
-        part = clock.with_suffix(".part")
-        part.write_text(repr(time.time()), encoding="ascii")
-        part.replace(clock)
-        module.Simulation.step = step
-        return step(self, control)
-
-    module.Simulation.step = timed
-
-
-if clock_file := os.environ.get(CLOCK):
-    threading.Thread(target=watch, args=(Path(clock_file),), daemon=True).start()
 if __name__ == "__main__":
-    if CLOCK in os.environ:
-        from plant_bench.cli import main as command_line
-
-        command_line()
-    else:
-        main()
+    main()

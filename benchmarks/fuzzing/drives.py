@@ -11,7 +11,7 @@ import numpy as np
 from fuzzing.data import answer_at, scene_at
 from fuzzing.form import Format, used
 from fuzzing.runs import put_run, run_files
-from plant_bench.data.recording import Recorder
+from plant_bench.data.recorder import Recorder
 from plant_bench.data.statistics import describe_data, find_data_faults
 from plant_bench.errors import InputError
 from plant_bench.features.tokens import TokenSpec

@@ -13,9 +13,10 @@ from plant_bench.runner.claims import Shard
 from plant_bench.runner.executors import Executor, LocalExecutor
 from plant_bench.runner.isolation import Isolation, isolated
 from plant_bench.runner.jobs import episode_name
+from plant_bench.runner.loading import loading
 from plant_bench.runner.run import Run, ScoreRequest, open_run
 from plant_bench.runner.speed import read_timings, speed_of, write_speed
-from plant_bench.runner.suite import modules_needed, run_suite
+from plant_bench.runner.suite import run_suite
 from plant_bench.scoring.infractions import Status
 from plant_bench.scoring.laws import Law
 
@@ -87,7 +88,7 @@ def drive_missing(request: ScoreRequest, out: Path | None, how: Driving) -> Run 
     with ExitStack() as hold:
         hold.enter_context(isolated(how.isolation))  # this process loads planners, too
         executor = how.executor or LocalExecutor(
-            how.workers, modules_needed(request.agent, how.isolation)
+            how.workers, loading(request.agent, isolate=how.isolation is not None)
         )
         hold.enter_context(executor.connected())  # before the run's folder is made
         run = open_run(request, out, overwrite=how.overwrite, shard=how.shard, hold=hold)

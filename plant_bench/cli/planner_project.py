@@ -11,7 +11,6 @@ from pathlib import Path
 from string import Template
 
 from plant_bench.errors import InputError
-from plant_bench.whole_files import write_whole_text
 
 TEMPLATES = Path(__file__).with_name("templates")
 SUFFIX = ".tmpl"
@@ -113,6 +112,8 @@ def _class_name(name: str) -> str:
 
 
 def _fill(template: Path, folder: Path, words: dict[str, str]) -> None:
+    from plant_bench.whole_files import write_whole_text
+
     for path in sorted(template.rglob(f"*{SUFFIX}")):
         place = path.relative_to(template).with_suffix("")
         parts = [words["package"] if part == PACKAGE else part for part in place.parts]

@@ -5,7 +5,13 @@ from typing import Annotated
 
 import typer
 
-from plant_bench.cli.executing import AddressOption, ExecutorOption, ManyWorkersOption, Where
+from plant_bench.cli.executing import (
+    AddressOption,
+    ExecutorOption,
+    ManyWorkersOption,
+    Where,
+    chosen_executor,
+)
 from plant_bench.cli.isolating import (
     IsolateOption,
     MemoryLimitOption,
@@ -22,6 +28,8 @@ from plant_bench.cli.options import (
     RoutesOption,
     SuiteOption,
 )
+from plant_bench.runner.executors import LocalExecutor
+from plant_bench.runner.loading import loading
 
 
 def score(
@@ -77,22 +85,29 @@ def score(
 
         plant-bench score --agent plant --executor ray --address ray://head:10001
     """
-    from plant_bench.cli.drive import Driving, drive
-    from plant_bench.cli.executing import chosen_executor
-    from plant_bench.runner.claims import Shard
-    from plant_bench.runner.run import ScoreRequest
-    from plant_bench.scoring.laws import law_of
+    where = chosen_executor(executor, address, workers)
+    driver = where or LocalExecutor(workers or CORES, loading(agent, isolate=isolate))
+    with driver.connected():  # first of all: its workers load meanwhile what they need, too
+        from plant_bench.cli.drive import Driving, drive
+        from plant_bench.runner.claims import Shard
+        from plant_bench.runner.run import ScoreRequest
+        from plant_bench.scoring.laws import law_of
 
-    how = Driving(
-        workers=workers or CORES,
-        overwrite=overwrite,
-        recordings=recordings,
-        law=law_of(law),
-        executor=chosen_executor(executor, address, workers),
-        shard=None if shard is None else Shard.parse(shard),
-        isolation=isolation_for(
-            agent, isolate=isolate, tick=tick_limit, start_up=start_up_limit, memory=memory_limit
-        ),
-    )
-    request = ScoreRequest(agent, suite, routes, repetitions, seed, density, hazards)
-    raise typer.Exit(drive(request, out, how))
+        how = Driving(
+            workers=workers or CORES,
+            overwrite=overwrite,
+            recordings=recordings,
+            law=law_of(law),
+            executor=driver,
+            shard=None if shard is None else Shard.parse(shard),
+            isolation=isolation_for(
+                agent,
+                isolate=isolate,
+                tick=tick_limit,
+                start_up=start_up_limit,
+                memory=memory_limit,
+            ),
+        )
+        request = ScoreRequest(agent, suite, routes, repetitions, seed, density, hazards)
+        code = drive(request, out, how)
+    raise typer.Exit(code)

@@ -14,23 +14,26 @@ from plant_bench.agent import Cause
 from plant_bench.data.parquet_footer import value_counts
 from plant_bench.input_files import check_file, parse_json
 
-READABLE_FORMATS = (1, 2, 3)  # 1 has no reasons
+RECORDING_FORMAT, THINNED_FORMAT = 2, 3
+READABLE_FORMATS = (1, RECORDING_FORMAT, THINNED_FORMAT)  # 1 has no reasons
+EGO_COLUMNS = ("x", "y", "yaw", "speed", "acceleration", "steering")  # the fields of EgoState
+ACTOR_COLUMNS = ("x", "y", "yaw", "speed", "length", "width")
+REASON_COLUMNS = ("reason", "reason_actor")  # a `Cause`, and an actor's id
 FORMAT_KEY, METADATA_KEY = b"plant_bench.recording", b"plant_bench.metadata"
 LARGEST_FILE = 200_000_000  # bytes; an episode has about 1 million
 LARGEST_UNPACKED = 400_000_000  # bytes of all columns; an episode has about 7 million
 MOST_VALUES = 100_000_000  # of all columns
 MOST_TICKS = 200_000  # nearly three hours; an episode times out long before
 
-_EGO = dict.fromkeys(("x", "y", "yaw", "speed", "acceleration", "steering"), pa.float64())
+_EGO = dict.fromkeys(EGO_COLUMNS, pa.float64())
 _ASKED = {
     "acceleration_asked": pa.float64(),
     "steering_asked": pa.float64(),
     "plan": pa.list_(pa.float64()),
 }
-_PLACES = ("x", "y", "yaw", "speed", "length", "width")
 _ACTORS = {
     "actor_id": pa.list_(pa.int64()),
-    **{f"actor_{name}": pa.list_(pa.float32()) for name in _PLACES},
+    **{f"actor_{name}": pa.list_(pa.float32()) for name in ACTOR_COLUMNS},
     "actor_kind": pa.list_(pa.uint8()),
 }
 _LIGHTS = {"lights": pa.list_(pa.uint8())}

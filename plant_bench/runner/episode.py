@@ -17,7 +17,7 @@ from plant_bench.agent import (
 )
 from plant_bench.agents.control import control_of
 from plant_bench.agents.registry import load_agent
-from plant_bench.data.recording import Recorder
+from plant_bench.data.recorder import Recorder
 from plant_bench.errors import AgentError
 from plant_bench.runner.asking import asked
 from plant_bench.runner.jobs import Job

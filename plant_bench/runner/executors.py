@@ -122,29 +122,42 @@ class Executor(Protocol):
         ...
 
 
+def _nothing() -> None:
+    """Load nothing beforehand."""
+
+
 class LocalExecutor:
     """Runs tasks in processes of this machine; mutable: it may have some that stand by.
 
     Args:
         workers: Number of processes.
-        modules: What they may load while this process still finds out what there is to do.
+        load: What they do while this process still finds out what there is to do; picklable.
     """
 
-    def __init__(self, workers: int, modules: Sequence[str] = ()) -> None:
+    def __init__(self, workers: int, load: Callable[[], object] = _nothing) -> None:
         self.workers = workers
-        self._modules = tuple(modules)
+        self._load = load
         self._waiting: list[_Process] = []
+        self._connected = False
+
+    def __str__(self) -> str:
+        return f"{self.workers} workers"
 
     @contextmanager
     def connected(self) -> Iterator[None]:
-        """Have processes load what they need; see `Executor`."""
+        """Have processes load what they need; see `Executor`. Once more changes nothing."""
+        if self._connected:
+            yield
+            return
+        self._connected = True
         try:
             for _ in range(min(self.workers, STANDING_BY)):
-                self._waiting.append(start_process(stand_by, self._modules))
+                self._waiting.append(start_process(stand_by, self._load))
             yield
         finally:
             _end(self._waiting)
             self._waiting.clear()
+            self._connected = False
 
     def run_tasks(
         self, tasks: Sequence[Any], work: Work, *, on_event: Listener, logs: Path, keep: Keep

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from importlib import import_module
 from pathlib import Path
 
-from plant_bench.agents.registry import load_agent, own_module
+from plant_bench.agents.registry import load_agent
 from plant_bench.runner.cargo import Needs, Place, shipped
 from plant_bench.runner.executors import (
     Event,
@@ -151,12 +151,6 @@ def run_suite(
     executor = LocalExecutor(workers) if executor is None else executor
     logs = folder.path / "logs"
     executor.run_tasks(tasks, _run_task, on_event=listen, logs=logs, keep=folder.keep)
-
-
-def modules_needed(agent: str, isolation: Isolation | None) -> tuple[str, ...]:
-    """Return what workers may load before they are given an episode."""
-    own = "" if isolation else own_module(agent)
-    return tuple(filter(None, (RUN_EPISODE.partition(":")[0], own)))
 
 
 def _run_task(task: _Task, report: Report) -> Episode:

@@ -1,23 +1,21 @@
 """The life of a worker process: take a task, report progress, answer, until the parent is gone."""
 
-import gc
 import os
 import signal
 import sys
 import time
 import traceback
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
-from importlib import import_module
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
 from plant_bench.data_files import TOWNS_VARIABLE
 from plant_bench.errors import InputError, SimulationError
+from plant_bench.garbage import collect_rarely
 
-COLLECT_EVERY = (100_000, 50, 100)  # an episode makes no cycles: rare collections save 8 % of it
 REPORT_EVERY = 0.2  # s between two progress reports
 
 Report = Callable[[float], None]
@@ -69,18 +67,17 @@ class Assignment:
 Message = Ready | Share | Done | Failed
 
 
-def stand_by(pipe: Connection, modules: Sequence[str]) -> None:
+def stand_by(pipe: Connection, load: Callable[[], object]) -> None:
     """Load what will be needed, then `serve` with the `Assignment` that the pipe tells.
 
     Args:
         pipe: To the parent.
-        modules: To load. What fails is left to the work, which says why.
+        load: Loads it. What fails is left to the work, which says why.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    gc.set_threshold(*COLLECT_EVERY)  # modules make no cycles either
-    for name in modules:
-        with suppress(Exception):
-            import_module(name)
+    collect_rarely()
+    with suppress(Exception):
+        load()
     try:
         told = pipe.recv()
     except (EOFError, OSError):
@@ -101,7 +98,7 @@ def serve(pipe: Connection, work: Work, log: Path | None) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the parent, which decides
     if log is not None:
         _print_to(log)
-    gc.set_threshold(*COLLECT_EVERY)
+    collect_rarely()
     last_report = 0.0
 
     def report(share: float) -> None:

@@ -13,7 +13,8 @@ from plant_bench.agent import PLAN_INTERVAL, PLAN_STEPS, Control, Input, Observa
 from plant_bench.agents.careful_driver import RESTING_INTERVAL
 from plant_bench.agents.forecast import STEP
 from plant_bench.agents.rollouts import ego_poses, rollout
-from plant_bench.data.recording import Action, Recording
+from plant_bench.data.recorder import Action
+from plant_bench.data.recording import Recording
 from plant_bench.errors import InputError
 from plant_bench.features.inputs import SceneInput, scene_input
 from plant_bench.features.limits import allowed_speed

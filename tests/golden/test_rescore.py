@@ -4,7 +4,8 @@ import dataclasses
 
 import pytest
 
-from plant_bench.data.recording import Recorder, Recording
+from plant_bench.data.recorder import Recorder
+from plant_bench.data.recording import Recording
 from plant_bench.errors import InputError
 from plant_bench.scoring.infractions import Status
 from plant_bench.scoring.referee import Referee, result_of

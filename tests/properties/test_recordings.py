@@ -7,7 +7,8 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
 from plant_bench.agent import Cause, Control, Plan, Reason, same_action
-from plant_bench.data.recording import Recorder, Recording
+from plant_bench.data.recorder import Recorder
+from plant_bench.data.recording import Recording
 from plant_bench.world.scene import Actors, EgoState, Scene
 
 numbers = st.floats(allow_nan=False, allow_infinity=False)

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from plant_bench.agents.registry import agent_checksum
-from plant_bench.data.recording import Recorder, Recording
+from plant_bench.data.recorder import Recorder
+from plant_bench.data.recording import Recording
 from plant_bench.errors import InputError
 from plant_bench.runner.episode import run_episode
 from plant_bench.runner.expert_asking import ask_expert

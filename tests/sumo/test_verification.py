@@ -9,7 +9,8 @@ import pytest
 from plant_bench.agents.registry import agent_checksum
 from plant_bench.agents.remote.connection import end_processes
 from plant_bench.agents.remote.process import Limits
-from plant_bench.data.recording import Recorder, Recording
+from plant_bench.data.recorder import Recorder
+from plant_bench.data.recording import Recording
 from plant_bench.runner.differences import Difference
 from plant_bench.runner.episode import run_episode
 from plant_bench.runner.isolation import isolation_of

@@ -10,6 +10,7 @@ from plant_bench.world.town import Town
 
 SPACING = 1.0  # m between the points that stand for a lane; places are met within 0.1 m
 NEAR = 25.0  # m around a place within which lanes are looked at
+BESIDE = 6.0  # m around it within which the nearest lane mostly is: the first look
 
 
 class Roadway:
@@ -24,6 +25,7 @@ class Roadway:
         widths = [lane.width for lane in town.lanes.values()]
         self._x, self._y = np.concatenate(lines).T.copy()
         self._half = 0.5 * np.repeat(widths, [len(line) for line in lines])
+        self._widest = 0.5 * max(widths)
 
     def around(self, x: float, y: float, radius: float) -> "Roadway":
         """Return the part within a square around a place: the rest is not met from there."""
@@ -38,7 +40,13 @@ class Roadway:
         The places lie together, within some 20 m of each other.
         """
         x, y = places.mean(axis=0)
-        near = self._within(x, y, NEAR + np.abs(places - (x, y)).max())
+        extent = np.abs(places - (x, y)).max()
+        beside = self._clearance(places, self._within(x, y, BESIDE + extent))
+        if beside.max() <= BESIDE - self._widest:  # whatever lies beyond is farther from each
+            return beside
+        return self._clearance(places, self._within(x, y, NEAR + extent))
+
+    def _clearance(self, places: np.ndarray, near: np.ndarray) -> np.ndarray:
         if not len(near):
             return np.full(len(places), NEAR)
         dx = places[:, 0, None] - self._x[near]

@@ -2,15 +2,11 @@ import multiprocessing
 
 import pytest
 
-from plant_bench.agents.remote.process import Limits
-from plant_bench.agents.remote.programs import program_of
 from plant_bench.cli import drive
 from plant_bench.cli.drive import Driving, drive_missing
 from plant_bench.errors import InputError
-from plant_bench.runner.isolation import Isolation
 from plant_bench.runner.ray_executor import RayExecutor
 from plant_bench.runner.run import ScoreRequest
-from plant_bench.runner.suite import modules_needed
 
 
 def test_a_cluster_that_is_not_there_leaves_no_run_behind(tmp_path):
@@ -37,12 +33,3 @@ def test_workers_load_what_they_need_while_the_request_is_read(tmp_path, monkeyp
 
     assert len(standing_by) == 2
     assert not any(child.is_alive() for child in standing_by)
-
-
-def test_only_own_planners_of_the_workers_are_loaded_beforehand():
-    episode = "plant_bench.runner.episode"
-    apart = Isolation(program_of("expert"), Limits(), None)
-
-    assert modules_needed("plant@weights", None) == (episode, "plant_bench.agents.plant.guarded")
-    assert modules_needed("their.module:Planner", None) == (episode,)
-    assert modules_needed("expert", apart) == (episode,)

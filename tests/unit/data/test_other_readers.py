@@ -9,7 +9,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from plant_bench.agent import Control
-from plant_bench.data.recording import Recorder
+from plant_bench.data.recorder import Recorder
 from plant_bench.world.scene import Actors, EgoState, Scene
 
 TICKS, EVERY = 21, 10

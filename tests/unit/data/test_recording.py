@@ -5,13 +5,9 @@ import pytest
 
 from plant_bench.agent import Cause, Control, Plan, Reason, same_action
 from plant_bench.data import recording_file
-from plant_bench.data.recording import (
-    FORMAT_KEY,
-    METADATA_KEY,
-    REASON_COLUMNS,
-    Recorder,
-    Recording,
-)
+from plant_bench.data.recorder import Recorder
+from plant_bench.data.recording import Recording
+from plant_bench.data.recording_file import FORMAT_KEY, METADATA_KEY, REASON_COLUMNS
 from plant_bench.errors import InputError
 from plant_bench.world.scene import ActorKind, Actors, EgoState, Scene
 

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from plant_bench.data.recording import Recorder
+from plant_bench.data.recorder import Recorder
 from plant_bench.data.statistics import describe_data, find_data_faults
 from plant_bench.errors import InputError
 from plant_bench.reports.data_card import data_card

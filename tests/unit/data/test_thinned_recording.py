@@ -6,7 +6,9 @@ import pyarrow.parquet as pq
 import pytest
 
 from plant_bench.agent import Cause, Control, Reason
-from plant_bench.data.recording import FORMAT_KEY, Recorder, Recording
+from plant_bench.data.recorder import Recorder
+from plant_bench.data.recording import Recording
+from plant_bench.data.recording_file import FORMAT_KEY
 from plant_bench.errors import InputError
 from plant_bench.world.scene import Actors, EgoState, Scene
 

@@ -4,6 +4,7 @@ import os
 import signal
 import threading
 import time
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -136,7 +137,7 @@ def test_workers_that_cannot_start_end_the_run(tmp_path, monkeypatch):
 
 
 def test_processes_that_stand_by_do_the_work_and_are_gone_afterwards(scripted, tmp_path):
-    executor = LocalExecutor(2, ["json", "no_such_module"])
+    executor = LocalExecutor(2, partial(importlib.import_module, "no_such_module"))
     events: list[Event] = []
     with executor.connected():
         waiting = {child.pid for child in multiprocessing.active_children()}
@@ -152,7 +153,7 @@ def test_processes_that_stand_by_do_the_work_and_are_gone_afterwards(scripted, t
 def test_what_the_command_finds_out_meanwhile_reaches_who_stands_by(
     scripted, tmp_path, monkeypatch
 ):
-    executor = LocalExecutor(1, ["http.cookies"])
+    executor = LocalExecutor(1, partial(importlib.import_module, "http.cookies"))
     events: list[Event] = []
     with executor.connected():
         monkeypatch.setenv(TOWNS_VARIABLE, "their/towns")  # as a suite with towns does
@@ -193,6 +194,9 @@ def test_who_dies_while_it_stands_by_costs_nothing(scripted, tmp_path, monkeypat
 
 def test_processes_that_stood_by_for_nothing_are_gone():
     before = set(multiprocessing.active_children())
-    with LocalExecutor(2).connected():
+    executor = LocalExecutor(2)
+    with executor.connected():
+        with executor.connected():  # as a command does that has its workers begin early
+            pass
         assert len(set(multiprocessing.active_children()) - before) == 2
     assert set(multiprocessing.active_children()) <= before

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from plant_bench.data.recording import Recorder
+from plant_bench.data.recorder import Recorder
 from plant_bench.errors import InputError
 from plant_bench.runner.jobs import episode_name, make_jobs
 from plant_bench.runner.provenance import provenance

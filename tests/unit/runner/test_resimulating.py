@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from plant_bench.agent import Control, Privileged
-from plant_bench.data.recording import Recorder, Recording
+from plant_bench.data.recorder import Recorder
+from plant_bench.data.recording import Recording
 from plant_bench.errors import InputError
 from plant_bench.runner import hindsight
 from plant_bench.runner.moments import Window

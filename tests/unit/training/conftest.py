@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import torch
 
-from plant_bench.data.recording import Action, Recorder
+from plant_bench.data.recorder import Action, Recorder
 from plant_bench.world.route import PROTOCOL, LaneSpan, Route
 from plant_bench.world.scene import TICK, ActorKind, Actors, EgoState, Scene
 

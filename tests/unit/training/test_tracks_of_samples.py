@@ -13,7 +13,8 @@ from plant_bench.agents.plant.agent import INTERVAL, PlanT
 from plant_bench.agents.plant.config import PlanTConfig
 from plant_bench.agents.plant.network import PlanTNetwork
 from plant_bench.agents.plant.weights import save_network
-from plant_bench.data.recording import Recorder, Recording
+from plant_bench.data.recorder import Recorder
+from plant_bench.data.recording import Recording
 from plant_bench.features.inputs import SceneInput
 from plant_bench.features.tokens import TokenSpec
 from plant_bench.runner.observing import observe

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from plant_bench.agent import Cause, Control, Plan, Reason
-from plant_bench.data.recording import Recorder
+from plant_bench.data.recorder import Recorder
 from plant_bench.reports.replay.source import ReplaySource
 from plant_bench.scoring.infractions import Infraction, InfractionKind, Status
 from plant_bench.scoring.results import EpisodeHeader, EpisodeResult, HazardRecord

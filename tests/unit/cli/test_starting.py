@@ -1,0 +1,52 @@
+"""How a command begins: what it loads before its workers begin, and what they load of it."""
+
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+PYPROJECT = Path(__file__).parents[3] / "pyproject.toml"
+
+COMMAND = """
+import gc, sys
+from plant_bench.runner import executors
+from plant_bench.__main__ import main
+
+def begin(*_):
+    print(*sorted({"numpy", "pandas", "numba", "rich"} & sys.modules.keys()), gc.get_threshold()[0])
+    raise SystemExit
+
+executors.start_process = begin
+sys.argv = ["plant-bench", "score", "--agent", "expert", "--routes", "0"]
+main()
+"""
+WORKER = """
+import sys, multiprocessing.spawn
+multiprocessing.spawn._fixup_main_from_path(sys.argv[1])
+print("typer" in sys.modules, sys.modules["__mp_main__"].{function}.__module__)
+"""
+
+
+def said(code: str, *words: str) -> str:
+    done = subprocess.run(
+        [sys.executable, "-c", code, *words], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout.strip()
+
+
+def test_workers_begin_before_the_command_loads_what_it_needs_itself():
+    assert said(COMMAND) == "100000"
+
+
+def test_workers_do_not_load_the_command_line(tmp_path):
+    """A spawned process runs once more the script that its parent began with."""
+    scripts = tomllib.loads(PYPROJECT.read_text("utf-8"))["project"]["scripts"]
+    module, _, function = scripts["plant-bench"].partition(":")
+    script = tmp_path / "plant-bench"  # as pip writes it
+    script.write_text(
+        f"import sys\nfrom {module} import {function}\n"
+        f"if __name__ == '__main__':\n    sys.exit({function}())\n"
+    )
+
+    assert said(WORKER.format(function=function), str(script)) == f"False {module}"

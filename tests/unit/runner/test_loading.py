@@ -1,0 +1,25 @@
+import subprocess
+import sys
+
+LOADED = """
+import sys
+from plant_bench.runner.loading import loading
+
+def load(agent, *modules, isolate=False):
+    loading(agent, isolate=isolate)()
+    return [module in sys.modules for module in modules]
+
+later = loading("expert", isolate=False)
+assert "plant_bench.runner.episode" not in sys.modules, "making it loads nothing"
+assert load("their.module:Planner", "plant_bench.runner.episode", "their") == [True, False]
+assert load("expert", "plant_bench.agents.expert", isolate=True) == [False]
+assert load("plant@no/such", "plant_bench.agents.plant.guarded", "onnxruntime") == [True, False]
+assert load("plant", "onnxruntime", "torch") == [True, False]
+"""
+
+
+def test_only_own_planners_of_the_workers_are_loaded_beforehand():
+    done = subprocess.run(
+        [sys.executable, "-c", LOADED], capture_output=True, text=True, check=False
+    )
+    assert (done.returncode, done.stderr) == (0, "")

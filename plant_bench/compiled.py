@@ -1,8 +1,5 @@
 """Loops over small arrays as machine code (numba): a call of numpy costs more than they do.
 
-Nothing is compiled, and numba not even loaded, before the first call or `compile_all`: a command
-that asks a planner for its name alone need not wait for it.
-
 A compiled function is kept on the disk, beside its source or in the user's cache, in a folder that
 is named by the content of its own file, of this one, and numba's version. A change of another file
 would not be noticed: it therefore uses nothing that its file imports from plant-bench, but is given
@@ -22,179 +19,78 @@ import shutil
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
-from importlib.metadata import version
 from pathlib import Path
-from types import CodeType, FunctionType
 from typing import Any
 
+import numba
+from numba import njit, types
+from numba.core import config
 
-@dataclass(frozen=True)
-class Argument:
-    """The type of an argument.
-
-    Attributes:
-        item: Of a number, or of an array's elements: numba's name.
-        axes: Of an array; 0 for a number.
-        new: An array that the caller has made for it, to be written to; others are only read,
-            however they lie in memory.
-    """
-
-    item: str
-    axes: int = 0
-    new: bool = False
+REAL, SINGLE, WHOLE = types.float64, types.float32, types.int64
+FLAG = types.boolean
 
 
-REAL, SINGLE, WHOLE, FLAG = map(Argument, ("float64", "float32", "int64", "boolean"))
-REALS, REALS_2D, REALS_3D = (Argument("float64", axes) for axes in (1, 2, 3))
-SINGLES, SINGLES_2D = (Argument("float32", axes) for axes in (1, 2))
-NEW_REALS, NEW_REALS_2D = (Argument("float64", axes, new=True) for axes in (1, 2))
-NEW_SINGLES_2D = Argument("float32", 2, new=True)
-WHOLES, FLAGS = Argument("int64", 1), Argument("boolean", 1)
+_settings: dict[str, Any] = config.__dict__
 
 
-class Compiled:
-    """A function that is machine code from its first call on.
+def _read_only(item: types.Type, dimensions: int) -> types.Array:
+    """Return the type of an array that is only read, however it lies in memory."""
+    return types.Array(item, dimensions, "A", readonly=True)
 
-    Attributes:
-        plain: The function as it is written.
+
+REALS, REALS_2D, REALS_3D = (_read_only(REAL, dimensions) for dimensions in (1, 2, 3))
+SINGLES, SINGLES_2D = (_read_only(SINGLE, dimensions) for dimensions in (1, 2))
+NEW_REALS, NEW_REALS_2D = types.Array(REAL, 1, "C"), types.Array(REAL, 2, "C")
+NEW_SINGLES_2D = types.Array(SINGLE, 2, "C")
+WHOLES = _read_only(WHOLE, 1)
+FLAGS = _read_only(FLAG, 1)
+
+
+def compiled(*arguments: types.Type) -> Callable[[Callable], Callable]:
+    """Compile a function, when it is defined, for arguments of some types.
 
     Args:
-        function: The same.
         arguments: The types, one an argument.
     """
 
-    def __init__(self, function: Callable, arguments: tuple[Argument, ...]) -> None:
-        # Tests check what is imported, and numba cannot compile their checks.
-        self.plain: Any = inspect.unwrap(function)
-        self._arguments = arguments
-        self._run: Callable = self._first
-        _waiting.append(self)
-        functools.update_wrapper(self, self.plain)
-
-    def __call__(self, *given: Any) -> Any:
-        """Return what the function returns."""
-        return self._run(*given)
-
-    @functools.cached_property
-    def machine(self) -> Any:
-        """What numba has made of it."""
-        folder, function = self._folder, self._calling_machines()
+    def made(function: Callable) -> Callable:
+        plain = inspect.unwrap(function)  # tests check what is imported, which numba cannot compile
+        folder = _folder(inspect.getfile(plain))
         found = None
         if folder is not None:
             try:
                 with _keeping_in(folder):
-                    found = _compile(function, self._arguments, keep=True)
+                    found = _compile(plain, arguments, keep=True)
             except Exception:  # noqa: BLE001  a broken or full folder; what else it is, is raised below
                 shutil.rmtree(folder, ignore_errors=True)
         if found is None:
-            found = _compile(function, self._arguments, keep=False)
+            found = _compile(plain, arguments, keep=False)
         if not found.stats.cache_hits:
-            _tell(kept=folder is not None)
-        self._run = found
-        with suppress(ValueError):
-            _waiting.remove(self)
+            _tell()
         return found
-
-    @property
-    def is_kept(self) -> bool:
-        """Whether it was compiled before, and lies on the disk; False if that is broken."""
-        name = f"*.{self.plain.__name__}-*.nbi"
-        return self._folder is not None and any(self._folder.glob(name))
-
-    @property
-    def _folder(self) -> Path | None:
-        return _folder(inspect.getfile(self.plain))
-
-    def _first(self, *given: Any) -> Any:
-        return self.machine(*given)
-
-    def _calling_machines(self) -> FunctionType:
-        """Return the function with the compiled ones that it calls as numba knows them."""
-        plain = self.plain
-        names = dict(plain.__globals__)
-        for name in _names(plain.__code__):
-            called = names.get(name)
-            if isinstance(called, Compiled) and called is not self:
-                names[name] = called.machine
-        made = FunctionType(
-            plain.__code__, names, plain.__name__, plain.__defaults__, plain.__closure__
-        )
-        functools.update_wrapper(made, plain)
-        return made
-
-
-_waiting: list[Compiled] = []
-
-
-def compiled(*arguments: Argument) -> Callable[[Callable], Compiled]:
-    """Compile a function, when it is first called, for arguments of some types.
-
-    Args:
-        arguments: The types, one an argument.
-    """
-
-    def made(function: Callable) -> Compiled:
-        return Compiled(function, arguments)
 
     return made
 
 
-def compile_all() -> None:
-    """Compile all functions of the modules that are loaded, or read what is kept of them."""
-    for function in _waiting.copy():
-        _ = function.machine
-
-
-def tell_what_others_compile() -> None:
-    """Say, before other processes compile what is loaded here, why they take longer to start."""
-    missing = [function for function in _waiting if not function.is_kept]
-    if missing:
-        _tell(kept=missing[0]._folder is not None)
-
-
-def _names(code: CodeType) -> set[str]:
-    """Return the names that a function and those within it use."""
-    inner = (item for item in code.co_consts if isinstance(item, CodeType))
-    return set(code.co_names).union(*map(_names, inner))
-
-
-def _compile(function: Callable, arguments: tuple[Argument, ...], *, keep: bool) -> Any:
-    from numba import njit
-
-    given = tuple(map(_type, arguments))
-    return njit(given, cache=keep, error_model="numpy", boundscheck=True)(function)
-
-
-def _type(argument: Argument) -> Any:
-    from numba import types
-
-    item = getattr(types, argument.item)
-    if not argument.axes:
-        return item
-    if argument.new:
-        return types.Array(item, argument.axes, "C")
-    return types.Array(item, argument.axes, "A", readonly=True)
+def _compile(function: Callable, arguments: tuple[types.Type, ...], *, keep: bool) -> Any:
+    return njit(arguments, cache=keep, error_model="numpy", boundscheck=True)(function)
 
 
 @contextmanager
 def _keeping_in(folder: Path) -> Iterator[None]:
     """Let numba keep what it compiles in a folder."""
-    from numba.core import config
-
-    settings: dict[str, Any] = config.__dict__
-    before, settings["CACHE_DIR"] = settings["CACHE_DIR"], str(folder)
+    before, _settings["CACHE_DIR"] = _settings["CACHE_DIR"], str(folder)
     try:
         yield
     finally:
-        settings["CACHE_DIR"] = before
+        _settings["CACHE_DIR"] = before
 
 
 @functools.cache
 def _folder(source: str) -> Path | None:
     """Return where the functions of a file are kept; None where nothing can be written."""
     path = Path(source)
-    digest = hashlib.sha256(version("numba").encode())
+    digest = hashlib.sha256(numba.__version__.encode())
     for part in (path, Path(__file__)):
         digest.update(part.read_bytes())
     name = f"{path.stem}-{digest.hexdigest()[:16]}"
@@ -212,8 +108,8 @@ def _folder(source: str) -> Path | None:
 
 def _elsewhere() -> Iterator[Path]:
     """Where an installation that must not be written to keeps what is compiled."""
-    if given := os.environ.get("NUMBA_CACHE_DIR"):
-        yield Path(given)
+    if _settings["CACHE_DIR"]:  # NUMBA_CACHE_DIR
+        yield Path(_settings["CACHE_DIR"])
     with suppress(RuntimeError):  # there is no home
         yield Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "plant-bench"
 
@@ -225,9 +121,8 @@ def _sweep(base: Path, stem: str) -> None:
 
 
 @functools.cache
-def _tell(*, kept: bool) -> None:
+def _tell() -> None:
     """Say, once and to a person, why the start takes longer."""
     if sys.stderr.isatty() and multiprocessing.parent_process() is None:
-        often = ", the first time only" if kept else ": there is no place to keep them"
-        message = f"Compiling planners' loops for this processor: some seconds{often}."
+        message = "Compiling planners' loops for this processor: some seconds, the first time only."
         logging.getLogger(__name__).warning(message)

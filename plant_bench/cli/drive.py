@@ -9,7 +9,6 @@ import typer
 
 from plant_bench.cli.options import EXIT_INTERRUPTED
 from plant_bench.cli.progress import RunProgress
-from plant_bench.compiled import tell_what_others_compile
 from plant_bench.runner.claims import Shard
 from plant_bench.runner.executors import Executor, LocalExecutor
 from plant_bench.runner.isolation import Isolation, isolated
@@ -95,7 +94,6 @@ def drive_missing(request: ScoreRequest, out: Path | None, how: Driving) -> Run 
         run = open_run(request, out, overwrite=how.overwrite, shard=how.shard, hold=hold)
         for note in run.notes:
             typer.echo(note, err=True)
-        tell_what_others_compile()
         progress = RunProgress(run.jobs, run.missing, how.law)
         try:
             with progress.shown():

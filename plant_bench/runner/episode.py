@@ -17,7 +17,6 @@ from plant_bench.agent import (
 )
 from plant_bench.agents.control import control_of
 from plant_bench.agents.registry import load_agent
-from plant_bench.compiled import compile_all
 from plant_bench.data.recorder import Recorder
 from plant_bench.errors import AgentError
 from plant_bench.runner.asking import asked
@@ -76,7 +75,6 @@ def run_episode(
     """
     watch = Stopwatch()
     agent = load_agent(job.agent)
-    compile_all()  # now, not within its first decision
     header = job.header(agent.inputs)
     about = header.model_dump(mode="json")
     recorder = None if recording is None else Recorder(recording, about, every=thinning)

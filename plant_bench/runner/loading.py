@@ -4,8 +4,6 @@ from collections.abc import Callable
 from functools import partial
 from importlib import import_module
 
-from plant_bench.compiled import compile_all
-
 
 def loading(agent: str, *, isolate: bool) -> Callable[[], None]:
     """Return what a process that stands by does; making it loads nothing here.
@@ -27,4 +25,3 @@ def _load(agent: str) -> None:
         load_agent(agent)  # once, for all that its kind loads; an argument may name others' code
     elif module := own_module(agent):
         import_module(module)
-    compile_all()

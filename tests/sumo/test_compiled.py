@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numba.core.dispatcher import Dispatcher
 
 import plant_bench.agents
 import plant_bench.features
-from plant_bench.compiled import Compiled, compile_all
 from plant_bench.runner.episode import run_episode
 from plant_bench.runner.jobs import Job
 from plant_bench.scoring.infractions import Status
@@ -37,7 +37,7 @@ class Held:
     An error in a planner ends its episode: so what differs is kept.
     """
 
-    def __init__(self, function: Compiled) -> None:
+    def __init__(self, function: Dispatcher) -> None:
         self._function, self._chance = function, random.Random(0)
         self.compared, self.differs = 0, False
 
@@ -45,7 +45,7 @@ class Held:
         found = self._function(*arguments)
         if self.compared < MOST and self._chance.random() < SAMPLED:
             self.compared += 1
-            self.differs |= not same(found, self._function.plain(*arguments))
+            self.differs |= not same(found, self._function.py_func(*arguments))
         return found
 
 
@@ -60,15 +60,14 @@ def same(found: Any, wanted: Any) -> bool:
 def test_the_compiled_and_the_plain_agree_to_the_bit(
     monkeypatch: pytest.MonkeyPatch, beginning: Callable[[int], Route]
 ) -> None:
-    compile_all()
-    held: dict[Compiled, Held] = {}
+    held: dict[Dispatcher, Held] = {}
     for module in modules():
         for name, item in list(vars(module).items()):
-            if isinstance(item, Compiled):
+            if isinstance(item, Dispatcher):
                 monkeypatch.setattr(module, name, held.setdefault(item, Held(item)))
     for agent in ("expert", "plant"):
         episode = run_episode(Job(agent, "", beginning(250), 0, 5, "dense", hazards=False))
         assert episode.result.status is Status.COMPLETED
-    names = {item.plain.__name__: function for item, function in held.items()}
+    names = {item.py_func.__name__: function for item, function in held.items()}
     assert [name for name, function in names.items() if function.differs] == []
     assert [name for name, function in names.items() if not function.compared] == []

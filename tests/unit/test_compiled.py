@@ -4,10 +4,9 @@ import ast
 import importlib.util
 import linecache
 import os
-import subprocess
-import sys
-from collections.abc import Callable
+from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -15,6 +14,7 @@ import pytest
 
 import plant_bench
 from plant_bench import compiled as room
+from plant_bench.compiled import REALS, compiled
 
 PACKAGE = Path(plant_bench.__file__).parent
 
@@ -100,24 +100,24 @@ def kept_by(source: Path) -> list[Path]:
 
 
 def test_what_was_compiled_is_found_again(source: Path) -> None:
-    assert not load(source).machine.stats.cache_hits
-    assert load(source).machine.stats.cache_hits
+    assert not load(source).stats.cache_hits
+    assert load(source).stats.cache_hits
 
 
 @pytest.mark.parametrize("suffix", [".nbi", ".nbc"])
 @pytest.mark.parametrize("harm", [lambda path: path.write_bytes(b"\x80"), Path.unlink])
 def test_what_was_kept_and_broken_is_compiled_anew(source: Path, suffix: str, harm) -> None:
-    _ = load(source).machine
+    load(source)
     for path in kept_by(source):
         if path.suffix == suffix:
             harm(path)
     assert load(source)(np.arange(3.0)) == 2.0
-    _ = load(source).machine
-    assert load(source).machine.stats.cache_hits
+    load(source)
+    assert load(source).stats.cache_hits
 
 
 def test_another_content_is_compiled_anew_even_if_time_and_size_are_the_same(source: Path) -> None:
-    _ = load(source).machine
+    load(source)
     data = {path: path.read_bytes() for path in kept_by(source) if path.suffix == ".nbc"}
     then = source.stat().st_mtime_ns
     source.write_text(SOURCE.replace("2.0", "3.0"))
@@ -139,8 +139,8 @@ def test_an_installation_that_must_not_be_written_to_keeps_elsewhere(
 ) -> None:
     (source.parent / "__pycache__").write_text("no folder")
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "home"))
-    _ = load(source).machine
-    assert load(source).machine.stats.cache_hits
+    load(source)
+    assert load(source).stats.cache_hits
     assert list((tmp_path / "home").rglob("*.nbc"))
 
 
@@ -149,68 +149,17 @@ def test_beyond_the_end_of_an_array_is_an_error(source: Path) -> None:
         load(source)(np.arange(1.0))
 
 
-@pytest.fixture
-def told(
-    source: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
-) -> Callable[[Callable[[], object]], list[str]]:
-    """What a person is told while something is done."""
-    monkeypatch.setattr(room.sys.stderr, "isatty", lambda: True, raising=False)
-    monkeypatch.setattr(room, "_waiting", [])
-
-    def told_by(do: Callable[[], object]) -> list[str]:
-        room._tell.cache_clear()
-        caplog.clear()
-        do()
-        return [record.getMessage() for record in caplog.records]
-
-    return told_by
-
-
-def test_a_person_is_told_once_why_the_start_takes_longer(source: Path, told) -> None:
-    """Where others compile, too: the command's workers."""
-    function = load(source)
-    others = told(lambda: [room.tell_what_others_compile() for _ in range(2)])
-    own = told(lambda: [room.compile_all() for _ in range(2)])
-    assert others == own == [message for message in own if "the first time only" in message]
-    assert len(own) == 1
-    assert function.machine.stats.cache_hits == {}
-    assert told(room.tell_what_others_compile) == []
-    assert told(lambda: load(source) and room.compile_all()) == []
-
-
-def test_nobody_is_promised_that_it_will_be_faster_next_time_where_nothing_is_kept(
-    source: Path, told, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(("person", "kept"), [(True, False), (True, True), (False, False)])
+def test_a_person_is_told_once_why_the_start_takes_longer(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture, person: bool, kept: bool
 ) -> None:
-    monkeypatch.setattr(room.os, "access", lambda *_: False)
-    load(source)
-    for do in (room.tell_what_others_compile, room.compile_all):
-        (message,) = told(do)
-        assert "there is no place to keep them" in message
+    monkeypatch.setattr(room.sys.stderr, "isatty", lambda: person, raising=False)
+    found = partial(len)
+    found.__dict__["stats"] = SimpleNamespace(cache_hits={"found": 1} if kept else {})
+    monkeypatch.setattr(room, "njit", lambda *_, **__: lambda function: found)
+    room._tell.cache_clear()
 
+    for _ in range(2):
+        assert compiled(REALS)(load) is found
 
-def test_who_only_names_a_function_does_not_wait_for_it(source: Path) -> None:
-    """Numba takes a third of a second to load, and commands ask planners for their names alone."""
-    code = (
-        "import sys\nfrom plant_bench.agents.registry import agent_checksum\n"
-        "agent_checksum('expert')\nprint('numba' in sys.modules)"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "False"
-
-
-INNER = """
-from plant_bench.compiled import REAL, REALS, compiled
-
-@compiled(REALS)
-def total(values):
-    return sum([doubled(value) for value in values])
-
-@compiled(REAL)
-def doubled(value):
-    return 2.0 * value
-"""
-
-
-def test_compiled_functions_call_each_other_in_any_order(source: Path) -> None:
-    source.write_text(INNER.replace("total", "scaled"))
-    assert load(source)(np.arange(4.0)) == 12.0
+    assert len(caplog.records) == (person and not kept)

@@ -30,7 +30,6 @@ from plant_bench.agents.remote.messages import (
     route_in,
 )
 from plant_bench.agents.remote.process import LENGTH
-from plant_bench.compiled import compile_all
 from plant_bench.errors import AgentError
 from plant_bench.inference import listen_to_passes
 
@@ -70,7 +69,6 @@ class _Served:
     def _hello(self, question: Wire) -> Wire:
         spec = question["agent"]
         self._agent = agent = load_agent(spec)
-        compile_all()  # a decision has less time
         if self._files is None:
             self._files = sorted(map(str, files_of(spec, agent)))
         return {

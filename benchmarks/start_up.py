@@ -17,6 +17,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from contextlib import suppress
 from pathlib import Path
 
 CLOCK = "PLANT_BENCH_FIRST_TICK"  # names the file that takes the time, in the child's processes
@@ -48,7 +49,7 @@ def first_tick(agent: str, routes: str, workers: str) -> float:
         shutil.copy(
             Path(__file__).with_name("clock_of_first_tick.py"), f"{folder}/sitecustomize.py"
         )
-        command = [str(Path(sys.executable).with_name("plant-bench")), "score", "--agent", agent]
+        command = [sys.executable, "-m", "plant_bench", "score", "--agent", agent]
         command += ["--routes", routes, "--repetitions", "1", "--workers", workers]
         command += ["--out", str(run)]
         paths = filter(None, (folder, os.environ.get("PYTHONPATH")))
@@ -64,7 +65,8 @@ def first_tick(agent: str, routes: str, workers: str) -> float:
                     sys.exit(f"{' '.join(command)} came to no tick.")
                 time.sleep(0.002)
         finally:
-            os.killpg(child.pid, signal.SIGKILL)  # its workers, too
+            with suppress(ProcessLookupError):
+                os.killpg(child.pid, signal.SIGKILL)  # its workers, too
             child.wait()
         return float(clock.read_text(encoding="ascii")) - begin
 

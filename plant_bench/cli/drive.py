@@ -30,7 +30,7 @@ class Driving:
         overwrite: Drive again what is finished.
         recordings: Keep every tick.
         law: By which infractions become scores, in the summary.
-        executor: Drives somewhere else; None for processes of this machine.
+        executor: Who drives; None for processes of this machine that begin now.
         shard: The part that is driven here; None for all of it.
         isolation: Keeps the planner in a process of its own; None where the workers load it.
     """

@@ -1,5 +1,6 @@
 """`plant-bench score`."""
 
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Annotated
 
@@ -28,6 +29,7 @@ from plant_bench.cli.options import (
     RoutesOption,
     SuiteOption,
 )
+from plant_bench.garbage import collect_rarely
 from plant_bench.runner.executors import LocalExecutor
 from plant_bench.runner.loading import loading
 
@@ -85,9 +87,11 @@ def score(
 
         plant-bench score --agent plant --executor ray --address ray://head:10001
     """
-    where = chosen_executor(executor, address, workers)
-    driver = where or LocalExecutor(workers or CORES, loading(agent, isolate=isolate))
-    with driver.connected():  # first of all: its workers load meanwhile what they need, too
+    collect_rarely()
+    cluster = chosen_executor(executor, address, workers)
+    here = LocalExecutor(workers or CORES, loading(agent, isolate=isolate))
+    # First of all, since its workers load what they need while this process does.
+    with here.connected() if cluster is None else nullcontext():
         from plant_bench.cli.drive import Driving, drive
         from plant_bench.runner.claims import Shard
         from plant_bench.runner.run import ScoreRequest
@@ -98,7 +102,7 @@ def score(
             overwrite=overwrite,
             recordings=recordings,
             law=law_of(law),
-            executor=driver,
+            executor=cluster or here,
             shard=None if shard is None else Shard.parse(shard),
             isolation=isolation_for(
                 agent,

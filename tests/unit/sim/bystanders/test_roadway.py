@@ -2,12 +2,13 @@ import numpy as np
 import pytest
 
 from plant_bench.geometry.polyline import resample
+from plant_bench.sim.bystanders import roadway as room
 from plant_bench.sim.bystanders.roadway import NEAR, SPACING, Roadway
 from plant_bench.world.town import load_town
 
 
 @pytest.mark.parametrize("reach", [0.5, 5.0, 15.0])
-def test_clearance_is_that_of_the_nearest_lane_however_few_are_looked_at(reach):
+def test_clearance_is_that_of_the_nearest_lane_however_few_are_looked_at(reach, monkeypatch):
     town = load_town("town01")
     roadway, rng = Roadway(town), np.random.default_rng(0)
     lanes = list(town.lanes.values())
@@ -21,7 +22,11 @@ def test_clearance_is_that_of_the_nearest_lane_however_few_are_looked_at(reach):
             for other, line in zip(lanes, lines, strict=True)
         ]
 
-        assert roadway.clearance(places) == pytest.approx(np.min(every, axis=0), abs=1e-9)
+        found = roadway.clearance(places)
+        assert found == pytest.approx(np.min(every, axis=0), abs=1e-9)
+        with monkeypatch.context() as patch:
+            patch.setattr(room, "BESIDE", -1e6)  # nobody is beside: all are looked at
+            assert roadway.clearance(places).tobytes() == found.tobytes()
 
 
 def test_far_from_all_lanes_there_is_as_much_room_as_is_looked_at():

@@ -44,7 +44,7 @@ class Driving:
     isolation: Isolation | None = None
 
     def __str__(self) -> str:
-        return f"{self.workers} workers" if self.executor is None else str(self.executor)
+        return str(self.executor or LocalExecutor(self.workers))
 
 
 def drive(request: ScoreRequest, out: Path | None, how: Driving) -> int:

@@ -36,7 +36,7 @@ from plant_bench.data_files import models_dir
 from plant_bench.features.inputs import SceneInput
 from plant_bench.features.tokens import NOWHERE, TokenKind, Tokens
 from plant_bench.inference import listen_to_passes
-from plant_bench.runner.provenance import processor_name
+from plant_bench.runner.run.provenance import processor_name
 
 TOKENS = (12, 16, 24)
 TORCH = "torch"

@@ -11,8 +11,8 @@ import time
 from unittest import mock
 
 from plant_bench.agents.cruise import Cruise
-from plant_bench.runner.observing import observe
 from plant_bench.scoring.referee import Referee
+from plant_bench.sensing.observe import observe
 from plant_bench.sim import traffic
 from plant_bench.sim.simulation import Simulation
 from plant_bench.world.route import Route, Scenario, load_suite

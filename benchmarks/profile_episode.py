@@ -13,10 +13,10 @@ import statistics
 import tempfile
 from pathlib import Path
 
-from plant_bench.agents.registry import agent_checksum
-from plant_bench.runner.episode import run_episode
-from plant_bench.runner.jobs import make_jobs
-from plant_bench.runner.timing import Timing
+from plant_bench.agents.loading.registry import agent_checksum
+from plant_bench.runner.episode.jobs import make_jobs
+from plant_bench.runner.episode.loop import run_episode
+from plant_bench.runner.episode.timing import Timing
 from plant_bench.world.route import load_suite
 
 PARTS = ("start_up", "simulation", "privileged", "agent", "referee", "recording")

@@ -18,12 +18,12 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 from pathlib import Path
 
-from plant_bench.agents.registry import agent_checksum
-from plant_bench.runner.cargo import Needs, Place
-from plant_bench.runner.executors import Event, Executor, Finished, LocalExecutor, Started
-from plant_bench.runner.jobs import make_jobs
-from plant_bench.runner.suite import _run_task, _Task
-from plant_bench.runner.worker import Report
+from plant_bench.agents.loading.registry import agent_checksum
+from plant_bench.runner.episode.jobs import make_jobs
+from plant_bench.runner.ray.packaging import Needs, Place
+from plant_bench.runner.run.suite import _run_task, _Task
+from plant_bench.runner.workers.executors import Event, Executor, Finished, LocalExecutor, Started
+from plant_bench.runner.workers.worker import Report
 from plant_bench.world.route import load_suite
 
 EPISODE = 1_060_000  # bytes of a record and a recording, mean of PlanT on longest6
@@ -74,7 +74,7 @@ def tasks_of(agent: str, routes: str, folder: Path, count: int) -> list[_Task]:
         _Task(
             job,
             folder / f"{number}-{job.route.id}.parquet",
-            "plant_bench.runner.episode:run_episode",
+            "plant_bench.runner.episode.loop:run_episode",
         )
         for job in jobs
         for number in range(count)
@@ -165,7 +165,7 @@ def main() -> None:
         time_start_up(asked.repeat, folder)
         time_workers(asked.agent, asked.routes, asked.workers, asked.repeat, folder)
         if asked.ray:
-            from plant_bench.runner.ray_executor import RayExecutor
+            from plant_bench.runner.ray.executor import RayExecutor
 
             for label, executor in (
                 ("here", LocalExecutor(1)),

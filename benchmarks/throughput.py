@@ -14,10 +14,10 @@ import resource
 import tempfile
 from pathlib import Path
 
-from plant_bench.agents.registry import agent_checksum
+from plant_bench.agents.loading.registry import agent_checksum
 from plant_bench.data.recording import Recording
-from plant_bench.runner.episode import run_episode
-from plant_bench.runner.jobs import make_jobs
+from plant_bench.runner.episode.jobs import make_jobs
+from plant_bench.runner.episode.loop import run_episode
 from plant_bench.world.route import Route, load_suite
 from plant_bench.world.town import load_town
 

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from fuzzing.form import Format, used
-from plant_bench.agent import Observation, check_action, decision_interval, reason_of
+from plant_bench.agent import Observation
+from plant_bench.agent_check import check_action, decision_interval, reason_of
 from plant_bench.agents.remote.agent import RemoteRanker
 from plant_bench.agents.remote.codec import array_out, pack
 from plant_bench.agents.remote.connection import Connection, Profile, _idle

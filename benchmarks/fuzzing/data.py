@@ -12,7 +12,7 @@ from fuzzing.worlds import first_metres
 from plant_bench.agent import Cause, Control, Plan, Reason
 from plant_bench.data.recorder import Recorder
 from plant_bench.data.recording import Recording
-from plant_bench.runner.data_folder import DataFolder, EpisodeNote, Origin
+from plant_bench.runner.collect.data_folder import DataFolder, EpisodeNote, Origin
 from plant_bench.world.route import load_suite
 from plant_bench.world.scene import Actors, EgoState, Scene
 

@@ -17,9 +17,9 @@ from plant_bench.errors import InputError
 from plant_bench.features.tokens import TokenSpec
 from plant_bench.reports.replay.episode import load_episode, replay_script
 from plant_bench.reports.replay.source import ReplaySource
-from plant_bench.runner import rescoring
-from plant_bench.runner.rescoring import rescore_folder
-from plant_bench.runner.run_folder import RunFolder
+from plant_bench.runner.run import rescoring
+from plant_bench.runner.run.folder import RunFolder
+from plant_bench.runner.run.rescoring import rescore_folder
 from plant_bench.scoring.infractions import Status
 from plant_bench.scoring.results import EpisodeHeader, EpisodeResult
 from plant_bench.towns.routes import suite_text

@@ -14,8 +14,8 @@ from plant_bench.reports.leaderboard.sources import find_sources
 from plant_bench.reports.replay.episode import load_episode, replay_script
 from plant_bench.reports.replay.source import ReplaySource
 from plant_bench.reports.tables import print_difference, print_summary
-from plant_bench.runner.run_folder import RunFolder
-from plant_bench.runner.summary import write_summary
+from plant_bench.runner.run.folder import RunFolder
+from plant_bench.runner.run.summary import write_summary
 from plant_bench.scoring.comparison import paired_difference
 from plant_bench.scoring.laws import law_of
 from plant_bench.scoring.results import EpisodeResult

@@ -10,15 +10,15 @@ from dataclasses import asdict, replace
 from pathlib import Path
 
 from fuzzing.form import Format, used
-from plant_bench.runner import submission
-from plant_bench.runner.claims import Holder, Shard, claimed
-from plant_bench.runner.jobs import episode_name, make_jobs
-from plant_bench.runner.provenance import Provenance, provenance
-from plant_bench.runner.run_folder import RunFolder
-from plant_bench.runner.speed import read_timings, speed_of
-from plant_bench.runner.submission import read_submission
-from plant_bench.runner.summary import summary_texts, write_summary
-from plant_bench.runner.timing import Timing
+from plant_bench.runner.episode.jobs import episode_name, make_jobs
+from plant_bench.runner.episode.timing import Timing
+from plant_bench.runner.review import submission
+from plant_bench.runner.review.submission import read_submission
+from plant_bench.runner.run.folder import RunFolder
+from plant_bench.runner.run.lock import Holder, Shard, claimed
+from plant_bench.runner.run.provenance import Provenance, provenance
+from plant_bench.runner.run.speed import read_timings, speed_of
+from plant_bench.runner.run.summary import summary_texts, write_summary
 from plant_bench.scoring.infractions import Infraction, InfractionKind, Status
 from plant_bench.scoring.results import EpisodeResult, HazardRecord
 from plant_bench.world.hazard import HazardKind, Phase

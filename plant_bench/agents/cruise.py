@@ -1,7 +1,8 @@
 """The negative control: follows the route and its lights, and sees nobody."""
 
 from plant_bench.agent import Control, Input, Observation
-from plant_bench.agents.control import follow_route, idm, light_limit
+from plant_bench.agents.idm import idm, light_limit
+from plant_bench.controller import follow_route
 from plant_bench.errors import AgentError
 from plant_bench.features.limits import allowed_speed
 from plant_bench.world.route import Route

@@ -1,8 +1,8 @@
 """The expert: the careful driver with a privileged forecast (PlanT, section 4)."""
 
 from plant_bench.agent import Control, Input, Observation, Reason
-from plant_bench.agents.careful_driver import CarefulDriver
-from plant_bench.agents.forecast import along_true_lanes
+from plant_bench.agents.careful.driver import CarefulDriver
+from plant_bench.agents.careful.forecast import along_true_lanes
 from plant_bench.world.route import Route
 
 

@@ -4,20 +4,11 @@ Planners that lead CARLA's leaderboard have such a layer between their network a
 (InterFuser's safety controller, for instance). It sees what the planner may see and nothing else.
 """
 
-from plant_bench.agent import (
-    Agent,
-    Cause,
-    Control,
-    Input,
-    Observation,
-    Plan,
-    Reason,
-    decision_interval,
-    reason_of,
-)
-from plant_bench.agents.careful_driver import STILL
-from plant_bench.agents.control import control_of
+from plant_bench.agent import Agent, Cause, Control, Input, Observation, Plan, Reason
+from plant_bench.agent_check import decision_interval, reason_of
+from plant_bench.agents.careful.driver import STILL
 from plant_bench.agents.rule_based_tracks import RuleBasedTracks
+from plant_bench.controller import control_of
 from plant_bench.features.tracks import Tracks
 from plant_bench.world.route import Route
 from plant_bench.world.scene import TICK

@@ -1,9 +1,10 @@
 """A reference line: follows its leader by the IDM, stops for its lights and sees nothing else."""
 
 from plant_bench.agent import Control, Input, Observation
-from plant_bench.agents.careful_driver import HALF, INTERVAL
-from plant_bench.agents.control import follow_route, idm, light_limit
-from plant_bench.agents.corridor import corridor
+from plant_bench.agents.careful.corridor import corridor
+from plant_bench.agents.careful.driver import HALF, INTERVAL
+from plant_bench.agents.idm import idm, light_limit
+from plant_bench.controller import follow_route
 from plant_bench.errors import AgentError
 from plant_bench.features.limits import allowed_speed
 from plant_bench.world.route import Route

@@ -1,8 +1,8 @@
 """The rule-based planner: the expert's algorithm on a planner's inputs (PlanT, section 4)."""
 
 from plant_bench.agent import Control, Input, Observation, Reason
-from plant_bench.agents.careful_driver import CarefulDriver
-from plant_bench.agents.forecast import straight_on
+from plant_bench.agents.careful.driver import CarefulDriver
+from plant_bench.agents.careful.forecast import straight_on
 from plant_bench.world.route import Route
 
 

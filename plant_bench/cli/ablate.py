@@ -82,7 +82,7 @@ def ablate_plant(
     from plant_bench.agents.plant.config import PlanTConfig, load_config
     from plant_bench.cli.ablating import AblationRequest, ablate
     from plant_bench.cli.learning import Machine
-    from plant_bench.runner.run import ScoreRequest
+    from plant_bench.runner.run.score_run import ScoreRequest
     from plant_bench.training.ablations import Recipe
     from plant_bench.training.settings import TrainingSettings, drop_after
 

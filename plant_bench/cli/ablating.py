@@ -26,12 +26,12 @@ from plant_bench.reports.ablations import (
     ablation_markdown,
     pooled_scores,
 )
-from plant_bench.runner.jobs import episode_name, select_routes
-from plant_bench.runner.run import Run, ScoreRequest
-from plant_bench.runner.run_folder import RunFolder
-from plant_bench.runner.speed import read_timings, speed_of, write_speed
-from plant_bench.runner.summary import write_summary
-from plant_bench.runner.timing import Timing
+from plant_bench.runner.episode.jobs import episode_name, select_routes
+from plant_bench.runner.episode.timing import Timing
+from plant_bench.runner.run.folder import RunFolder
+from plant_bench.runner.run.score_run import Run, ScoreRequest
+from plant_bench.runner.run.speed import read_timings, speed_of, write_speed
+from plant_bench.runner.run.summary import write_summary
 from plant_bench.sim.densities import density_of
 from plant_bench.training.ablations import Recipe, Variant, trainings_of, variants_of
 from plant_bench.training.shards import recordings_in

@@ -12,8 +12,8 @@ def list_agents() -> None:
     `--agent package.module:Class` to `plant-bench score`. A package that declares the entry point
     `plant_bench.agents`, as `plant-bench new-agent` writes it, is found by its name.
     """
-    from plant_bench.agents.installed import installed_planners
-    from plant_bench.agents.registry import AGENTS, describe_agent
+    from plant_bench.agents.loading.installed import installed_planners
+    from plant_bench.agents.loading.registry import AGENTS, describe_agent
 
     installed = installed_planners()
     width = max(len(name) for name in [*AGENTS, *installed])

@@ -55,7 +55,7 @@ def collect(
     """
     from plant_bench.cli.collecting import collect_data
     from plant_bench.errors import InputError
-    from plant_bench.runner.collecting_request import UNIT, CollectRequest
+    from plant_bench.runner.collect.request import UNIT, CollectRequest
 
     if units is not None and frames is not None:
         message = "--units and --frames both say how much: give one of them."

@@ -13,7 +13,7 @@ from plant_bench.data.statistics import describe_data
 from plant_bench.reports.data_card import count_left_out, data_card
 from plant_bench.reports.data_tables import print_data
 from plant_bench.reports.tables import print_rows
-from plant_bench.runner.collecting import (
+from plant_bench.runner.collect.collection import (
     Began,
     CollectEvent,
     Ended,
@@ -21,8 +21,8 @@ from plant_bench.runner.collecting import (
     Went,
     collect,
 )
-from plant_bench.runner.collecting_request import CollectRequest
-from plant_bench.runner.data_folder import DataFolder
+from plant_bench.runner.collect.data_folder import DataFolder
+from plant_bench.runner.collect.request import CollectRequest
 
 
 def collect_data(request: CollectRequest, out: Path, *, workers: int) -> int:

@@ -28,7 +28,7 @@ def describe(
     from plant_bench.reports.data_card import who_drove
     from plant_bench.reports.data_plots import save_data_plots
     from plant_bench.reports.data_tables import print_data
-    from plant_bench.runner.data_folder import DataFolder
+    from plant_bench.runner.collect.data_folder import DataFolder
 
     data, origin = describe_data(folder), DataFolder(folder).origin()
     driver = "" if origin is None else origin.driver

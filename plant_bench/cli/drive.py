@@ -9,14 +9,14 @@ import typer
 
 from plant_bench.cli.options import EXIT_INTERRUPTED
 from plant_bench.cli.progress import RunProgress
-from plant_bench.runner.claims import Shard
-from plant_bench.runner.executors import Executor, LocalExecutor
-from plant_bench.runner.isolation import Isolation, isolated
-from plant_bench.runner.jobs import episode_name
-from plant_bench.runner.loading import loading
-from plant_bench.runner.run import Run, ScoreRequest, open_run
-from plant_bench.runner.speed import read_timings, speed_of, write_speed
-from plant_bench.runner.suite import run_suite
+from plant_bench.runner.episode.jobs import episode_name
+from plant_bench.runner.run.lock import Shard
+from plant_bench.runner.run.score_run import Run, ScoreRequest, open_run
+from plant_bench.runner.run.speed import read_timings, speed_of, write_speed
+from plant_bench.runner.run.suite import run_suite
+from plant_bench.runner.workers.executors import Executor, LocalExecutor
+from plant_bench.runner.workers.isolation import Isolation, isolated
+from plant_bench.runner.workers.loading import loading
 from plant_bench.scoring.infractions import Status
 from plant_bench.scoring.laws import Law
 
@@ -61,7 +61,7 @@ def drive(request: ScoreRequest, out: Path | None, how: Driving) -> int:
     if run is None:
         return EXIT_INTERRUPTED
     from plant_bench.reports.tables import print_planner_time, print_speed, print_summary
-    from plant_bench.runner.summary import write_summary
+    from plant_bench.runner.run.summary import write_summary
 
     if left := run.unfinished_by_others():
         typer.echo(
@@ -131,7 +131,7 @@ def say_crashes(run: Run) -> int:
 
 
 def _say_stopped(run: Run, law: Law) -> None:
-    from plant_bench.runner.summary import write_summary
+    from plant_bench.runner.run.summary import write_summary
 
     run.sweep()
     left = run.unfinished()

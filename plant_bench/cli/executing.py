@@ -8,7 +8,7 @@ import typer
 
 from plant_bench.cli.options import CORES
 from plant_bench.errors import InputError
-from plant_bench.runner.executors import Executor
+from plant_bench.runner.workers.executors import Executor
 
 
 class Where(StrEnum):
@@ -49,6 +49,6 @@ def chosen_executor(where: Where, address: str | None, workers: int | None) -> E
     if find_spec("ray") is None:
         message = "Ray is not installed. Install it with: pip install 'plant-bench[ray]'"
         raise InputError(message)
-    from plant_bench.runner.ray_executor import RayExecutor
+    from plant_bench.runner.ray.executor import RayExecutor
 
     return RayExecutor(address or "auto", workers, lambda line: typer.echo(line, err=True))

@@ -14,9 +14,9 @@ from plant_bench.reports.why.findings import Finding, find
 from plant_bench.reports.why.incidents import check_recorded, incidents
 from plant_bench.reports.why.picture import save_picture
 from plant_bench.reports.why.text import episode_line, print_episode
-from plant_bench.runner.hindsight import look_back
-from plant_bench.runner.moments import Hindsight
-from plant_bench.runner.run_folder import RunFolder
+from plant_bench.runner.review.hindsight import look_back
+from plant_bench.runner.review.moments import Hindsight
+from plant_bench.runner.run.folder import RunFolder
 from plant_bench.scoring.results import EpisodeResult
 from plant_bench.world.route import Route, load_suite
 

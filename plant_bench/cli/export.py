@@ -30,7 +30,7 @@ def export_run(
     from plant_bench.errors import InputError
     from plant_bench.reports.carla_checkpoint_run import run_checkpoint
     from plant_bench.reports.carla_checkpoint_writing import write_checkpoint
-    from plant_bench.runner.run_folder import RunFolder
+    from plant_bench.runner.run.folder import RunFolder
 
     if format_ != "carla":
         message = f"There is no format '{format_}' of export: carla is known."

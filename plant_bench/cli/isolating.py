@@ -7,7 +7,7 @@ import typer
 from plant_bench.errors import InputError
 
 if TYPE_CHECKING:
-    from plant_bench.runner.isolation import Isolation
+    from plant_bench.runner.workers.isolation import Isolation
 
 IsolateOption = Annotated[
     bool,
@@ -54,6 +54,6 @@ def isolation_for(
             raise InputError(message)
         return None
     from plant_bench.agents.remote.process import Limits
-    from plant_bench.runner.isolation import isolation_of
+    from plant_bench.runner.workers.isolation import isolation_of
 
     return isolation_of(agent, Limits(**limits))

@@ -6,8 +6,8 @@ from contextlib import contextmanager
 from rich.progress import TaskID, TextColumn
 
 from plant_bench.cli.bars import progress_bars
-from plant_bench.runner.jobs import Job
-from plant_bench.runner.suite import (
+from plant_bench.runner.episode.jobs import Job
+from plant_bench.runner.run.suite import (
     EpisodeEnded,
     EpisodeProgressed,
     EpisodeRetried,

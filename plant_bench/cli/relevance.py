@@ -7,21 +7,21 @@ from pathlib import Path
 import typer
 from pydantic import TypeAdapter
 
-from plant_bench.agents.expert_filtered import (
+from plant_bench.agents.loading.registry import agent_checksum, load_agent
+from plant_bench.agents.ranking.expert_filtered import (
     ATTENTION,
     MASKING,
     OF_A_PLANNER,
     RANKERS,
     ranks_itself,
 )
-from plant_bench.agents.registry import agent_checksum, load_agent
 from plant_bench.cli.drive import Driving, drive_missing, say_crashes
 from plant_bench.cli.options import EXIT_INTERRUPTED
 from plant_bench.errors import InputError
 from plant_bench.reports.relevance import print_relative_scores
-from plant_bench.runner.jobs import episode_name
-from plant_bench.runner.run import Run, ScoreRequest
-from plant_bench.runner.summary import write_summary
+from plant_bench.runner.episode.jobs import episode_name
+from plant_bench.runner.run.score_run import Run, ScoreRequest
+from plant_bench.runner.run.summary import write_summary
 from plant_bench.scoring.relevance import RelativeScore, relative_score
 from plant_bench.scoring.results import EpisodeResult
 

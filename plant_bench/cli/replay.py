@@ -77,7 +77,7 @@ def replay(
         sources.append(source_in_run(against, route, sources[0].result.repetition))
     wanted.check(max(source.result.duration for source in sources))
     if expert:
-        from plant_bench.runner.expert_asking import ask_expert
+        from plant_bench.runner.review.expert_asking import ask_expert
 
         sources = [dataclasses.replace(source, ask_expert=ask_expert) for source in sources]
     with ending_at_ctrl_c("Stopped. What was half written is removed."):

@@ -18,7 +18,7 @@ from plant_bench.reports.leaderboard.replays import replay_sources
 from plant_bench.reports.leaderboard.sources import Sources, find_sources
 from plant_bench.reports.leaderboard.texts import one_line, p_text
 from plant_bench.reports.replay.site import write_replays
-from plant_bench.runner.expert_asking import ask_expert
+from plant_bench.runner.review.expert_asking import ask_expert
 from plant_bench.scoring.laws import Law
 
 RUNS = Path("reports")  # where `plant-bench score` puts runs

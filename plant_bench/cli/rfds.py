@@ -66,7 +66,7 @@ def score_rfds(
     from plant_bench.cli.drive import Driving
     from plant_bench.cli.executing import chosen_executor
     from plant_bench.cli.relevance import RelevanceRequest, score_relevance
-    from plant_bench.runner.run import ScoreRequest
+    from plant_bench.runner.run.score_run import ScoreRequest
     from plant_bench.scoring.laws import law_of
 
     how = Driving(

@@ -23,9 +23,9 @@ def rescore_run(
         plant-bench rescore reports/expert-longest6 --law lb2.1
     """
     from plant_bench.reports.tables import print_summary
-    from plant_bench.runner.rescoring import rescore_folder
-    from plant_bench.runner.run_folder import RunFolder
-    from plant_bench.runner.summary import write_rescored_summary
+    from plant_bench.runner.run.folder import RunFolder
+    from plant_bench.runner.run.rescoring import rescore_folder
+    from plant_bench.runner.run.summary import write_rescored_summary
     from plant_bench.scoring.laws import law_of
 
     chosen = law_of(law)
@@ -68,7 +68,7 @@ def compare_runs(
         plant-bench compare reports/rule-based-longest6 reports/my_agent.py_MyAgent-longest6
     """
     from plant_bench.reports.tables import print_difference
-    from plant_bench.runner.run_folder import RunFolder
+    from plant_bench.runner.run.folder import RunFolder
     from plant_bench.scoring.comparison import paired_difference
     from plant_bench.scoring.laws import law_of
 

@@ -30,8 +30,8 @@ from plant_bench.cli.options import (
     SuiteOption,
 )
 from plant_bench.garbage import collect_rarely
-from plant_bench.runner.executors import LocalExecutor
-from plant_bench.runner.loading import loading
+from plant_bench.runner.workers.executors import LocalExecutor
+from plant_bench.runner.workers.loading import loading
 
 
 def score(
@@ -93,8 +93,8 @@ def score(
     # First of all, since its workers load what they need while this process does.
     with here.connected() if cluster is None else nullcontext():
         from plant_bench.cli.drive import Driving, drive
-        from plant_bench.runner.claims import Shard
-        from plant_bench.runner.run import ScoreRequest
+        from plant_bench.runner.run.lock import Shard
+        from plant_bench.runner.run.score_run import ScoreRequest
         from plant_bench.scoring.laws import law_of
 
         how = Driving(

@@ -8,14 +8,14 @@ from pathlib import Path
 import typer
 from rich.progress import TaskProgressColumn
 
-from plant_bench.agents.registry import AGENTS, agent_checksum
+from plant_bench.agents.loading.registry import AGENTS, agent_checksum
 from plant_bench.cli.bars import progress_bars
 from plant_bench.errors import InputError
 from plant_bench.reports.verification import Verification, print_submission, print_verification
-from plant_bench.runner.isolation import Isolation, isolated
-from plant_bench.runner.provenance import Provenance
-from plant_bench.runner.submission import read_submission
-from plant_bench.runner.verification import AGENT, CONTROLS, sample_of, verify_episodes
+from plant_bench.runner.review.submission import read_submission
+from plant_bench.runner.review.verification import AGENT, CONTROLS, sample_of, verify_episodes
+from plant_bench.runner.run.provenance import Provenance
+from plant_bench.runner.workers.isolation import Isolation, isolated
 from plant_bench.whole_files import write_whole_text
 
 _SEEDS = 2**31

@@ -38,7 +38,7 @@ def explain_run(
     """
     from plant_bench.cli.explaining import explain_route
     from plant_bench.reports.why.listing import print_infractions
-    from plant_bench.runner.run_folder import RunFolder
+    from plant_bench.runner.run.folder import RunFolder
 
     with ending_at_ctrl_c():
         folder = RunFolder.open(run)

@@ -18,7 +18,7 @@ from plant_bench.gym.picture import picture
 from plant_bench.gym.rewards import reward_of
 from plant_bench.gym.seat import ADVICE, take_seat
 from plant_bench.gym.transition import Reward
-from plant_bench.runner.jobs import Job, repetition_seed, select_routes
+from plant_bench.runner.episode.jobs import Job, repetition_seed, select_routes
 from plant_bench.scoring.infractions import InfractionKind, Status
 from plant_bench.scoring.results import EpisodeResult
 from plant_bench.sim.densities import density_of

@@ -1,12 +1,12 @@
 """One episode driven from outside: the loop of `runner.episode`, one decision at a time."""
 
 from plant_bench.agent import Control, Input, Observation, Plan
-from plant_bench.agents.control import control_of
+from plant_bench.controller import control_of
 from plant_bench.gym.transition import Transition
-from plant_bench.runner.jobs import Job
-from plant_bench.runner.observing import observe
+from plant_bench.runner.episode.jobs import Job
 from plant_bench.scoring.referee import Referee, result_of
 from plant_bench.scoring.results import EpisodeResult, HazardRecord
+from plant_bench.sensing.observe import observe
 from plant_bench.sim.simulation import Simulation
 from plant_bench.world.town import Town
 

@@ -7,10 +7,10 @@ from itertools import pairwise
 from plant_bench.errors import InputError
 from plant_bench.input_files import read_text
 from plant_bench.reports.carla_checkpoint_writing import checkpoint
-from plant_bench.runner.jobs import select_ids
-from plant_bench.runner.provenance import Provenance
-from plant_bench.runner.run_folder import RunFolder
-from plant_bench.runner.timing import Timing
+from plant_bench.runner.episode.jobs import select_ids
+from plant_bench.runner.episode.timing import Timing
+from plant_bench.runner.run.folder import RunFolder
+from plant_bench.runner.run.provenance import Provenance
 from plant_bench.scoring.results import EpisodeResult
 
 

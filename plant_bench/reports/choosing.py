@@ -1,8 +1,8 @@
 """Which episodes of a run are meant."""
 
 from plant_bench.errors import InputError
-from plant_bench.runner.jobs import select_ids
-from plant_bench.runner.run_folder import RunFolder
+from plant_bench.runner.episode.jobs import select_ids
+from plant_bench.runner.run.folder import RunFolder
 from plant_bench.scoring.results import EpisodeResult
 
 

@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 from plant_bench.data.statistics import DataStatistics
 from plant_bench.reports.data_tables import data_tables
-from plant_bench.runner.collecting_request import UNIT, CollectRequest
-from plant_bench.runner.data_folder import EpisodeNote
-from plant_bench.runner.provenance import without_folders
+from plant_bench.runner.collect.data_folder import EpisodeNote
+from plant_bench.runner.collect.request import UNIT, CollectRequest
+from plant_bench.runner.run.provenance import without_folders
 from plant_bench.world.route import PROTOCOL
 
 _CARD = """# Driving data of plant-bench

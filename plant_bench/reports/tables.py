@@ -8,7 +8,7 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
-from plant_bench.runner.speed import Speed
+from plant_bench.runner.run.speed import Speed
 from plant_bench.scoring.beyond import Beyond
 from plant_bench.scoring.comparison import LEAST_ROUTES, Detectable, PairedDifference
 from plant_bench.scoring.infractions import InfractionKind

@@ -7,9 +7,9 @@ from dataclasses import asdict, dataclass
 import typer
 
 from plant_bench.reports.tables import print_rows
-from plant_bench.runner.differences import Checked
-from plant_bench.runner.submission import Submission
-from plant_bench.runner.submission_checks import Finding
+from plant_bench.runner.review.differences import Checked
+from plant_bench.runner.review.submission import Submission
+from plant_bench.runner.review.submission_checks import Finding
 
 VERIFICATION_FORMAT = 1
 _SHOWN = 20  # findings in a table; a file for machines has all of them

@@ -3,8 +3,8 @@
 import math
 
 from plant_bench.scoring.infractions import InfractionKind, Status
-from plant_bench.scoring.progress import RouteProgress
 from plant_bench.world.route import Route
+from plant_bench.world.route_progress import RouteProgress
 from plant_bench.world.scene import TICK, EgoState
 
 # Sources: scenario_runner 1.0, atomic_criteria.py, and leaderboard 1.0, route_scenario.py.

@@ -9,7 +9,7 @@ from plant_bench import __version__
 from plant_bench.agents.plant.config import PlanTConfig
 from plant_bench.agents.plant.encoder import bert_parameters
 from plant_bench.agents.plant.network import PlanTNetwork
-from plant_bench.runner.provenance import processor_name
+from plant_bench.runner.run.provenance import processor_name
 from plant_bench.training.batches import Split
 from plant_bench.training.logs import COLUMNS
 from plant_bench.training.settings import TrainingSettings

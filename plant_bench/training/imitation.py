@@ -16,7 +16,7 @@ from lightning_fabric.strategies.ddp import DDPStrategy
 from plant_bench.agents.plant.config import GRAPH_FILE, GraphBits, PlanTConfig
 from plant_bench.agents.plant.weights import load_network, save_network, weights_hash
 from plant_bench.errors import InputError
-from plant_bench.runner.provenance import command_line
+from plant_bench.runner.run.provenance import command_line
 from plant_bench.training.batches import Split
 from plant_bench.training.card import model_card
 from plant_bench.training.checkpoint import broken_checkpoint, load_checkpoint, save_checkpoint

@@ -10,9 +10,9 @@ import numpy as np
 from jaxtyping import Bool, Float, Int, UInt8
 
 from plant_bench.agent import PLAN_INTERVAL, PLAN_STEPS, Control, Input, Observation
-from plant_bench.agents.careful_driver import RESTING_INTERVAL
-from plant_bench.agents.forecast import STEP
-from plant_bench.agents.rollouts import ego_poses, rollout
+from plant_bench.agents.careful.driver import RESTING_INTERVAL
+from plant_bench.agents.careful.forecast import STEP
+from plant_bench.agents.careful.rollouts import ego_poses, rollout
 from plant_bench.data.recorder import Action
 from plant_bench.data.recording import Recording
 from plant_bench.errors import InputError
@@ -21,9 +21,9 @@ from plant_bench.features.limits import allowed_speed
 from plant_bench.features.tokens import ATTRIBUTES, NOWHERE, Tokens, TokenSpec, actor_attributes
 from plant_bench.features.tracks import Rates, rates_between, rows_of
 from plant_bench.geometry.pose import to_frame
-from plant_bench.runner.observing import observe
-from plant_bench.scoring.progress import RouteProgress
+from plant_bench.sensing.observe import observe
 from plant_bench.world.route import PROTOCOL, Route
+from plant_bench.world.route_progress import RouteProgress
 from plant_bench.world.scene import TICK, Actors, Scene
 
 SAMPLE_TICKS = round(PLAN_INTERVAL / TICK)  # 10: data at 2 Hz (PlanT, section 4)

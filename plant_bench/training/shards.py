@@ -25,9 +25,9 @@ from plant_bench.data.statistics import episode_files
 from plant_bench.errors import InputError
 from plant_bench.features.tokens import TokenSpec
 from plant_bench.input_files import check_file
-from plant_bench.runner.data_folder import DataFolder
-from plant_bench.runner.executors import Event, Finished, Lost, run_tasks
-from plant_bench.runner.worker import Report
+from plant_bench.runner.collect.data_folder import DataFolder
+from plant_bench.runner.workers.executors import Event, Finished, Lost, run_tasks
+from plant_bench.runner.workers.worker import Report
 from plant_bench.training.samples import Samples, TargetKind, samples_of
 from plant_bench.whole_files import whole_file
 from plant_bench.world.route import PROTOCOL, Route, load_suite
@@ -39,12 +39,12 @@ _PACKAGE = Path(__file__).parents[1]
 _CODE = (  # what decides the numbers of a sample
     *sorted((_PACKAGE / "features").glob("*.py")),
     _PACKAGE / "training" / "samples.py",
-    _PACKAGE / "agents" / "careful_driver.py",
-    _PACKAGE / "agents" / "forecast.py",
-    _PACKAGE / "agents" / "rollouts.py",
+    _PACKAGE / "agents" / "careful" / "driver.py",
+    _PACKAGE / "agents" / "careful" / "forecast.py",
+    _PACKAGE / "agents" / "careful" / "rollouts.py",
     _PACKAGE / "agent.py",
-    _PACKAGE / "runner" / "observing.py",
-    _PACKAGE / "scoring" / "progress.py",
+    _PACKAGE / "sensing" / "observe.py",
+    _PACKAGE / "world" / "route_progress.py",
     _PACKAGE / "geometry" / "polyline.py",
     _PACKAGE / "geometry" / "pose.py",
 )

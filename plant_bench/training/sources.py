@@ -3,8 +3,8 @@
 from pathlib import Path
 
 from plant_bench.input_files import read_json
-from plant_bench.runner.collecting_request import CollectRequest
-from plant_bench.runner.data_folder import DataFolder, Origin
+from plant_bench.runner.collect.data_folder import DataFolder, Origin
+from plant_bench.runner.collect.request import CollectRequest
 
 _SHOWN = 16  # characters of a checksum
 

@@ -3,18 +3,11 @@
 import numpy as np
 import pytest
 
-from plant_bench.agent import (
-    Cause,
-    Control,
-    Input,
-    Observation,
-    Plan,
-    Reason,
-    check_agent,
-)
-from plant_bench.agents.registry import AGENTS, load_agent
+from plant_bench.agent import Cause, Control, Input, Observation, Plan, Reason
+from plant_bench.agent_check import check_agent
+from plant_bench.agents.loading.registry import AGENTS, load_agent
 from plant_bench.errors import AgentError
-from plant_bench.runner.observing import observe
+from plant_bench.sensing.observe import observe
 from plant_bench.sim.simulation import Simulation
 from plant_bench.world.route import Route, Scenario, load_suite
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from plant_bench.reports.carla_checkpoint import load_checkpoint
-from plant_bench.runner.run_folder import RunFolder
+from plant_bench.runner.run.folder import RunFolder
 
 pytestmark = pytest.mark.sumo
 ROUTE = "town02-5"

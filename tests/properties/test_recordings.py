@@ -6,7 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
-from plant_bench.agent import Cause, Control, Plan, Reason, same_action
+from plant_bench.agent import Cause, Control, Plan, Reason
+from plant_bench.agent_check import same_action
 from plant_bench.data.recorder import Recorder
 from plant_bench.data.recording import Recording
 from plant_bench.world.scene import Actors, EgoState, Scene

@@ -2,10 +2,11 @@
 
 from collections.abc import Iterator
 
-from plant_bench.agent import Control, Input, decision_interval
-from plant_bench.agents.registry import load_agent
-from plant_bench.runner.observing import observe
+from plant_bench.agent import Control, Input
+from plant_bench.agent_check import decision_interval
+from plant_bench.agents.loading.registry import load_agent
 from plant_bench.scoring.referee import Referee
+from plant_bench.sensing.observe import observe
 from plant_bench.sim.simulation import Simulation
 from plant_bench.world.route import Route
 

@@ -7,12 +7,13 @@ from typing import NamedTuple
 import numpy as np
 
 from plant_bench.agent import Control, Input, Observation, Privileged, RouteAhead
-from plant_bench.agents.control import follow_route, idm, light_limit
-from plant_bench.agents.corridor import corridor
+from plant_bench.agents.careful.corridor import corridor
+from plant_bench.agents.idm import idm, light_limit
+from plant_bench.controller import follow_route
 from plant_bench.features.limits import allowed_speed
 from plant_bench.geometry.box import overlap_one
 from plant_bench.geometry.polyline import Cursor
-from plant_bench.runner.observing import observe
+from plant_bench.sensing.observe import observe
 from plant_bench.sim.simulation import Simulation
 from plant_bench.world.hazard import Hazard, Phase
 from plant_bench.world.route import Route, Scenario

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from plant_bench.agent import Control, Input
-from plant_bench.agents.registry import load_agent
+from plant_bench.agents.loading.registry import load_agent
 from plant_bench.geometry.box import overlap_one
-from plant_bench.runner.observing import observe
 from plant_bench.scoring.referee import Referee
+from plant_bench.sensing.observe import observe
 from plant_bench.sim.bystanders.parking import FIRST_PARKED
 from plant_bench.sim.bystanders.roadway import Roadway
 from plant_bench.sim.bystanders.stepping_out import FIRST_WALKER

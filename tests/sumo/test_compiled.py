@@ -13,8 +13,8 @@ from numba.core.dispatcher import Dispatcher
 
 import plant_bench.agents
 import plant_bench.features
-from plant_bench.runner.episode import run_episode
-from plant_bench.runner.jobs import Job
+from plant_bench.runner.episode.jobs import Job
+from plant_bench.runner.episode.loop import run_episode
 from plant_bench.scoring.infractions import Status
 from plant_bench.world.route import Route
 

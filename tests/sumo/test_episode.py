@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from plant_bench.agent import NOBODY
-from plant_bench.agents.careful_driver import INTERVAL, RESTING_INTERVAL, STILL
-from plant_bench.agents.registry import agent_checksum
+from plant_bench.agents.careful.driver import INTERVAL, RESTING_INTERVAL, STILL
+from plant_bench.agents.loading.registry import agent_checksum
 from plant_bench.data.recording import Recording
 from plant_bench.data.recording_file import RECORDING_FORMAT
-from plant_bench.runner.episode import run_episode
-from plant_bench.runner.jobs import Job
+from plant_bench.runner.episode.jobs import Job
+from plant_bench.runner.episode.loop import run_episode
 from plant_bench.scoring.rescore import rescore
 from plant_bench.scoring.results import EpisodeResult
 from plant_bench.world.hazard import Phase

@@ -16,15 +16,15 @@ from gymnasium.utils.env_checker import check_env
 
 import plant_bench.gym
 from plant_bench.agent import Plan
-from plant_bench.agents.registry import load_agent
+from plant_bench.agents.loading.registry import load_agent
 from plant_bench.data_files import TOWNS_VARIABLE
 from plant_bench.errors import InputError
 from plant_bench.features.raster import RasterSpec
 from plant_bench.gym.actions import ControlAction
 from plant_bench.gym.encoders import RasterEncoder
 from plant_bench.gym.environment import PlantBenchEnv
-from plant_bench.runner.episode import run_episode
-from plant_bench.runner.jobs import Job, repetition_seed
+from plant_bench.runner.episode.jobs import Job, repetition_seed
+from plant_bench.runner.episode.loop import run_episode
 from plant_bench.scoring.infractions import Status
 from plant_bench.world.route import ROUTE_FORMAT, Route, load_suite
 from plant_bench.world.town import town_file

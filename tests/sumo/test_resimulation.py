@@ -8,17 +8,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from plant_bench.agents.registry import agent_checksum
+from plant_bench.agents.loading.registry import agent_checksum
 from plant_bench.data.recorder import Recorder
 from plant_bench.data.recording import Recording
 from plant_bench.errors import InputError
-from plant_bench.runner.episode import run_episode
-from plant_bench.runner.expert_asking import ask_expert
-from plant_bench.runner.hindsight import look_back
-from plant_bench.runner.jobs import Job
-from plant_bench.runner.moments import Window
-from plant_bench.runner.resimulation import simulate_again
-from plant_bench.runner.takeover import Takeover
+from plant_bench.runner.collect.takeover import Takeover
+from plant_bench.runner.episode.jobs import Job
+from plant_bench.runner.episode.loop import run_episode
+from plant_bench.runner.review.expert_asking import ask_expert
+from plant_bench.runner.review.hindsight import look_back
+from plant_bench.runner.review.moments import Window
+from plant_bench.runner.review.resimulation import simulate_again
 from plant_bench.scoring.results import EpisodeResult
 from plant_bench.world.route import Route
 

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from plant_bench.agent import Control
-from plant_bench.agents.registry import agent_checksum, load_agent
+from plant_bench.agents.loading.registry import agent_checksum, load_agent
 from plant_bench.errors import InputError, SimulationError
-from plant_bench.runner.episode import run_episode
-from plant_bench.runner.jobs import Job
+from plant_bench.runner.episode.jobs import Job
+from plant_bench.runner.episode.loop import run_episode
 from plant_bench.scoring.referee import Referee
 from plant_bench.sim.bystanders.stepping_out import FIRST_WALKER
 from plant_bench.sim.ego import advance

@@ -7,14 +7,14 @@ from pathlib import Path
 import pytest
 
 from plant_bench.agent import Control
-from plant_bench.agents.registry import agent_checksum
+from plant_bench.agents.loading.registry import agent_checksum
 from plant_bench.data.recording import Recording
-from plant_bench.runner.collecting_plan import PlannedEpisode
-from plant_bench.runner.collecting_work import DriveTask, drive_one
-from plant_bench.runner.data_folder import DataFolder, EpisodeNote
-from plant_bench.runner.episode import run_episode
-from plant_bench.runner.jobs import Job
-from plant_bench.runner.takeover import PATIENCE, RELIEF, Takeover
+from plant_bench.runner.collect.data_folder import DataFolder, EpisodeNote
+from plant_bench.runner.collect.plan import PlannedEpisode
+from plant_bench.runner.collect.takeover import PATIENCE, RELIEF, Takeover
+from plant_bench.runner.collect.work import DriveTask, drive_one
+from plant_bench.runner.episode.jobs import Job
+from plant_bench.runner.episode.loop import run_episode
 from plant_bench.world.route import Route
 from plant_bench.world.scene import TICK, Scene
 

@@ -6,16 +6,16 @@ from pathlib import Path
 
 import pytest
 
-from plant_bench.agents.registry import agent_checksum
+from plant_bench.agents.loading.registry import agent_checksum
 from plant_bench.agents.remote.connection import end_processes
 from plant_bench.agents.remote.process import Limits
 from plant_bench.data.recorder import Recorder
 from plant_bench.data.recording import Recording
-from plant_bench.runner.differences import Difference
-from plant_bench.runner.episode import run_episode
-from plant_bench.runner.isolation import isolation_of
-from plant_bench.runner.jobs import Job
-from plant_bench.runner.verification import Task, check_episode
+from plant_bench.runner.episode.jobs import Job
+from plant_bench.runner.episode.loop import run_episode
+from plant_bench.runner.review.differences import Difference
+from plant_bench.runner.review.verification import Task, check_episode
+from plant_bench.runner.workers.isolation import isolation_of
 from plant_bench.scoring.results import EpisodeResult
 from plant_bench.world.route import Route
 

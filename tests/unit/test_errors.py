@@ -3,7 +3,7 @@
 import pytest
 
 from plant_bench.errors import InputError
-from plant_bench.runner.provenance import Provenance
+from plant_bench.runner.run.provenance import Provenance
 from plant_bench.scoring.results import EpisodeResult
 
 

@@ -9,9 +9,9 @@ import numpy as np
 from jaxtyping import Float
 
 from plant_bench.agent import Input, NextLight, Observation, Plan
-from plant_bench.agents.careful_driver import RESTING_INTERVAL, STILL
-from plant_bench.agents.control import follow_plan
+from plant_bench.agents.careful.driver import RESTING_INTERVAL, STILL
 from plant_bench.agents.plant.config import CONFIG_FILE, GRAPH_FILE, WEIGHTS_FILE, load_config
+from plant_bench.controller import follow_plan
 from plant_bench.data_files import models_dir
 from plant_bench.errors import AgentError
 from plant_bench.features.inputs import SceneInput, scene_input

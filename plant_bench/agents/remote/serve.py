@@ -11,17 +11,9 @@ from collections.abc import Callable
 
 import numpy as np
 
-from plant_bench.agent import (
-    Agent,
-    Control,
-    Observation,
-    Plan,
-    Ranker,
-    check_action,
-    decision_interval,
-    reason_of,
-)
-from plant_bench.agents.registry import files_of, load_agent
+from plant_bench.agent import Agent, Control, Observation, Plan, Ranker
+from plant_bench.agent_check import check_action, decision_interval, reason_of
+from plant_bench.agents.loading.registry import files_of, load_agent
 from plant_bench.agents.remote.codec import MOST_AXES, MOST_PASSES, array_out, pack, unpack
 from plant_bench.agents.remote.messages import (
     PROTOCOL_VERSION,

@@ -21,7 +21,7 @@ from plant_bench.reports.leaderboard.sources import (
     read_run,
 )
 from plant_bench.reports.leaderboard.texts import one_line
-from plant_bench.runner.provenance import without_folders
+from plant_bench.runner.run.provenance import without_folders
 from plant_bench.scoring.laws import Law
 from plant_bench.scoring.metrics import Summary, summarise
 

@@ -8,7 +8,7 @@ from datetime import UTC, datetime
 from plant_bench.agent import Input
 from plant_bench.reports.leaderboard.sources import RankingSource, RunSource
 from plant_bench.reports.leaderboard.weights import parameter_count
-from plant_bench.runner.speed import read_timings, speed_of
+from plant_bench.runner.run.speed import read_timings, speed_of
 from plant_bench.scoring.metrics import Spread, Summary
 
 PRIVILEGED, SENSOR = "privileged", "sensor"  # the tracks of PlanT's Table 1

@@ -9,8 +9,8 @@ from pydantic import TypeAdapter
 
 from plant_bench.errors import InputError, in_one_line
 from plant_bench.input_files import read_json
-from plant_bench.runner.provenance import Provenance
-from plant_bench.runner.run_folder import RunFolder
+from plant_bench.runner.run.folder import RunFolder
+from plant_bench.runner.run.provenance import Provenance
 from plant_bench.scoring.relevance import RelativeScore
 from plant_bench.scoring.results import EpisodeResult
 

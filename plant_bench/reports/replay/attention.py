@@ -6,14 +6,14 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from plant_bench.agent import Agent, Input, Observation, Plan, Ranker
-from plant_bench.agents.registry import agent_checksum, load_agent
+from plant_bench.agents.loading.registry import agent_checksum, load_agent
 from plant_bench.data.recorder import Action
 from plant_bench.data.recording import Recording
 from plant_bench.errors import PlantBenchError
 from plant_bench.reports.replay.overlay import Progress
-from plant_bench.runner.observing import observe
-from plant_bench.runner.provenance import without_folders
+from plant_bench.runner.run.provenance import without_folders
 from plant_bench.scoring.results import EpisodeResult
+from plant_bench.sensing.observe import observe
 from plant_bench.world.route import Route
 
 SPACING = 10  # ticks between two questions: 2 Hz, as the planner's own memory of who was where

@@ -29,7 +29,7 @@ from plant_bench.reports.replay.source import (
     load_route,
     load_town_of,
 )
-from plant_bench.runner.expert_view import EXPERT, ExpertView
+from plant_bench.runner.review.expert_view import EXPERT, ExpertView
 from plant_bench.world.route import Route
 from plant_bench.world.scene import EGO_EXTENT, TICK, ActorKind, Light
 from plant_bench.world.town import Town

@@ -9,7 +9,7 @@ from plant_bench.agent import NOBODY, Cause
 from plant_bench.reports.replay.episode import EpisodeReplay
 from plant_bench.reports.replay.frames import FRAME
 from plant_bench.reports.replay.overlay import NO_CAUSE
-from plant_bench.runner.expert_view import EXPERT
+from plant_bench.runner.review.expert_view import EXPERT
 from plant_bench.world.scene import TICK
 
 FRESH = 1.3  # s for which a plan or an answer to whom it attends is shown

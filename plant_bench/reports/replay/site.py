@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-from plant_bench.agents.registry import agent_checksum
+from plant_bench.agents.loading.registry import agent_checksum
 from plant_bench.errors import InputError, PlantBenchError
 from plant_bench.input_files import parse_json, read_text
 from plant_bench.reports.page_json import script_json
@@ -20,8 +20,8 @@ from plant_bench.reports.replay.episode import load_episode, missing_script, rep
 from plant_bench.reports.replay.page import replay_page
 from plant_bench.reports.replay.source import ReplaySource, is_replay_id
 from plant_bench.reports.replay.towns import town_script
-from plant_bench.runner.executors import Event, Finished, Lost, run_tasks
-from plant_bench.runner.expert_view import EXPERT
+from plant_bench.runner.review.expert_view import EXPERT
+from plant_bench.runner.workers.executors import Event, Finished, Lost, run_tasks
 from plant_bench.whole_files import write_whole_text
 from plant_bench.world.town import load_town, town_checksum
 

@@ -8,8 +8,8 @@ from pathlib import Path
 
 from plant_bench.data.recording import Recording
 from plant_bench.errors import InputError
-from plant_bench.runner.expert_view import ExpertView
-from plant_bench.runner.provenance import Provenance
+from plant_bench.runner.review.expert_view import ExpertView
+from plant_bench.runner.run.provenance import Provenance
 from plant_bench.scoring.results import EpisodeResult
 from plant_bench.world.route import Route, load_suite, suite_names
 from plant_bench.world.town import Town, load_town, town_checksum

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 from plant_bench.agent import Reason
 from plant_bench.reports.why.incidents import Incident
-from plant_bench.runner.moments import Moment
-from plant_bench.runner.shadows import Answer
+from plant_bench.runner.decisions import Answer
+from plant_bench.runner.review.moments import Moment
 from plant_bench.scoring.endings import BLOCKED_SPEED
 
 BRAKES = -0.5  # m/s2 and below count as braking

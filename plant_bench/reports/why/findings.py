@@ -15,8 +15,8 @@ from plant_bench.reports.why.braking import BRAKES, Braking, braking_for, decisi
 from plant_bench.reports.why.incidents import Incident
 from plant_bench.reports.why.red_light import RedLight, red_light_of
 from plant_bench.reports.why.standing import Standing, standing_of
-from plant_bench.runner.moments import Hindsight, Moment
-from plant_bench.runner.shadows import Answer
+from plant_bench.runner.decisions import Answer
+from plant_bench.runner.review.moments import Hindsight, Moment
 from plant_bench.scoring.endings import BLOCKED_SPEED
 from plant_bench.scoring.infractions import InfractionKind
 from plant_bench.world.scene import EGO_EXTENT, TICK, ActorKind, Scene

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from plant_bench.agent import MOST_INTERVAL
 from plant_bench.errors import InputError
-from plant_bench.runner.moments import Window
+from plant_bench.runner.review.moments import Window
 from plant_bench.scoring.endings import BLOCKED_TIME
 from plant_bench.scoring.infractions import Infraction, InfractionKind
 from plant_bench.scoring.results import EpisodeResult

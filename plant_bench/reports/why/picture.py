@@ -27,7 +27,7 @@ from plant_bench.reports.why.scenery import (
 )
 from plant_bench.reports.why.text import episode_line, incident_line, spread_moments
 from plant_bench.reports.why.verdicts import verdict
-from plant_bench.runner.moments import Hindsight, Moment
+from plant_bench.runner.review.moments import Hindsight, Moment
 from plant_bench.whole_files import write_whole
 
 PANELS = 4

@@ -14,7 +14,7 @@ from plant_bench.agent import NOBODY
 from plant_bench.geometry.box import corners
 from plant_bench.geometry.pose import from_frame, to_frame
 from plant_bench.reports.why.findings import Finding
-from plant_bench.runner.moments import Hindsight, Moment
+from plant_bench.runner.review.moments import Hindsight, Moment
 from plant_bench.world.scene import EGO_LENGTH, EGO_WIDTH, ActorKind, Light
 from plant_bench.world.town import Town, load_town
 

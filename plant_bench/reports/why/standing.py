@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from plant_bench.agent import Reason
-from plant_bench.agents.corridor import corridor
-from plant_bench.runner.moments import Moment
-from plant_bench.runner.shadows import Answer
+from plant_bench.agents.careful.corridor import corridor
+from plant_bench.runner.decisions import Answer
+from plant_bench.runner.review.moments import Moment
 from plant_bench.scoring.endings import BLOCKED_SPEED
 from plant_bench.world.scene import EGO_LENGTH, TICK
 

@@ -14,7 +14,7 @@ from plant_bench.reports.tables import PIPED_WIDTH
 from plant_bench.reports.why.findings import Finding, gap_to
 from plant_bench.reports.why.incidents import KIND_NAMES, actor_name
 from plant_bench.reports.why.verdicts import reason_text, subject, verdict
-from plant_bench.runner.moments import Hindsight, Moment
+from plant_bench.runner.review.moments import Hindsight, Moment
 from plant_bench.scoring.results import EpisodeResult
 from plant_bench.world.scene import Light
 

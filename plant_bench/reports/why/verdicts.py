@@ -5,7 +5,7 @@ from plant_bench.reports.why.braking import Braking
 from plant_bench.reports.why.findings import FIRST_FEW, Finding, Noticed
 from plant_bench.reports.why.incidents import actor_name
 from plant_bench.reports.why.standing import Standing
-from plant_bench.runner.moments import Hindsight
+from plant_bench.runner.review.moments import Hindsight
 from plant_bench.scoring.infractions import InfractionKind
 from plant_bench.world.scene import ActorKind
 

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from plant_bench.agent import Control, Observation, Privileged, RouteAhead
-from plant_bench.agents.careful_driver import CarefulDriver
-from plant_bench.agents.forecast import along_true_lanes, straight_on
+from plant_bench.agents.careful.driver import CarefulDriver
+from plant_bench.agents.careful.forecast import along_true_lanes, straight_on
 from plant_bench.world.route import LaneSpan, Passage, Route
 from plant_bench.world.scene import TICK, ActorKind, Actors, EgoState
 

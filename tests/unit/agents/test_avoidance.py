@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from plant_bench.agent import RouteAhead
-from plant_bench.agents.conflicts import clearest
-from plant_bench.agents.forecast import STEP, TIMES, Forecast
-from plant_bench.agents.neighbours import brake_for_ego
-from plant_bench.agents.rollouts import at_slower_pace, ego_poses, rollout
+from plant_bench.agents.careful.conflicts import clearest
+from plant_bench.agents.careful.forecast import STEP, TIMES, Forecast
+from plant_bench.agents.careful.neighbours import brake_for_ego
+from plant_bench.agents.careful.rollouts import at_slower_pace, ego_poses, rollout
 from plant_bench.world.scene import Actors, EgoState
 
 LIMIT = 10.0

@@ -15,11 +15,11 @@ from plant_bench.agent import (
     Reason,
     RouteAhead,
 )
-from plant_bench.agents.careful_driver import CarefulDriver
-from plant_bench.agents.control import light_limit
-from plant_bench.agents.corridor import corridor
+from plant_bench.agents.careful.corridor import corridor
+from plant_bench.agents.careful.driver import CarefulDriver
+from plant_bench.agents.careful.forecast import STEP, along_true_lanes, straight_on
 from plant_bench.agents.expert import Expert
-from plant_bench.agents.forecast import STEP, along_true_lanes, straight_on
+from plant_bench.agents.idm import light_limit
 from plant_bench.agents.rule_based import RuleBased
 from plant_bench.errors import AgentError
 from plant_bench.features.limits import allowed_speed

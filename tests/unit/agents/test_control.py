@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from plant_bench.agent import Control, Plan, RouteAhead
-from plant_bench.agents.control import follow_plan, follow_route, idm, stop_within
+from plant_bench.agents.idm import idm, stop_within
+from plant_bench.controller import follow_plan, follow_route
 from plant_bench.sim.ego import advance
 from plant_bench.world.scene import TICK, EgoState
 

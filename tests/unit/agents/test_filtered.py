@@ -14,9 +14,9 @@ from plant_bench.agent import (
     Privileged,
     Reason,
 )
-from plant_bench.agents.expert_nearest import expert_nearest
-from plant_bench.agents.filtered import Filtered, highest
-from plant_bench.agents.rankers import Nearest
+from plant_bench.agents.ranking.expert_nearest import expert_nearest
+from plant_bench.agents.ranking.filtered import Filtered, highest
+from plant_bench.agents.ranking.rankers import Nearest
 from plant_bench.errors import AgentError
 from plant_bench.world.route import Route
 from plant_bench.world.scene import ActorKind, Actors, EgoState, Light

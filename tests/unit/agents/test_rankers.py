@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from plant_bench.agent import Control, Input, Observation, Plan, Privileged, RouteAhead
-from plant_bench.agents.expert_filtered import FilteredExpert
-from plant_bench.agents.masking import Masking, expected_waypoints
-from plant_bench.agents.rankers import Oracle, Random
-from plant_bench.agents.registry import agent_checksum, load_agent
+from plant_bench.agents.loading.registry import agent_checksum, load_agent
+from plant_bench.agents.ranking.expert_filtered import FilteredExpert
+from plant_bench.agents.ranking.masking import Masking, expected_waypoints
+from plant_bench.agents.ranking.rankers import Oracle, Random
 from plant_bench.errors import AgentError, InputError
 from plant_bench.world.route import LaneSpan, Route
 from plant_bench.world.scene import ActorKind, Actors, EgoState

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from plant_bench.agent import Agent
-from plant_bench.agents.registry import AGENTS, agent_checksum, agent_files, load_agent
+from plant_bench.agents.loading.registry import AGENTS, agent_checksum, agent_files, load_agent
 from plant_bench.errors import InputError
 
 PLANNER = """

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from plant_bench.agent import Observation
-from plant_bench.agents.forecast import TIMES, Forecast
-from plant_bench.agents.tracked_forecast import HELD, TrackedForecast
+from plant_bench.agents.careful.forecast import TIMES, Forecast
+from plant_bench.agents.careful.tracked_forecast import HELD, TrackedForecast
 from plant_bench.world.scene import ActorKind, Actors, EgoState
 
 CAR = int(ActorKind.CAR)

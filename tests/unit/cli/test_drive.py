@@ -5,8 +5,8 @@ import pytest
 from plant_bench.cli import drive
 from plant_bench.cli.drive import Driving, drive_missing
 from plant_bench.errors import InputError
-from plant_bench.runner.ray_executor import RayExecutor
-from plant_bench.runner.run import ScoreRequest
+from plant_bench.runner.ray.executor import RayExecutor
+from plant_bench.runner.run.score_run import ScoreRequest
 
 
 def test_a_cluster_that_is_not_there_leaves_no_run_behind(tmp_path):

@@ -1,8 +1,8 @@
 """What `plant-bench rfds` is asked for."""
 
-from plant_bench.agents.registry import agent_checksum
+from plant_bench.agents.loading.registry import agent_checksum
 from plant_bench.cli.relevance import RelevanceRequest
-from plant_bench.runner.run import ScoreRequest
+from plant_bench.runner.run.score_run import ScoreRequest
 
 
 def test_an_rfds_tells_the_checksum_of_who_ranks():

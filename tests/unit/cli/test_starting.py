@@ -9,7 +9,7 @@ PYPROJECT = Path(__file__).parents[3] / "pyproject.toml"
 
 COMMAND = """
 import gc, sys
-from plant_bench.runner import executors
+from plant_bench.runner.workers import executors
 from plant_bench.__main__ import main
 
 def begin(*_):

@@ -3,7 +3,8 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from plant_bench.agent import Cause, Control, Plan, Reason, same_action
+from plant_bench.agent import Cause, Control, Plan, Reason
+from plant_bench.agent_check import same_action
 from plant_bench.data import recording_file
 from plant_bench.data.recorder import Recorder
 from plant_bench.data.recording import Recording

@@ -10,8 +10,8 @@ from plant_bench.data.statistics import describe_data, find_data_faults
 from plant_bench.errors import InputError
 from plant_bench.reports.data_card import data_card
 from plant_bench.reports.data_plots import save_data_plots
-from plant_bench.runner.collecting_request import CollectRequest
-from plant_bench.runner.data_folder import EpisodeNote
+from plant_bench.runner.collect.data_folder import EpisodeNote
+from plant_bench.runner.collect.request import CollectRequest
 from plant_bench.world.route import ROUTE_FORMAT, LaneSpan, Route
 from plant_bench.world.scene import Actors, EgoState, Scene
 from plant_bench.world.town import load_town

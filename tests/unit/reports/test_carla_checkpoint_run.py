@@ -6,8 +6,8 @@ import pytest
 
 from plant_bench.errors import InputError
 from plant_bench.reports.carla_checkpoint_run import run_checkpoint
-from plant_bench.runner.provenance import Provenance
-from plant_bench.runner.run_folder import RunFolder
+from plant_bench.runner.run.folder import RunFolder
+from plant_bench.runner.run.provenance import Provenance
 from plant_bench.scoring.results import EpisodeResult
 from tests.unit.reports.checkpoint_files import episode
 

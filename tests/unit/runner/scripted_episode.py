@@ -7,9 +7,9 @@ from pathlib import Path
 
 from plant_bench.agent import Input
 from plant_bench.errors import SimulationError
-from plant_bench.runner.jobs import Job
-from plant_bench.runner.outcome import Episode
-from plant_bench.runner.timing import Timing
+from plant_bench.runner.episode.jobs import Job
+from plant_bench.runner.episode.outcome import Episode
+from plant_bench.runner.episode.timing import Timing
 from plant_bench.scoring.infractions import Status
 from plant_bench.scoring.results import EpisodeResult
 

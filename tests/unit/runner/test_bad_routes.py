@@ -5,7 +5,7 @@ import json
 import pytest
 
 from plant_bench.errors import InputError
-from plant_bench.runner.run import ScoreRequest, open_run
+from plant_bench.runner.run.score_run import ScoreRequest, open_run
 from plant_bench.world.route import load_suite
 
 

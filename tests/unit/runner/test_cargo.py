@@ -5,17 +5,17 @@ from pathlib import Path
 
 import pytest
 
-from plant_bench.agents.registry import agent_checksum
+from plant_bench.agents.loading.registry import agent_checksum
 from plant_bench.agents.remote.connection import Profile, end_processes
 from plant_bench.agents.remote.process import Limits
 from plant_bench.agents.remote.programs import Program
 from plant_bench.data_files import TOWNS_VARIABLE
 from plant_bench.errors import InputError
-from plant_bench.runner import cargo
-from plant_bench.runner.cargo import Needs, Place, differences, pack, shipped, unpack
-from plant_bench.runner.isolation import Isolation
-from plant_bench.runner.jobs import make_jobs
-from plant_bench.runner.suite import _Task
+from plant_bench.runner.episode.jobs import make_jobs
+from plant_bench.runner.ray import packaging as cargo
+from plant_bench.runner.ray.packaging import Needs, Place, differences, pack, shipped, unpack
+from plant_bench.runner.run.suite import _Task
+from plant_bench.runner.workers.isolation import Isolation
 
 AGENT = """
 from pathlib import Path

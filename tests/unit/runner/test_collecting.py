@@ -8,13 +8,14 @@ from pathlib import Path
 import pytest
 
 from plant_bench.errors import InputError, SimulationError
-from plant_bench.runner import collecting, collecting_plan
-from plant_bench.runner.collecting import Ended, collect, collecting_checksum
-from plant_bench.runner.collecting_plan import benchmark_seeds, planned_episodes, training_seed
-from plant_bench.runner.collecting_request import CollectRequest
-from plant_bench.runner.collecting_work import DriveTask, TownTask
-from plant_bench.runner.data_folder import DataFolder, EpisodeNote
-from plant_bench.runner.executors import Finished, Started
+from plant_bench.runner.collect import collection as collecting
+from plant_bench.runner.collect import plan as collecting_plan
+from plant_bench.runner.collect.collection import Ended, collect, collecting_checksum
+from plant_bench.runner.collect.data_folder import DataFolder, EpisodeNote
+from plant_bench.runner.collect.plan import benchmark_seeds, planned_episodes, training_seed
+from plant_bench.runner.collect.request import CollectRequest
+from plant_bench.runner.collect.work import DriveTask, TownTask
+from plant_bench.runner.workers.executors import Finished, Started
 from plant_bench.towns.training_towns import TrainingTown
 from plant_bench.training.shards import check_targets
 from plant_bench.training.sources import source_of

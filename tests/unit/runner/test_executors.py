@@ -11,8 +11,8 @@ import pytest
 
 from plant_bench.data_files import TOWNS_VARIABLE
 from plant_bench.errors import InputError, SimulationError
-from plant_bench.runner import executors
-from plant_bench.runner.executors import (
+from plant_bench.runner.workers import executors
+from plant_bench.runner.workers.executors import (
     Event,
     Finished,
     LocalExecutor,

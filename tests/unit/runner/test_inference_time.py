@@ -7,9 +7,9 @@ import pytest
 
 from plant_bench.inference import forward_pass, listen_to_passes
 from plant_bench.reports.tables import inference_time, print_planner_time
-from plant_bench.runner.run_folder import RunFolder
-from plant_bench.runner.speed import speed_of, write_speed
-from plant_bench.runner.timing import Stopwatch
+from plant_bench.runner.episode.timing import Stopwatch
+from plant_bench.runner.run.folder import RunFolder
+from plant_bench.runner.run.speed import speed_of, write_speed
 
 
 def drive(*tokens: int) -> Stopwatch:

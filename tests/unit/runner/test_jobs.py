@@ -1,7 +1,7 @@
 import pytest
 
 from plant_bench.errors import InputError
-from plant_bench.runner.jobs import make_jobs, repetition_seed, select_routes
+from plant_bench.runner.episode.jobs import make_jobs, repetition_seed, select_routes
 
 
 @pytest.fixture

@@ -3,15 +3,15 @@ import sys
 
 LOADED = """
 import sys
-from plant_bench.runner.loading import loading
+from plant_bench.runner.workers.loading import loading
 
 def load(agent, *modules, isolate=False):
     loading(agent, isolate=isolate)()
     return [module in sys.modules for module in modules]
 
 later = loading("expert", isolate=False)
-assert "plant_bench.runner.episode" not in sys.modules, "making it loads nothing"
-assert load("their.module:Planner", "plant_bench.runner.episode", "their") == [True, False]
+assert "plant_bench.runner.episode.loop" not in sys.modules, "making it loads nothing"
+assert load("their.module:Planner", "plant_bench.runner.episode.loop", "their") == [True, False]
 assert load("expert", "plant_bench.agents.expert", isolate=True) == [False]
 assert load("plant@no/such", "plant_bench.agents.plant.guarded", "onnxruntime") == [True, False]
 assert load("plant", "onnxruntime", "torch") == [True, False]

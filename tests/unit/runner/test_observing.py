@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from plant_bench.agent import Input
-from plant_bench.runner.observing import observe
+from plant_bench.sensing.observe import observe
 from plant_bench.world.hazard import Hazard, HazardKind
 from plant_bench.world.route import load_suite
 from plant_bench.world.scene import Actors, EgoState, Light, Scene

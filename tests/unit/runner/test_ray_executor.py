@@ -11,12 +11,13 @@ import pytest
 
 from plant_bench.data_files import TOWNS_VARIABLE, networks_dir
 from plant_bench.errors import InputError, SimulationError
-from plant_bench.runner import ray_executor, ray_node
-from plant_bench.runner.cargo import Needs, pack
-from plant_bench.runner.executors import Finished, Lost, Retried
-from plant_bench.runner.ray_executor import RayExecutor
-from plant_bench.runner.ray_node import NodeWorker
-from plant_bench.runner.worker import Failed, Ready
+from plant_bench.runner.ray import executor as ray_executor
+from plant_bench.runner.ray import node as ray_node
+from plant_bench.runner.ray.executor import RayExecutor
+from plant_bench.runner.ray.node import NodeWorker
+from plant_bench.runner.ray.packaging import Needs, pack
+from plant_bench.runner.workers.executors import Finished, Lost, Retried
+from plant_bench.runner.workers.worker import Failed, Ready
 
 A, B = "a" * 56, "b" * 56  # nodes
 

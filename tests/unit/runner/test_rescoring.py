@@ -9,10 +9,10 @@ import pytest
 
 from plant_bench.data.recorder import Recorder
 from plant_bench.errors import InputError
-from plant_bench.runner.jobs import episode_name, make_jobs
-from plant_bench.runner.provenance import provenance
-from plant_bench.runner.rescoring import rescore_folder
-from plant_bench.runner.run_folder import RunFolder
+from plant_bench.runner.episode.jobs import episode_name, make_jobs
+from plant_bench.runner.run.folder import RunFolder
+from plant_bench.runner.run.provenance import provenance
+from plant_bench.runner.run.rescoring import rescore_folder
 from plant_bench.scoring.infractions import Status
 from plant_bench.scoring.results import EpisodeResult
 from plant_bench.world.route import load_suite

@@ -1,6 +1,6 @@
 import pytest
 
-from plant_bench.runner.run import ScoreRequest
+from plant_bench.runner.run.score_run import ScoreRequest
 
 
 @pytest.mark.parametrize(

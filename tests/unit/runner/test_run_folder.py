@@ -3,10 +3,10 @@ import json
 import pytest
 
 from plant_bench.errors import InputError
-from plant_bench.runner.provenance import installed_versions, processor_name
-from plant_bench.runner.run_folder import RunFolder
-from plant_bench.runner.speed import read_timings, speed_of
-from plant_bench.runner.timing import Timing
+from plant_bench.runner.episode.timing import Timing
+from plant_bench.runner.run.folder import RunFolder
+from plant_bench.runner.run.provenance import installed_versions, processor_name
+from plant_bench.runner.run.speed import read_timings, speed_of
 
 TIMING = {
     "wall_s": 10.0,

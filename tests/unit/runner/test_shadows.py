@@ -7,7 +7,7 @@ import pytest
 
 from plant_bench.agent import Cause, Control, Input, Plan, Reason
 from plant_bench.errors import AgentError
-from plant_bench.runner.shadows import Answer, Shadow, same_answer
+from plant_bench.runner.decisions import Answer, Shadow, same_answer
 from plant_bench.world.scene import ActorKind, Actors, EgoState, Scene
 
 NEAR, FAR, WALKER = 3, 9, 500_000

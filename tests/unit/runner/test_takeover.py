@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from plant_bench.agent import Control, Input, Plan
-from plant_bench.agents.control import follow_plan
+from plant_bench.controller import follow_plan
 from plant_bench.errors import AgentError, InputError
-from plant_bench.runner import takeover
-from plant_bench.runner.takeover import PATIENCE, RELIEF, Takeover, check_driver
+from plant_bench.runner.collect import takeover
+from plant_bench.runner.collect.takeover import PATIENCE, RELIEF, Takeover, check_driver
 from plant_bench.world.scene import TICK, Actors, EgoState, Scene
 
 OWN = Control(-1.0, 0.25)  # what the other planner answers

@@ -13,9 +13,9 @@ from plant_bench.cli.ablating import AblationRequest, ablate
 from plant_bench.cli.learning import Course, Machine
 from plant_bench.errors import InputError
 from plant_bench.features.tokens import TokenSpec
-from plant_bench.runner.jobs import episode_name, make_jobs
-from plant_bench.runner.run import Run, ScoreRequest
-from plant_bench.runner.run_folder import RunFolder
+from plant_bench.runner.episode.jobs import episode_name, make_jobs
+from plant_bench.runner.run.folder import RunFolder
+from plant_bench.runner.run.score_run import Run, ScoreRequest
 from plant_bench.scoring.infractions import Status
 from plant_bench.scoring.results import EpisodeResult
 from plant_bench.training.ablations import ABLATIONS, Recipe, trainings_of, variants_of

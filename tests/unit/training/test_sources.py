@@ -16,7 +16,7 @@ from plant_bench.cli import learning
 from plant_bench.cli.learning import Course, Machine, Validation, learn
 from plant_bench.data_files import routes_dir
 from plant_bench.errors import InputError
-from plant_bench.runner.data_folder import Origin
+from plant_bench.runner.collect.data_folder import Origin
 from plant_bench.training.ablations import Recipe
 from plant_bench.training.batches import Split
 from plant_bench.training.imitation import TrainingRequest

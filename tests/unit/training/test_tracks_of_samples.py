@@ -17,11 +17,11 @@ from plant_bench.data.recorder import Recorder
 from plant_bench.data.recording import Recording
 from plant_bench.features.inputs import SceneInput
 from plant_bench.features.tokens import TokenSpec
-from plant_bench.runner.observing import observe
-from plant_bench.scoring.progress import RouteProgress
+from plant_bench.sensing.observe import observe
 from plant_bench.training.samples import SAMPLE_TICKS
 from plant_bench.training.shards import load_shards
 from plant_bench.world.route import PROTOCOL, Route
+from plant_bench.world.route_progress import RouteProgress
 from plant_bench.world.scene import TICK, ActorKind, Actors, EgoState, Scene
 
 SPEC = TokenSpec(meetings=True, tracks=True, vulnerable=True)

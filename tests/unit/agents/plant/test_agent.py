@@ -12,13 +12,14 @@ import pytest
 import torch
 from safetensors.torch import load_file, save_file
 
-from plant_bench.agent import NextLight, Observation, RouteAhead, check_agent
+from plant_bench.agent import NextLight, Observation, RouteAhead
+from plant_bench.agent_check import check_agent
+from plant_bench.agents.loading.registry import agent_checksum, load_agent
 from plant_bench.agents.plant.agent import PlanT
 from plant_bench.agents.plant.config import PlanTConfig
 from plant_bench.agents.plant.network import PlanTNetwork
 from plant_bench.agents.plant.predictor import TorchPredictor
 from plant_bench.agents.plant.weights import load_network, save_network
-from plant_bench.agents.registry import agent_checksum, load_agent
 from plant_bench.errors import InputError
 from plant_bench.features.tokens import TokenSpec
 from plant_bench.world.route import load_suite
@@ -204,7 +205,7 @@ def test_unusable_weights_are_input_errors(folder: Path, harm, message: str) -> 
 
 def test_other_planners_start_without_torch() -> None:
     code = (
-        "import sys; from plant_bench.agents.registry import agent_factory, load_agent\n"
+        "import sys; from plant_bench.agents.loading.registry import agent_factory, load_agent\n"
         "load_agent('rule-based'); print(agent_factory('plant').__doc__); import plant_bench.cli\n"
         "assert 'torch' not in sys.modules"
     )

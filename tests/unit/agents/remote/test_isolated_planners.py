@@ -11,15 +11,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from plant_bench.agent import Cause, Control, Observation, Plan, Ranker, Reason, check_action
-from plant_bench.agents.registry import agent_files, load_agent
+from plant_bench.agent import Cause, Control, Observation, Plan, Ranker, Reason
+from plant_bench.agent_check import check_action
+from plant_bench.agents.loading.registry import agent_files, load_agent
 from plant_bench.agents.remote.agent import remote_agent
 from plant_bench.agents.remote.connection import end_processes
 from plant_bench.agents.remote.process import Limits
 from plant_bench.agents.remote.programs import program_of
 from plant_bench.errors import AgentError, InputError
 from plant_bench.inference import listen_to_passes
-from plant_bench.runner.isolation import isolated, isolation_of
+from plant_bench.runner.workers.isolation import isolated, isolation_of
 from plant_bench.world.scene import Actors, EgoState
 
 pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="watched in /proc")

@@ -5,7 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from plant_bench.agent import NextLight, Observation, Privileged, RouteAhead, _equal
+from plant_bench.agent import NextLight, Observation, Privileged, RouteAhead
+from plant_bench.agent_check import _equal
 from plant_bench.agents.remote.answers import (
     ControlAnswer,
     Hello,

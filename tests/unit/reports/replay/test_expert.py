@@ -11,7 +11,7 @@ from plant_bench.reports.replay.moments import moment_of
 from plant_bench.reports.replay.movie import SAVERS, Wanted
 from plant_bench.reports.replay.page import palette
 from plant_bench.reports.replay.site import replay_path, write_replays
-from plant_bench.runner.expert_view import ExpertView
+from plant_bench.runner.review.expert_view import ExpertView
 from tests.unit.reports.replay.drives import drive
 from tests.unit.reports.replay.test_movie import pixels, quiet
 from tests.unit.reports.replay.unpacking import facts_of, unpack

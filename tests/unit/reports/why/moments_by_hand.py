@@ -16,8 +16,8 @@ from plant_bench.agent import (
     RouteAhead,
 )
 from plant_bench.reports.why.incidents import Incident, incidents
-from plant_bench.runner.moments import Hindsight, Moment
-from plant_bench.runner.shadows import Answer
+from plant_bench.runner.decisions import Answer
+from plant_bench.runner.review.moments import Hindsight, Moment
 from plant_bench.scoring.infractions import Infraction, InfractionKind, Status
 from plant_bench.scoring.results import EpisodeResult
 from plant_bench.world.route import LaneSpan, Passage, Route

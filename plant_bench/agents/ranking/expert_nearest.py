@@ -1,0 +1,10 @@
+"""A reference line: the expert that sees the nearest actor alone."""
+
+from plant_bench.agents.expert import Expert
+from plant_bench.agents.ranking.filtered import Filtered
+from plant_bench.agents.ranking.rankers import Nearest
+
+
+def expert_nearest() -> Filtered:
+    """The expert, shown the single nearest actor (PlanT, section 4.3: inverse distance)."""
+    return Filtered(Expert(), Nearest(), most=1)

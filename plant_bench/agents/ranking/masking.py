@@ -1,0 +1,99 @@
+"""How much each vehicle matters to a planner that cannot tell (PlanT, section 4.3: masking).
+
+One vehicle at a time is taken out of sight; it matters as much as the plan changes without it.
+"""
+
+import copy
+import math
+
+import numpy as np
+from jaxtyping import Float
+
+from plant_bench.agent import PLAN_INTERVAL, PLAN_STEPS, Agent, Control, Input, Observation, Plan
+from plant_bench.agent_check import check_action
+from plant_bench.agents.ranking.rankers import actors_of, distances
+from plant_bench.errors import AgentError
+from plant_bench.world.route import Route
+from plant_bench.world.scene import TICK, WHEELBASE, ActorKind, EgoState
+
+
+class Masking:
+    """Ranks vehicles by the L1 change of a planner's waypoints without them.
+
+    The planner decides once for the whole scene and goes on remembering that; each scene with a
+    vehicle missing is decided by a copy of it (`copy.deepcopy`), so planners with a memory can be
+    asked too.
+
+    Args:
+        agent: The planner; its actions are never executed.
+
+    Raises:
+        AgentError: It takes no objects.
+    """
+
+    def __init__(self, agent: Agent) -> None:
+        if Input.OBJECTS not in agent.inputs:
+            message = (
+                f"{type(agent).__name__} is not given 'objects': no vehicle can matter to it, so "
+                "there is nothing to rank."
+            )
+            raise AgentError(message)
+        self._agent = agent
+        self.inputs = agent.inputs
+
+    def reset(self, route: Route | None) -> None:
+        """Start a new episode."""
+        self._agent.reset(route)
+
+    def rank(self, observation: Observation) -> Float[np.ndarray, " actors"]:
+        """Return the metres by which the plan changes without each vehicle.
+
+        Who changes nothing, and pedestrians, rank below 0, the nearer the higher.
+
+        Raises:
+            AgentError: The planner cannot be copied, or its action is not valid.
+        """
+        actors = actors_of(observation)
+        ranks = -distances(observation.ego, actors)
+        before = self._copy()
+        whole = _waypoints(self._agent, observation)
+        for place in np.flatnonzero(actors.kinds != ActorKind.PEDESTRIAN).tolist():
+            left = observation.showing(np.arange(len(actors)) != place)
+            change = float(np.abs(_waypoints(copy.deepcopy(before), left) - whole).sum())
+            if change > 0.0:
+                ranks[place] = change
+        return ranks
+
+    def _copy(self) -> Agent:
+        try:
+            return copy.deepcopy(self._agent)
+        except Exception as error:  # whatever a planner holds that cannot be copied
+            message = (
+                f"{type(self._agent).__name__} cannot be copied ({type(error).__name__}: {error}): "
+                "masking asks copies of it. Give it a __deepcopy__ that shares what never changes."
+            )
+            raise AgentError(message) from error
+
+
+def expected_waypoints(control: Control, ego: EgoState) -> Float[np.ndarray, "waypoints 2"]:
+    """Return where a control leads if it is held: a kinematic bicycle, in the ego frame, metres."""
+    speed, yaw, x, y = ego.speed, 0.0, 0.0, 0.0
+    turn = math.tan(control.steering) / WHEELBASE
+    points = []
+    every = round(PLAN_INTERVAL / TICK)
+    for step in range(1, PLAN_STEPS * every + 1):
+        speed = max(speed + control.acceleration * TICK, 0.0)
+        yaw += speed * turn * TICK
+        x, y = x + speed * math.cos(yaw) * TICK, y + speed * math.sin(yaw) * TICK
+        if step % every == 0:
+            points.append((x, y))
+    return np.array(points)
+
+
+def _waypoints(agent: Agent, observation: Observation) -> Float[np.ndarray, "waypoints 2"]:
+    action = check_action(agent.act(observation))
+    return (
+        action.waypoints
+        if isinstance(action, Plan)
+        else expected_waypoints(action, observation.ego)
+    )

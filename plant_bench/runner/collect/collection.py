@@ -1,0 +1,253 @@
+"""Collecting data: episodes of the expert over worker processes until there are enough frames."""
+
+import hashlib
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+from plant_bench.agents.loading.registry import agent_checksum
+from plant_bench.data_files import towns_also_from
+from plant_bench.errors import SimulationError
+from plant_bench.runner.collect.data_folder import DataFolder, EpisodeNote, Origin
+from plant_bench.runner.collect.plan import EXPERT, PlannedEpisode, planned_episodes
+from plant_bench.runner.collect.request import CollectRequest
+from plant_bench.runner.collect.takeover import check_driver
+from plant_bench.runner.collect.work import (
+    DriveTask,
+    TownTask,
+    drive_one,
+    lost_note,
+    prepare_town,
+)
+from plant_bench.runner.episode.jobs import rules_checksum
+from plant_bench.runner.episode.timing import Timing
+from plant_bench.runner.run.provenance import installed_versions, without_folders
+from plant_bench.runner.workers.executors import (
+    Event,
+    Finished,
+    Lost,
+    Progressed,
+    Started,
+    run_tasks,
+)
+from plant_bench.sim.densities import density_of
+from plant_bench.towns.training_towns import TrainingTown, training_towns
+from plant_bench.world.route import PROTOCOL, Route
+
+FIRST_RATE = 0.55  # frames a metre of route expected before anything is known
+LEAST_RATE = 0.05
+HOPELESS = 20  # episodes without one that is of use
+_DECIDING = ("runner/collect/disturbance.py", "sensing/observe.py", "runner/collect/takeover.py")
+
+
+@dataclass(frozen=True)
+class TownsPrepared:
+    """Towns and routes are on disk."""
+
+    count: int
+
+
+@dataclass(frozen=True)
+class Began:
+    """A worker has begun an episode."""
+
+    worker: int
+    name: str
+
+
+@dataclass(frozen=True)
+class Went:
+    """How far a worker is with its episode, 0 to 1."""
+
+    worker: int
+    share: float
+
+
+@dataclass(frozen=True)
+class Ended:
+    """An episode's note is on disk; no worker and timing where that was so before."""
+
+    worker: int | None
+    name: str
+    note: EpisodeNote
+    timing: Timing | None
+
+
+CollectEvent = TownsPrepared | Began | Went | Ended
+
+
+def collect(
+    request: CollectRequest,
+    out: Path,
+    *,
+    workers: int,
+    on_event: Callable[[CollectEvent], None],
+) -> list[EpisodeNote]:
+    """Collect data until there is as much as asked for; go on with what is there.
+
+    What is collected depends on the request alone: not on the number of workers, nor on whether it
+    was interrupted.
+
+    Args:
+        request: What is asked for.
+        out: The folder.
+        workers: Number of processes.
+        on_event: Told what happens, in this process.
+
+    Returns:
+        How each episode that counts has ended.
+
+    Raises:
+        InputError: The request cannot be met, or the folder holds data of another origin.
+        SimulationError: Worker processes do not start, or no episode is of use.
+    """
+    request.check()
+    density_of(request.density)
+    if request.driver:
+        check_driver(request.driver)
+    folder = DataFolder(out)
+    folder.create(_origin(request))
+    with towns_also_from(folder.towns):
+        return _Collection(request, folder, workers, on_event).run()
+
+
+def _origin(request: CollectRequest) -> Origin:
+    return Origin(
+        seed=request.seed,
+        density=request.density,
+        perturb=request.perturb,
+        protocol=PROTOCOL,
+        agent=EXPERT,
+        agent_checksum=agent_checksum(EXPERT),
+        driver=without_folders(request.driver),
+        driver_checksum=agent_checksum(request.driver) if request.driver else "",
+        rules=rules_checksum(),
+        collecting=collecting_checksum(),
+        versions=installed_versions(),
+    )
+
+
+@cache
+def collecting_checksum() -> str:
+    """Return a hash of the code that decides collected drives and is not among the rules.
+
+    That is what drivers are given, and what is executed instead of the expert's answers.
+    """
+    digest = hashlib.sha256()
+    for name in _DECIDING:
+        digest.update(name.encode())
+        digest.update((Path(__file__).parents[2] / name).read_bytes())
+    return digest.hexdigest()
+
+
+class _Collection:
+    """Plans and drives rounds of episodes until there are enough frames; mutable."""
+
+    def __init__(
+        self,
+        request: CollectRequest,
+        folder: DataFolder,
+        workers: int,
+        on_event: Callable[[CollectEvent], None],
+    ) -> None:
+        self._request = request
+        self._folder = folder
+        self._workers = workers
+        self._on_event = on_event
+        self._visits: dict[str, list[list[Route]]] = {}
+        self._towns = training_towns()
+        self._notes: list[EpisodeNote] = []
+        self._metres = 0.0  # of route, of the episodes that have notes
+
+    def run(self) -> list[EpisodeNote]:
+        plan = planned_episodes(self._request, self._towns, self._visits_of, agent_checksum(EXPERT))
+        while (missing := self._request.frames - self._frames()) > 0:
+            self._check_hope()
+            self._drive(self._next_round(plan, missing))
+        return self._notes
+
+    def _frames(self) -> int:
+        return sum(note.frames for note in self._notes if not note.left_out)
+
+    def _check_hope(self) -> None:
+        if len(self._notes) >= HOPELESS and not self._frames():
+            driver = f"'{self._request.driver}'" if self._request.driver else "The expert"
+            message = (
+                f"{driver} finished none of {len(self._notes)} episodes; the first: "
+                f"{self._notes[0].route}: {self._notes[0].left_out}. Nothing can be collected."
+            )
+            raise SimulationError(message)
+
+    def _next_round(self, plan: Iterator[PlannedEpisode], frames: int) -> list[PlannedEpisode]:
+        """Return the next episodes, as many as are expected to give the frames that are missing."""
+        rate = max(self._frames() / self._metres, LEAST_RATE) if self._metres else FIRST_RATE
+        chosen, metres = [], 0.0
+        while metres * rate < frames:
+            chosen.append(next(plan))
+            metres += chosen[-1].job.route.length
+        self._metres += metres
+        return chosen
+
+    def _drive(self, episodes: list[PlannedEpisode]) -> None:
+        """Drive a round; those of one town after another, since workers keep few towns at hand."""
+        found = {episode.name: self._folder.note(episode.name) for episode in episodes}
+        for name, note in found.items():
+            if note is not None:
+                self._on_event(Ended(None, name, note, None))
+        missing = [episode for episode in episodes if found[episode.name] is None]
+        missing.sort(key=lambda one: (one.job.route.town, -one.job.route.length))
+
+        def listen(event: Event) -> None:
+            episode = missing[event.task]
+            match event:
+                case Started():
+                    self._on_event(Began(event.worker, episode.name))
+                case Progressed():
+                    self._on_event(Went(event.worker, event.share))
+                case Finished():
+                    end(event.worker, episode, *event.value)
+                case Lost():
+                    end(event.worker, episode, lost_note(episode, event.reason), None)
+
+        def end(
+            worker: int, episode: PlannedEpisode, note: EpisodeNote, timing: Timing | None
+        ) -> None:
+            self._folder.save(episode.name, note)
+            found[episode.name] = note
+            self._on_event(Ended(worker, episode.name, note, timing))
+
+        tasks = [DriveTask(episode, self._folder) for episode in missing]
+        self._run(tasks, drive_one, listen)
+        self._notes += [note for note in found.values() if note is not None]
+
+    def _visits_of(self, town: TrainingTown) -> list[list[Route]]:
+        if town.name not in self._visits:
+            if not self._folder.has_visits(town.name):
+                self._prepare(town)
+            self._visits[town.name] = self._folder.visits(town.name)
+        return self._visits[town.name]
+
+    def _prepare(self, first: TrainingTown) -> None:
+        """Build a town, and with it all that will be needed for so many frames."""
+        routes = [visit for visits in self._visits.values() for visit in visits]
+        metres = sum(route.length for visit in routes for route in visit) / max(len(routes), 1)
+        wanted = round(self._request.frames / (FIRST_RATE * metres)) if metres else 1
+        place = self._towns.index(first)
+        towns = [
+            town
+            for town in self._towns[place : max(place + 1, wanted)]
+            if not self._folder.has_visits(town.name)
+        ]
+        tasks = [TownTask(town, self._folder, self._request.seed) for town in towns]
+        self._run(tasks, prepare_town, lambda _event: None)
+        self._on_event(TownsPrepared(len(self._visits) + len(towns)))
+
+    def _run(
+        self,
+        tasks: list[TownTask] | list[DriveTask],
+        work: Callable[..., object],
+        listen: Callable[[Event], None],
+    ) -> None:
+        logs = self._folder.path / "logs"
+        run_tasks(tasks, work, workers=self._workers, on_event=listen, logs=logs)

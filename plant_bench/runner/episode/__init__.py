@@ -1,0 +1,1 @@
+"""One episode: the job, the loop, its timing."""

@@ -1,0 +1,191 @@
+"""Which episodes a run is made of: the routes chosen, the repetitions, and the seed of each."""
+
+import difflib
+import hashlib
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache, cached_property
+from importlib.metadata import version
+from pathlib import Path
+
+from plant_bench.agent import Input
+from plant_bench.errors import InputError
+from plant_bench.scoring.results import EpisodeHeader
+from plant_bench.world.route import Route, Scenario
+from plant_bench.world.town import town_checksum
+
+KEY_LENGTH = 8  # characters of a job's key in the name of its files
+
+
+@dataclass(frozen=True)
+class Job:
+    """One episode to be driven; picklable.
+
+    Attributes:
+        agent: As given to `load_agent`.
+        agent_checksum: Content hash of the agent.
+        route: To drive.
+        repetition: From 0.
+        seed: The scenario's seed.
+        density: Of the traffic.
+        hazards: Whether the route's hazards are played.
+    """
+
+    agent: str
+    agent_checksum: str
+    route: Route
+    repetition: int
+    seed: int
+    density: str
+    hazards: bool = True
+
+    @cached_property
+    def scenario(self) -> Scenario:
+        """What the episode depends on, apart from the agent."""
+        return Scenario(self.route, self.seed, self.density, self.hazards)
+
+    @cached_property
+    def key(self) -> str:
+        """A content hash: of the agent, the scenario, the town, SUMO and the rules as they are."""
+        parts = (
+            self.scenario.protocol,
+            self.agent,
+            self.agent_checksum,
+            self.scenario.key,
+            str(self.repetition),
+            town_checksum(self.route.town),
+            rules_checksum(),
+        )
+        return hashlib.sha256("|".join(parts).encode()).hexdigest()
+
+    def header(self, inputs: frozenset[Input]) -> EpisodeHeader:
+        """Return what is known before the episode starts."""
+        return EpisodeHeader(
+            protocol=self.scenario.protocol,
+            agent=self.agent,
+            agent_checksum=self.agent_checksum,
+            inputs=tuple(sorted(inputs)),
+            route=self.route.id,
+            town=self.route.town,
+            scenario=self.scenario.key,
+            repetition=self.repetition,
+            seed=self.seed,
+            density=self.density,
+            town_checksum=town_checksum(self.route.town),
+            route_checksum=self.route.checksum,
+        )
+
+
+@cache
+def rules_checksum() -> str:
+    """Return a hash of the code that moves and judges the world, and of SUMO's version."""
+    package = Path(__file__).parents[2]
+    rooms = ("geometry", "world", "sim", "scoring")
+    files = [path for room in rooms for path in (package / room).rglob("*.*")]
+    digest = hashlib.sha256(version("libsumo").encode())
+    files += [package / "agent.py"]
+    files += [package / "runner" / name for name in ("asking.py", "episode/loop.py")]
+    for path in sorted(path for path in files if path.suffix in {".py", ".xml"}):
+        digest.update(path.relative_to(package).as_posix().encode())
+        digest.update(path.read_bytes())
+    return digest.hexdigest()
+
+
+def repetition_seed(seed: int, route: str, repetition: int) -> int:
+    """Return an episode's seed: the same for every agent, so that runs can be paired.
+
+    >>> repetition_seed(0, "town01-0", 0) == repetition_seed(0, "town01-0", 0)
+    True
+    >>> repetition_seed(0, "town01-0", 0) == repetition_seed(0, "town01-0", 1)
+    False
+    """
+    digest = hashlib.sha256(f"{seed}|{route}|{repetition}".encode()).digest()
+    return int.from_bytes(digest[:4], "big") >> 1  # SUMO takes 31 bits
+
+
+def select_routes(routes: Sequence[Route], selection: str | None) -> list[Route]:
+    """Return the routes that a text like "0,3-5,town02-1" names, in the suite's order.
+
+    Args:
+        routes: The suite.
+        selection: Places in the suite counted from 0, ranges of them, and route ids; None is all.
+
+    Raises:
+        InputError: A part names no route.
+    """
+    chosen = set(select_ids([route.id for route in routes], selection))
+    return [route for route in routes if route.id in chosen]
+
+
+def select_ids(ids: Sequence[str], selection: str | None) -> list[str]:
+    """Return the route ids that a selection names; as `select_routes`.
+
+    Raises:
+        InputError: A part names no route.
+    """
+    if selection is None:
+        return list(ids)
+    chosen: set[int] = set()
+    for part in selection.split(","):
+        chosen.update(_places(list(ids), part.strip()))
+    return [name for place, name in enumerate(ids) if place in chosen]
+
+
+def _places(ids: list[str], part: str) -> range:
+    if part in ids:
+        return range(ids.index(part), ids.index(part) + 1)
+    first, dash, last = part.partition("-")
+    if first.isdecimal() and (last.isdecimal() or not dash):
+        places = range(int(first), int(last or first) + 1)
+        if places and places[-1] < len(ids):
+            return places
+    near = difflib.get_close_matches(part, ids, n=1)
+    hint = f" Did you mean {near[0]}?" if near else ""
+    message = (
+        f"There is no route '{part}' in this suite: numbers 0 to {len(ids) - 1}, ranges such as "
+        f"0-2 and ids such as {ids[0]} are wanted.{hint}"
+    )
+    raise InputError(message)
+
+
+def make_jobs(
+    agent: str,
+    agent_checksum: str,
+    routes: Sequence[Route],
+    *,
+    repetitions: int,
+    seed: int,
+    density: str,
+    hazards: bool = True,
+) -> list[Job]:
+    """Return one job for each route and repetition.
+
+    Args:
+        agent: As given to `load_agent`.
+        agent_checksum: Content hash of the agent.
+        routes: To drive.
+        repetitions: Episodes on each route, each with a seed of its own.
+        seed: The base seed.
+        density: Of the traffic.
+        hazards: Whether the routes' hazards are played.
+    """
+    return [
+        Job(
+            agent=agent,
+            agent_checksum=agent_checksum,
+            route=route,
+            repetition=repetition,
+            seed=repetition_seed(seed, route.id, repetition),
+            density=density,
+            hazards=hazards,
+        )
+        for route in routes
+        for repetition in range(repetitions)
+    ]
+
+
+def episode_name(job: Job) -> str:
+    """Return the name of an episode's files, which tells all that the episode depends on."""
+    route = re.sub(r"[^\w.-]", "_", job.route.id)
+    return f"{route}_r{job.repetition}_{job.key[:KEY_LENGTH]}"

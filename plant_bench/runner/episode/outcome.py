@@ -1,0 +1,14 @@
+"""What an episode gives; known to who never simulates one."""
+
+from dataclasses import dataclass
+
+from plant_bench.runner.episode.timing import Timing
+from plant_bench.scoring.results import EpisodeResult
+
+
+@dataclass(frozen=True)
+class Episode:
+    """An episode that has ended."""
+
+    result: EpisodeResult
+    timing: Timing

@@ -1,0 +1,98 @@
+"""How long an episode took, part by part; all that depends on the clock is here."""
+
+import time
+from typing import Annotated
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field
+
+from plant_bench.inference import listen_to_passes
+from plant_bench.runner.run.provenance import processor_name
+from plant_bench.world.scene import TICK
+
+Amount = Annotated[float, Field(ge=0.0, le=1e12)]  # so that sums of them are finite
+
+
+class Timing(BaseModel):
+    """All of an episode that depends on the clock; no score does.
+
+    Attributes:
+        wall_s: Wall time of the whole episode.
+        start_up_s: Of it, until the first tick.
+        simulation_s: Of it, in SUMO and the ego's model.
+        privileged_s: Of it, gathering privileged facts.
+        agent_s: Of it, in the agent.
+        referee_s: Of it, judging.
+        recording_s: Of it, writing the recording.
+        simulated_s: Simulated time.
+        ticks: Ticks driven.
+        latency_p50_ms: Median time of one decision.
+        latency_p95_ms: 95th percentile.
+        latency_p99_ms: 99th percentile.
+        late_share: Share of decisions that took longer than a tick.
+        inference_ms: Median time of one forward pass (IT); None where the planner tells none.
+        inference_tokens: Median number of tokens of these passes.
+        processor: What all this was measured on.
+    """
+
+    model_config = ConfigDict(frozen=True)
+
+    wall_s: Amount
+    start_up_s: Amount
+    simulation_s: Amount
+    privileged_s: Amount
+    agent_s: Amount
+    referee_s: Amount
+    recording_s: Amount
+    simulated_s: Amount
+    ticks: int = Field(ge=0, lt=2**31)
+    latency_p50_ms: Amount
+    latency_p95_ms: Amount
+    latency_p99_ms: Amount
+    late_share: Amount
+    inference_ms: Amount | None = None
+    inference_tokens: Amount | None = None
+    processor: str = ""
+
+
+class Stopwatch:
+    """Adds up the wall time spent in each part of an episode; mutable."""
+
+    def __init__(self) -> None:
+        self.begin = self._last = time.perf_counter()
+        self.spent: dict[str, float] = dict.fromkeys(
+            ("start_up", "simulation", "privileged", "agent", "referee", "recording"), 0.0
+        )
+        self.decisions: list[float] = []
+        self.passes = listen_to_passes()
+
+    def lap(self, part: str) -> None:
+        """Put the time since the last lap down to a part."""
+        now = time.perf_counter()
+        duration = now - self._last
+        self._last = now
+        self.spent[part] += duration
+        if part == "agent":
+            self.decisions.append(duration)
+
+    def timing(self, simulated: float, ticks: int) -> Timing:
+        """Return what was measured of an episode of so many simulated seconds and ticks."""
+        p50, p95, p99 = np.percentile(self.decisions or [0.0], (50, 95, 99)).tolist()
+        late = sum(decision > TICK for decision in self.decisions)
+        return Timing(
+            wall_s=time.perf_counter() - self.begin,
+            **{f"{part}_s": spent for part, spent in self.spent.items()},
+            simulated_s=simulated,
+            ticks=ticks,
+            latency_p50_ms=1000.0 * p50,
+            latency_p95_ms=1000.0 * p95,
+            latency_p99_ms=1000.0 * p99,
+            late_share=late / max(len(self.decisions), 1),
+            inference_ms=_median([1000.0 * item.seconds for item in self.passes]),
+            inference_tokens=_median([float(item.tokens) for item in self.passes]),
+            processor=processor_name(),
+        )
+
+
+def _median(values: list[float]) -> float | None:
+    return float(np.median(values)) if values else None

@@ -1,0 +1,1 @@
+"""Episodes simulated again: resimulation, verification, explanations."""

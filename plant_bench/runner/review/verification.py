@@ -1,0 +1,166 @@
+"""Episodes of a submitted run once more: driven again by the agent, or by the recorded controls."""
+
+import random
+import tempfile
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from plant_bench.agent import Input
+from plant_bench.data.recording import Recording
+from plant_bench.errors import SimulationError, in_one_line
+from plant_bench.runner.episode.jobs import Job
+from plant_bench.runner.episode.loop import run_episode
+from plant_bench.runner.review.differences import Checked, Difference, first_difference
+from plant_bench.runner.review.resimulation import simulate_again
+from plant_bench.runner.review.submission import Submission
+from plant_bench.runner.workers.executors import Event, Finished, Lost, Progressed, run_tasks
+from plant_bench.runner.workers.isolation import Isolation, isolated
+from plant_bench.runner.workers.worker import Report
+from plant_bench.scoring.infractions import Status
+from plant_bench.scoring.referee import Referee, result_of
+from plant_bench.scoring.results import Crash, EpisodeResult, HazardRecord
+from plant_bench.world.town import load_town
+
+AGENT, CONTROLS = "agent", "controls"
+OnShare = Callable[[float], None]
+
+
+@dataclass(frozen=True)
+class Task:
+    """An episode to be simulated again.
+
+    Attributes:
+        name: Of its files.
+        job: What it should be.
+        record: What is told of it.
+        recording: Whose controls are executed; None where the agent drives.
+        isolation: Keeps the agent in a process of its own.
+    """
+
+    name: str
+    job: Job
+    record: EpisodeResult
+    recording: Path | None
+    isolation: Isolation | None = None
+
+
+def sample_of(records: Mapping[str, EpisodeResult], size: int, seed: int) -> list[str]:
+    """Return the names of a sample, each town in turn, so that none is left out before another.
+
+    Args:
+        records: By name.
+        size: How many are wanted.
+        seed: Of the checker's choice.
+    """
+    chance = random.Random(seed)
+    towns: dict[str, list[str]] = {}
+    for name in sorted(records):
+        towns.setdefault(records[name].town, []).append(name)
+    rows = list(towns.values())
+    for names in (*rows, rows):
+        chance.shuffle(names)
+    longest = max(map(len, rows), default=0)
+    turns = [names[place] for place in range(longest) for names in rows if place < len(names)]
+    return sorted(turns[:size])
+
+
+def verify_episodes(
+    submission: Submission,
+    names: Sequence[str],
+    *,
+    agent: str | None,
+    workers: int,
+    on_share: OnShare,
+    isolation: Isolation | None = None,
+) -> list[Checked]:
+    """Simulate episodes again.
+
+    Args:
+        submission: The run.
+        names: Of the episodes.
+        agent: Who drives, as given to `load_agent`; None for the recorded controls.
+        workers: Processes.
+        on_share: Told how much is done, 0 to 1.
+        isolation: Keeps the agent in a process of its own.
+
+    Raises:
+        InputError: The agent or a town cannot be used.
+        SimulationError: Worker processes do not start.
+    """
+    tasks = [_task(submission, name, agent, isolation) for name in names]
+    shares = [0.0] * len(tasks)
+    found: dict[int, Checked] = {}
+
+    def listen(event: Event) -> None:
+        if isinstance(event, Finished):
+            found[event.task] = event.value
+        elif isinstance(event, Lost):
+            found[event.task] = _not_simulated(tasks[event.task], event.reason)
+        if isinstance(event, Progressed | Finished | Lost):
+            shares[event.task] = event.share if isinstance(event, Progressed) else 1.0
+            on_share(sum(shares) / len(shares))
+
+    with tempfile.TemporaryDirectory(prefix="plant-bench-verify-") as logs:
+        run_tasks(tasks, check_episode, workers=workers, on_event=listen, logs=Path(logs))
+    return [found[place] for place in sorted(found)]
+
+
+def _task(
+    submission: Submission, name: str, agent: str | None, isolation: Isolation | None
+) -> Task:
+    record = submission.records[name]
+    job = submission.job(record)
+    if agent is None:
+        return Task(name, job, record, submission.folder.recording_path(name))
+    return Task(name, Job(**{**vars(job), "agent": agent}), record, None, isolation)
+
+
+def check_episode(task: Task, report: Report) -> Checked:
+    """Simulate one episode again and compare: what a worker does.
+
+    Raises:
+        InputError: The agent or the town cannot be used.
+        SimulationError: SUMO fails.
+    """
+    if task.recording is None:
+        with isolated(task.isolation):
+            again = run_episode(task.job, progress=report).result
+        again = again.model_copy(update={"agent": task.record.agent})
+        return Checked(task.name, task.job.route.town, first_difference(task.record, again))
+    try:
+        difference = _by_controls(task, task.recording, report)
+    except SimulationError:
+        raise
+    except Exception as error:  # noqa: BLE001  whatever a stranger's recording leads to
+        difference = Difference("recording", in_one_line(error), "one that can be driven again")
+    return Checked(task.name, task.job.route.town, difference)
+
+
+def _by_controls(task: Task, path: Path, report: Report) -> Difference | None:
+    """Execute the recorded controls again, and judge anew."""
+    record, route = task.record, task.job.route
+    if not path.is_file() or path.is_symlink():
+        return Difference("recording", "none", "one of every tick")
+    recording = Recording.load(path)
+    header = task.job.header(frozenset(map(Input, record.inputs)))
+    referee = Referee(load_town(route.town), route)
+    hazards: tuple[HazardRecord, ...] = ()
+    last = len(recording) - 1
+    for tick in simulate_again(recording, record, route):
+        if tick.difference:
+            place = f"recording, tick {tick.recorded.tick}"
+            return Difference(place, "as recorded", f"another: {tick.difference}")
+        referee.judge(tick.recorded)
+        report(tick.row / max(last, 1))
+        if tick.row == last:
+            hazards = tuple(HazardRecord(**item._asdict()) for item in tick.outcomes())
+    crash = None
+    if record.status is Status.AGENT_CRASHED:
+        crash = Crash(record.status, record.reason)
+    return first_difference(record, result_of(referee, header, crash=crash, hazards=hazards))
+
+
+def _not_simulated(task: Task, reason: str) -> Checked:
+    difference = Difference("status", task.record.status.value, f"not simulated: {reason}")
+    return Checked(task.name, task.job.route.town, difference)

@@ -1,0 +1,1 @@
+"""Worker processes, and planners in processes of their own."""

@@ -1,0 +1,73 @@
+"""Planners in processes of their own: one that hangs, leaks or crashes costs its own episode.
+
+Nothing in an episode depends on it: the loop asks `load_agent`, and is given a planner that asks
+another process. So records, recordings and keys are those of a run without it.
+"""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from plant_bench.agent import Agent
+from plant_bench.agents.loading.registry import planners_made_by
+from plant_bench.agents.remote.programs import Program, program_of
+
+if TYPE_CHECKING:  # runs without it need neither msgpack nor what only Linux has
+    from plant_bench.agents.remote.connection import Profile
+    from plant_bench.agents.remote.process import Limits
+
+
+@dataclass(frozen=True)
+class Isolation:
+    """How a run's planner is kept apart; picklable, and given to each worker.
+
+    Attributes:
+        program: What is started for it.
+        limits: What it may take.
+        profile: What it said of itself when the run began; None for another machine.
+    """
+
+    program: Program
+    limits: "Limits"
+    profile: "Profile | None"
+
+    def planner(self, spec: str) -> Agent:
+        """Return the run's planner; it starts with its first `reset`."""
+        from plant_bench.agents.remote.agent import remote_agent
+
+        known = self.profile if spec == self.program.spec else None
+        program = self.program if known else program_of(spec)
+        return remote_agent(program, self.limits, known)
+
+    def elsewhere(self) -> "Isolation":
+        """Return the same for another machine, where Python and the planner's files lie elsewhere.
+
+        What is started is found there, and what it says of itself is asked anew.
+        """
+        return replace(self, profile=None)
+
+
+def isolation_of(agent: str, limits: "Limits") -> Isolation:
+    """Start a planner for once, ask it what it is, and end it.
+
+    Raises:
+        InputError: It does not start.
+    """
+    from plant_bench.agents.remote.agent import remote_agent
+    from plant_bench.agents.remote.connection import end_processes
+
+    program = program_of(agent)
+    planner = remote_agent(program, limits)
+    end_processes()
+    return Isolation(program, limits, planner.profile)
+
+
+@contextmanager
+def isolated(isolation: Isolation | None) -> Iterator[None]:
+    """Let all planners made meanwhile live in processes of their own; None changes nothing."""
+    if isolation is None:
+        yield
+        return
+    with planners_made_by(isolation.planner):
+        yield

@@ -1,0 +1,1 @@
+"""What planners are given: observations made of scenes."""

@@ -13,7 +13,7 @@ import statistics
 import tempfile
 from pathlib import Path
 
-from plant_bench.agents.loading.registry import agent_checksum
+from plant_bench.agents.loading.checksum import agent_checksum
 from plant_bench.runner.episode.jobs import make_jobs
 from plant_bench.runner.episode.loop import run_episode
 from plant_bench.runner.episode.timing import Timing

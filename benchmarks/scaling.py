@@ -18,7 +18,7 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 from pathlib import Path
 
-from plant_bench.agents.loading.registry import agent_checksum
+from plant_bench.agents.loading.checksum import agent_checksum
 from plant_bench.runner.episode.jobs import make_jobs
 from plant_bench.runner.ray.packaging import Needs, Place
 from plant_bench.runner.run.suite import _run_task, _Task

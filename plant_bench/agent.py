@@ -19,7 +19,8 @@ All values are in SI units and radians; the world frame is x east, y north, yaw 
 from +x; the ego frame is x forward, y left, at the centre of the ego's box.
 """
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from enum import IntEnum, StrEnum
 from typing import Protocol, runtime_checkable
 
@@ -40,7 +41,7 @@ LIGHT_RANGE = 50.0  # m: lights farther ahead are not in view
 
 
 class Input(StrEnum):
-    """What a planner may ask to be given.
+    """What a planner may ask to be given; `plant_bench.sensing.inputs` says more of each.
 
     SIMULATOR is no observation: it hands the ego to SUMO's own driver, and actions go unheard.
     """
@@ -143,6 +144,8 @@ class Observation:
         route: The route ahead (`Input.ROUTE`).
         light: The next traffic light, None also where none is in view (`Input.LIGHT`).
         privileged: The simulator's facts on `actors` (`Input.PRIVILEGED`).
+        sensors: Images, point clouds and the like, by the name of the input that was declared
+            (`plant_bench.sensing.inputs` says which there are, and their shapes).
     """
 
     time: float
@@ -152,6 +155,7 @@ class Observation:
     route: RouteAhead | None = None
     light: NextLight | None = None
     privileged: Privileged | None = None
+    sensors: Mapping[str, np.ndarray] = field(default_factory=dict)
 
     def showing(self, keep: np.ndarray) -> "Observation":
         """Return the observation with the actors alone that a mask or an index array selects."""
@@ -160,16 +164,6 @@ class Observation:
             self,
             actors=None if actors is None else actors.only(keep),
             privileged=None if facts is None else facts.only(keep),
-        )
-
-    def given(self, inputs: frozenset[Input]) -> "Observation":
-        """Return the observation as a planner that declares these inputs sees it."""
-        return replace(
-            self,
-            actors=self.actors if Input.OBJECTS in inputs else None,
-            route=self.route if Input.ROUTE in inputs else None,
-            light=self.light if Input.LIGHT in inputs else None,
-            privileged=self.privileged if Input.PRIVILEGED in inputs else None,
         )
 
 
@@ -201,7 +195,7 @@ class Control:
 class Agent(Protocol):
     """A planner."""
 
-    inputs: frozenset[Input]
+    inputs: frozenset[str]
 
     def reset(self, route: Route | None) -> None:
         """Start a new episode and forget the last one.

@@ -2,6 +2,7 @@
 
 import copy
 import math
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -18,6 +19,7 @@ from plant_bench.agent import (
     Reason,
 )
 from plant_bench.errors import AgentError
+from plant_bench.sensing.inputs import check_inputs
 from plant_bench.world.route import Route
 
 
@@ -107,9 +109,7 @@ def check_agent(agent: object, route: Route, observations: list[Observation]) ->
     if not isinstance(agent, Agent):
         message = f"{type(agent).__name__} is no Agent: inputs, reset and act are wanted."
         raise AgentError(message)
-    if not all(item in set(Input) for item in agent.inputs):
-        message = f"inputs {agent.inputs!r}: a frozenset of plant_bench.agent.Input is wanted."
-        raise AgentError(message)
+    check_inputs(agent.inputs, type(agent).__name__)
     decision_interval(agent)
     given = route if Input.ROUTE in agent.inputs else None
     drives: list[list[Plan | Control]] = []
@@ -152,6 +152,8 @@ def _check_ranks(agent: Ranker, observations: list[Observation]) -> None:
 def _equal(one: object, other: object) -> bool:
     if isinstance(one, np.ndarray) and isinstance(other, np.ndarray):
         return np.array_equal(one, other, equal_nan=True)
+    if isinstance(one, Mapping) and isinstance(other, Mapping):
+        return one.keys() == other.keys() and all(_equal(one[name], other[name]) for name in one)
     fields = getattr(type(one), "__dataclass_fields__", None)
     if fields is not None and type(one) is type(other):
         return all(_equal(getattr(one, name), getattr(other, name)) for name in fields)

@@ -6,6 +6,9 @@ PlantBenchError
 └── SimulationError   SUMO failed in a way that no input explains
 """
 
+import difflib
+from collections.abc import Iterable
+
 LONGEST = 200  # characters of another error's text
 LONGEST_MESSAGE = 2000  # characters of one of ours
 
@@ -46,6 +49,22 @@ def in_one_line(error: Exception) -> str:
     lines = [line.strip() for line in str(error).splitlines()]
     text = " ".join(line for line in lines if line and not line.startswith("For further "))
     return text if len(text) <= LONGEST else f"{text[:LONGEST]}..."
+
+
+def did_you_mean(word: str, known: Iterable[str], *, cutoff: float = 0.6, quote: str = "") -> str:
+    """Return a question to end a message with, empty where no known word is like the one given.
+
+    Args:
+        word: What was given.
+        known: What could have been.
+        cutoff: How like they must be, 0 to 1.
+        quote: Stands around the word.
+
+    >>> did_you_mean("exprt", ["expert", "idm"], quote="'"), did_you_mean("x", ["expert"])
+    (" Did you mean 'expert'?", '')
+    """
+    near = difflib.get_close_matches(word, known, n=1, cutoff=cutoff)
+    return f" Did you mean {quote}{near[0]}{quote}?" if near else ""
 
 
 def _spelt(letter: str) -> str:

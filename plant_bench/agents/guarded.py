@@ -10,6 +10,7 @@ from plant_bench.agents.careful.driver import STILL
 from plant_bench.agents.rule_based_tracks import RuleBasedTracks
 from plant_bench.controller import control_of
 from plant_bench.features.tracks import Tracks
+from plant_bench.sensing.inputs import PERCEIVED, given
 from plant_bench.world.route import Route
 from plant_bench.world.scene import TICK
 
@@ -36,7 +37,7 @@ class Guarded:
         self._guard = RuleBasedTracks(tracks)
         self._reason: Reason | None = None
         self._calm_until = 0.0
-        self.inputs = planner.inputs | {Input.OBJECTS, Input.ROUTE, Input.LIGHT}
+        self.inputs = planner.inputs | PERCEIVED
 
     @property
     def interval(self) -> int:
@@ -52,7 +53,7 @@ class Guarded:
 
     def act(self, observation: Observation) -> Plan | Control:
         """Let the planner decide, and brake instead where that is too fast."""
-        action = self._planner.act(observation.given(self._planner.inputs))
+        action = self._planner.act(given(observation, self._planner.inputs))
         self._guard.watch(observation)
         control = control_of(action, observation.ego)
         stays = observation.ego.speed < STILL and control.acceleration <= 0.0

@@ -78,7 +78,7 @@ def check_name(name: str) -> None:
             f"a letter first, and no word of Python's.{near}"
         )
         raise InputError(message)
-    from plant_bench.agents.loading.registry import AGENTS
+    from plant_bench.agents.loading.spec import AGENTS
 
     if name.replace("_", "-") in AGENTS:
         message = f"'{name}' is a planner of plant-bench's own. Choose another name."

@@ -7,7 +7,8 @@ from pathlib import Path
 import typer
 from pydantic import TypeAdapter
 
-from plant_bench.agents.loading.registry import agent_checksum, load_agent
+from plant_bench.agents.loading.checksum import agent_checksum
+from plant_bench.agents.loading.registry import load_agent
 from plant_bench.agents.ranking.expert_filtered import (
     ATTENTION,
     MASKING,

@@ -8,7 +8,8 @@ from pathlib import Path
 import typer
 from rich.progress import TaskProgressColumn
 
-from plant_bench.agents.loading.registry import AGENTS, agent_checksum
+from plant_bench.agents.loading.checksum import agent_checksum
+from plant_bench.agents.loading.spec import AGENTS
 from plant_bench.cli.bars import progress_bars
 from plant_bench.errors import InputError
 from plant_bench.reports.verification import Verification, print_submission, print_verification

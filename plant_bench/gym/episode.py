@@ -1,16 +1,16 @@
 """One episode driven from outside: the loop of `runner.episode`, one decision at a time."""
 
-from plant_bench.agent import Control, Input, Observation, Plan
+from collections.abc import Iterable
+
+from plant_bench.agent import Control, Observation, Plan
 from plant_bench.controller import control_of
 from plant_bench.gym.transition import Transition
 from plant_bench.runner.episode.jobs import Job
-from plant_bench.scoring.referee import Referee, result_of
-from plant_bench.scoring.results import EpisodeResult, HazardRecord
-from plant_bench.sensing.observe import observe
-from plant_bench.sim.simulation import Simulation
+from plant_bench.runner.episode.loop import Episode
+from plant_bench.scoring.results import EpisodeResult
+from plant_bench.sensing.inputs import PERCEIVED
+from plant_bench.sensing.observe import Sensors
 from plant_bench.world.town import Town
-
-INPUTS = frozenset({Input.OBJECTS, Input.ROUTE, Input.LIGHT})  # nothing privileged
 
 
 class DrivenEpisode:
@@ -18,22 +18,24 @@ class DrivenEpisode:
 
     Args:
         job: What to drive; its agent is a name only.
+        inputs: What is made of each scene, as a planner declares it; nothing privileged.
 
     Attributes:
         referee: Judges each tick.
         observation: What a planner is given now.
+        open: Whether it can be driven on.
 
     Raises:
         SimulationError: SUMO fails.
     """
 
-    def __init__(self, job: Job) -> None:
+    def __init__(self, job: Job, inputs: Iterable[str] = PERCEIVED) -> None:
         self._job = job
-        self._simulation: Simulation | None = Simulation(job.scenario)
-        self.town: Town = self._simulation.town
-        self.referee = Referee(self.town, job.route)
-        self._scene = self._simulation.scene
-        self.referee.judge(self._scene)
+        self._sensors = Sensors(job.route, job.seed, inputs)
+        self._episode = episode = Episode(job.scenario)
+        self.town: Town = episode.simulation.town
+        self.referee = episode.referee
+        self.open = True
         self.observation: Observation = self._observe()
         self._control = Control(0.0, 0.0)
         self._result: EpisodeResult | None = None
@@ -41,12 +43,7 @@ class DrivenEpisode:
     @property
     def under_way(self) -> bool:
         """Whether it goes on, and has moved."""
-        return self._simulation is not None and self._scene.tick > 0
-
-    @property
-    def open(self) -> bool:
-        """Whether it can be driven on."""
-        return self._simulation is not None
+        return self.open and self._episode.scene.tick > 0
 
     @property
     def result(self) -> EpisodeResult | None:
@@ -60,22 +57,22 @@ class DrivenEpisode:
             SimulationError: SUMO has lost the ego.
             RuntimeError: The episode is closed.
         """
-        if self._simulation is None:
+        if not self.open:
             message = "The episode is closed."
             raise RuntimeError(message)
-        before, referee = self._scene, self.referee
+        episode, referee = self._episode, self.referee
+        before, last_control = episode.scene, self._control
         noted, progress = len(referee.infractions), referee.progress
-        outside, last_control = referee.outside_distance, self._control
+        outside = referee.outside_distance
         self._control = control_of(action, before.ego)
         for _ in range(ticks):
-            self._scene = self._simulation.step(self._control)
-            referee.judge(self._scene)
-            if referee.status is not None:
+            episode.advance(self._control)
+            if episode.over:
                 break
         self.observation = self._observe()
         transition = Transition(
             before=before,
-            after=self._scene,
+            after=episode.scene,
             observation=self.observation,
             control=self._control,
             last_control=last_control,
@@ -84,23 +81,17 @@ class DrivenEpisode:
             infractions=tuple(referee.infractions[noted:]),
             status=referee.status,
         )
-        if referee.status is not None:
-            self._finish(self._simulation)
+        if episode.over:
+            self._result = episode.result(self._job.header(self._sensors.inputs))
+            self.close()
         return transition
 
     def close(self) -> None:
         """End SUMO; asked again, do nothing."""
-        if self._simulation is not None:
-            self._simulation.close()
-            self._simulation = None
+        if self.open:
+            self._episode.close()
+            self.open = False
 
     def _observe(self) -> Observation:
-        referee, route = self.referee, self._job.route
-        return observe(self._scene, route, referee.progress, referee.offset, INPUTS, None)
-
-    def _finish(self, simulation: Simulation) -> None:
-        hazards = tuple(
-            HazardRecord.model_validate(outcome._asdict()) for outcome in simulation.outcomes
-        )
-        self._result = result_of(self.referee, self._job.header(INPUTS), hazards=hazards)
-        self.close()
+        referee = self.referee
+        return self._sensors.observe(self._episode.scene, referee.progress, referee.offset)

@@ -4,11 +4,11 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from plant_bench.agents.loading.spec import without_folders
 from plant_bench.data.statistics import DataStatistics
 from plant_bench.reports.data_tables import data_tables
 from plant_bench.runner.collect.data_folder import EpisodeNote
 from plant_bench.runner.collect.request import UNIT, CollectRequest
-from plant_bench.runner.run.provenance import without_folders
 from plant_bench.world.route import PROTOCOL
 
 _CARD = """# Driving data of plant-bench

@@ -1,22 +1,37 @@
-"""Planners that are asked while somebody else drives: they answer, and nobody obeys."""
+"""Asking a planner: the one place where it is due, is shown a scene, answers and is checked.
+
+A `PlannerSession` is held by the loop of an episode, by what lets another planner drive in the
+expert's place, by explanations (planners answer while another drives), and by replays.
+"""
 
 import copy
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from plant_bench.agent import Agent, Control, Input, Observation, Plan, Privileged, Ranker, Reason
+from plant_bench.agent import (
+    Agent,
+    Control,
+    Input,
+    Observation,
+    Plan,
+    Privileged,
+    Ranker,
+    Reason,
+)
 from plant_bench.agent_check import check_action, decision_interval, reason_of
 from plant_bench.agents.ranking.masking import Masking
 from plant_bench.controller import control_of
-from plant_bench.runner.asking import asked
-from plant_bench.sensing.observe import observe
+from plant_bench.errors import AgentError
+from plant_bench.sensing.observe import Sensors
 from plant_bench.world.route import Route
 from plant_bench.world.scene import Scene
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Answer:
+class Decision:
     """What a planner answers to one scene.
 
     Attributes:
@@ -35,63 +50,89 @@ class Answer:
     ranking: tuple[int, ...] | None = None
 
 
-class Shadow:
-    """Asks one planner as the loop of an episode would, through one episode; mutable.
+class PlannerSession:
+    """One planner through one episode; mutable. Whatever the planner raises is an `AgentError`.
 
     Attributes:
+        agent: The planner.
         privileged: Whether it must be given what only the simulator knows.
         ranks_itself: Whether its ranking is its own; else it is by masking.
 
     Args:
-        agent: The planner, which is reset here.
+        agent: The planner; see `start`.
         route: The route being driven.
-
-    Raises:
-        AgentError: It cannot be reset.
+        seed: The scenario's, for what the planner is shown.
+        name: Put before the names of its methods in messages, as in "the driver's ".
     """
 
-    def __init__(self, agent: Agent, route: Route) -> None:
-        self._agent = agent
-        self._route = route
-        self._due = 0
+    def __init__(self, agent: Agent, route: Route, seed: int, name: str = "") -> None:
+        self.agent = agent
         self.privileged = Input.PRIVILEGED in agent.inputs
         self.ranks_itself = isinstance(agent, Ranker)
-        plan = route.plan if Input.ROUTE in agent.inputs else None
-        asked("reset", agent.reset, plan)
+        self._sensors = Sensors(route, seed, agent.inputs)
+        self._route, self._name, self._due = route, name, 0
+
+    def start(self) -> None:
+        """Reset the planner: it is told the route, if it asks for it.
+
+        Raises:
+            AgentError: It cannot be reset.
+        """
+        plan = self._route.plan if Input.ROUTE in self._sensors.inputs else None
+        _call(f"{self._name}reset", self.agent.reset, plan)
+        self._due = 0
 
     def due(self, tick: int) -> bool:
         """Tell whether the planner decides at this tick."""
         return tick >= self._due
 
-    def answer(
-        self,
-        scene: Scene,
-        progress: float,
-        offset: float,
-        facts: Privileged | None,
-        *,
-        ranking: bool = False,
-    ) -> Answer:
+    def observe(
+        self, scene: Scene, progress: float, offset: float, facts: Privileged | None
+    ) -> Observation:
+        """Return what the planner is shown of a scene; as `Sensors.observe`."""
+        return self._sensors.observe(scene, progress, offset, facts)
+
+    def decide(self, scene: Scene, seen: Observation) -> Decision:
         """Return what the planner answers; to be called when it is due.
 
         Args:
             scene: What there is.
-            progress: Metres of the route that the ego has driven.
-            offset: Its lateral distance from the route, positive to the left.
-            facts: What only the simulator knows, if the planner is to have it.
-            ranking: Whether to ask who matters, too.
+            seen: What the planner is shown of it, see `observe`.
 
         Raises:
             AgentError: The planner fails.
         """
-        agent = self._agent
-        seen = observe(scene, self._route, progress, offset, agent.inputs, facts)
-        before = _copied(agent) if ranking and Input.OBJECTS in agent.inputs else None
-        action = check_action(asked("act", agent.act, seen))
-        reason = asked("explain", reason_of, agent)
-        self._due = scene.tick + decision_interval(agent)
-        ranks = None if before is None else ranking_of(before, seen)
-        return Answer(scene.tick, action, control_of(action, scene.ego), reason, ranks)
+        answer = _call(f"{self._name}act", self.agent.act, seen)
+        reason = self._reason()
+        action = check_action(answer)
+        self._due = scene.tick + decision_interval(self.agent)
+        return Decision(scene.tick, action, control_of(action, scene.ego), reason)
+
+    def ranking(self, seen: Observation) -> tuple[int, ...] | None:
+        """Return the ids of the actors in sight, the most relevant first, before it decides.
+
+        A copy of the planner is asked, so that it does not notice; None where it cannot be copied
+        or is shown no actors.
+
+        Raises:
+            AgentError: The planner fails.
+        """
+        if Input.OBJECTS not in self._sensors.inputs:
+            return None
+        try:
+            other = copy.deepcopy(self.agent)
+        except Exception:  # noqa: BLE001  whatever a planner holds that cannot be copied
+            return None
+        return ranking_of(other, seen)
+
+    def _reason(self) -> Reason | None:
+        try:
+            return reason_of(self.agent)
+        except AgentError:
+            raise
+        except (Exception, SystemExit) as error:
+            message = f"{self._name}explain raised {type(error).__name__}: {error}"
+            raise AgentError(message) from error
 
 
 def ranking_of(agent: Agent, seen: Observation) -> tuple[int, ...]:
@@ -107,25 +148,39 @@ def ranking_of(agent: Agent, seen: Observation) -> tuple[int, ...]:
     if actors is None or not len(actors):
         return ()
     itself = isinstance(agent, Ranker)
-    ranks = np.asarray(asked("rank", (agent if itself else Masking(agent)).rank, seen))
+    ranks = relevance_of(agent if itself else Masking(agent), seen)
     order = np.lexsort((actors.ids, -ranks))
     return tuple(int(actors.ids[place]) for place in order if itself or ranks[place] > 0.0)
 
 
-def _copied(agent: Agent) -> Agent | None:
-    """Return a copy that can be asked without the planner's noticing; None if there can be none."""
-    try:
-        return copy.deepcopy(agent)
-    except Exception:  # noqa: BLE001  whatever a planner holds that cannot be copied
-        return None
+def relevance_of(ranker: Ranker, seen: Observation) -> np.ndarray:
+    """Return the relevance of each actor in sight, as a ranker tells it.
+
+    Raises:
+        AgentError: It raised something.
+    """
+    return np.asarray(_call("rank", ranker.rank, seen))
 
 
-def same_answer(answer: Answer, recorded: Plan | Control | None) -> bool:
-    """Tell whether an answer is what was recorded at its tick, but for rounding of the network."""
-    action = answer.action
+def same_action(decision: Decision, recorded: Plan | Control | None) -> bool:
+    """Tell whether a decision is what was recorded at its tick, but for rounding of the network."""
+    action = decision.action
     if isinstance(action, Plan) and isinstance(recorded, Plan):
         return bool(np.allclose(action.waypoints, recorded.waypoints, rtol=0.0, atol=1e-4))
     if isinstance(action, Control) and isinstance(recorded, Control):
         pair = (action.acceleration, action.steering), (recorded.acceleration, recorded.steering)
         return bool(np.allclose(*pair, rtol=0.0, atol=1e-6))
     return False
+
+
+def _call(what: str, method: Callable[..., Any], *given: object) -> Any:
+    """Return what a planner's method answers; what it raises ends its own episode, no more.
+
+    Raises:
+        AgentError: It raised something.
+    """
+    try:
+        return method(*given)
+    except (Exception, SystemExit) as error:
+        message = f"{what} raised {type(error).__name__}: {error}"
+        raise AgentError(message) from error

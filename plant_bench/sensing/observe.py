@@ -1,72 +1,59 @@
-"""What an agent is given of a scene: what it declared, and nothing else."""
+"""The one maker of observations: of a scene, what a planner has declared, and nothing else."""
 
-from bisect import bisect_right
+from collections.abc import Iterable
 
 import numpy as np
 
-from plant_bench.agent import (
-    LIGHT_RANGE,
-    ROUTE_AHEAD,
-    Input,
-    NextLight,
-    Observation,
-    Privileged,
-    RouteAhead,
-)
+from plant_bench.agent import Observation, Privileged
+from plant_bench.sensing.inputs import INPUTS, Moment, check_inputs
 from plant_bench.world.route import Route
-from plant_bench.world.scene import EGO_LENGTH, Light, Scene
+from plant_bench.world.scene import Scene
 
 
-def observe(
-    scene: Scene,
-    route: Route,
-    progress: float,
-    offset: float,
-    inputs: frozenset[Input],
-    privileged: Privileged | None,
-) -> Observation:
-    """Return the observation of a scene.
+class Sensors:
+    """What a planner sees with through one episode.
 
     Args:
-        scene: What there is.
-        route: The route being driven.
-        progress: Arc length the ego has driven of it.
-        offset: The ego's lateral distance from it.
-        inputs: What the agent declared.
-        privileged: The simulator's facts on the scene's actors; handed on if declared.
+        route: The route being driven; its town is at hand for whatever is made of it.
+        seed: The scenario's; seeds whatever is drawn by chance.
+        inputs: What the planner declares.
+
+    Raises:
+        AgentError: An input is unknown.
     """
+
+    def __init__(self, route: Route, seed: int, inputs: Iterable[str]) -> None:
+        self.inputs = frozenset(inputs)
+        check_inputs(self.inputs, "A planner")
+        self._route, self._seed = route, seed
+        rows = [row for name, row in INPUTS.items() if name in self.inputs]
+        self._fields = [(row.field, row.make) for row in rows if row.make and row.field]
+        self._arrays = [(row.name, row.make) for row in rows if row.make and not row.field]
+
+    def observe(
+        self, scene: Scene, progress: float, offset: float, facts: Privileged | None = None
+    ) -> Observation:
+        """Return the observation of a scene.
+
+        Args:
+            scene: What there is.
+            progress: Arc length the ego has driven of the route, metres.
+            offset: The ego's lateral distance from it, metres, positive to the left.
+            facts: What only the simulator knows of the scene's actors; handed on if declared.
+        """
+        route = self._route
+        index = _point_at(route, progress)
+        moment = Moment(scene, route, index, progress, offset, facts, self._seed)
+        return Observation(
+            time=scene.time,
+            ego=scene.ego,
+            speed_limit=float(route.speed_limits[index]),
+            sensors={name: make(moment) for name, make in self._arrays},
+            **{name: make(moment) for name, make in self._fields},
+        )
+
+
+def _point_at(route: Route, progress: float) -> int:
+    """Return the index of the last route point passed; never the very last one."""
     last = len(route.points) - 2
-    index = min(max(int(np.searchsorted(route.along, progress, side="right")) - 1, 0), last)
-    return Observation(
-        time=scene.time,
-        ego=scene.ego,
-        speed_limit=float(route.speed_limits[index]),
-        actors=scene.actors if Input.OBJECTS in inputs else None,
-        route=_ahead(route, index, progress, offset) if Input.ROUTE in inputs else None,
-        light=_next_light(scene, route, progress) if Input.LIGHT in inputs else None,
-        privileged=privileged if Input.PRIVILEGED in inputs else None,
-    )
-
-
-def _ahead(route: Route, index: int, progress: float, offset: float) -> RouteAhead:
-    part = slice(index, index + ROUTE_AHEAD + 1)
-    return RouteAhead(
-        progress=progress,
-        past=progress - float(route.along[index]),
-        offset=offset,
-        points=route.points[part],
-        headings=route.headings[part],
-        speed_limits=route.speed_limits[part],
-    )
-
-
-def _next_light(scene: Scene, route: Route, progress: float) -> NextLight | None:
-    front = progress + 0.5 * EGO_LENGTH
-    index = bisect_right(route.signal_entries, front - EGO_LENGTH)
-    for place in range(index, len(route.signal_entries)):
-        distance = route.signal_entries[place] - front
-        if distance > LIGHT_RANGE:
-            return None
-        if scene.lights[place] != Light.UNKNOWN:
-            return NextLight(Light(int(scene.lights[place])), distance)
-    return None
+    return min(max(int(np.searchsorted(route.along, progress, side="right")) - 1, 0), last)

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Bool, Float, Int, UInt8
 
-from plant_bench.agent import PLAN_INTERVAL, PLAN_STEPS, Control, Input, Observation
+from plant_bench.agent import PLAN_INTERVAL, PLAN_STEPS, Control, Observation
 from plant_bench.agents.careful.driver import RESTING_INTERVAL
 from plant_bench.agents.careful.forecast import STEP
 from plant_bench.agents.careful.rollouts import ego_poses, rollout
@@ -21,7 +21,8 @@ from plant_bench.features.limits import allowed_speed
 from plant_bench.features.tokens import ATTRIBUTES, NOWHERE, Tokens, TokenSpec, actor_attributes
 from plant_bench.features.tracks import Rates, rates_between, rows_of
 from plant_bench.geometry.pose import to_frame
-from plant_bench.sensing.observe import observe
+from plant_bench.sensing.inputs import PERCEIVED
+from plant_bench.sensing.observe import Sensors
 from plant_bench.world.route import PROTOCOL, Route
 from plant_bench.world.route_progress import RouteProgress
 from plant_bench.world.scene import TICK, Actors, Scene
@@ -30,7 +31,6 @@ SAMPLE_TICKS = round(PLAN_INTERVAL / TICK)  # 10: data at 2 Hz (PlanT, section 4
 HORIZON = PLAN_STEPS * SAMPLE_TICKS  # ticks
 SKIPPED_FIRST = 5  # samples of each episode (PlanT, dataset.py)
 SKIPPED_LAST = 2  # as above; the last four have no whole future anyway
-INPUTS = frozenset({Input.OBJECTS, Input.ROUTE, Input.LIGHT})
 ROLLED = slice(
     round(PLAN_INTERVAL / STEP),
     round(PLAN_STEPS * PLAN_INTERVAL / STEP) + 1,
@@ -145,6 +145,7 @@ def samples_of(
         raise InputError(message)
     places = recording.egos[:, :2]
     place = RouteProgress(route)
+    sensors = Sensors(route, int(recording.metadata.get("seed", 0)), PERCEIVED)
     rows: list[_Row] = []
     actions = recording.actions if targets == "answer" else []
     followed = 0
@@ -158,7 +159,7 @@ def samples_of(
         if scene.tick != chosen:
             message = f"Row {chosen} of a recording holds tick {scene.tick}: all ticks are wanted."
             raise InputError(message)
-        observation = observe(scene, route, place.progress, place.offset, INPUTS, None)
+        observation = sensors.observe(scene, place.progress, place.offset)
         rates = _rates(recording, chosen) if spec.tracks else None
         given = scene_input(observation, spec, rates)
         later = recording[chosen + SAMPLE_TICKS].actors

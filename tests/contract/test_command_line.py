@@ -111,7 +111,7 @@ def test_bad_input_is_one_message_and_exit_code_2(arguments, words, tmp_path):
 
 
 def test_agents_are_listed_with_what_they_are_given(tmp_path):
-    from plant_bench.agents.loading.registry import AGENTS
+    from plant_bench.agents.loading.spec import AGENTS
 
     lines = plant_bench("agents", cwd=tmp_path).stdout.splitlines()
 

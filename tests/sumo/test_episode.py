@@ -10,7 +10,7 @@ import pytest
 
 from plant_bench.agent import NOBODY
 from plant_bench.agents.careful.driver import INTERVAL, RESTING_INTERVAL, STILL
-from plant_bench.agents.loading.registry import agent_checksum
+from plant_bench.agents.loading.checksum import agent_checksum
 from plant_bench.data.recording import Recording
 from plant_bench.data.recording_file import RECORDING_FORMAT
 from plant_bench.runner.episode.jobs import Job

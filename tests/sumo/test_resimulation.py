@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from plant_bench.agents.loading.registry import agent_checksum
+from plant_bench.agents.loading.checksum import agent_checksum
 from plant_bench.data.recorder import Recorder
 from plant_bench.data.recording import Recording
 from plant_bench.errors import InputError

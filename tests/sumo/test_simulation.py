@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from plant_bench.agent import Control
-from plant_bench.agents.loading.registry import agent_checksum, load_agent
+from plant_bench.agents.loading.checksum import agent_checksum
+from plant_bench.agents.loading.registry import load_agent
 from plant_bench.errors import InputError, SimulationError
 from plant_bench.runner.episode.jobs import Job
 from plant_bench.runner.episode.loop import run_episode

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from plant_bench.agent import Control
-from plant_bench.agents.loading.registry import agent_checksum
+from plant_bench.agents.loading.checksum import agent_checksum
 from plant_bench.data.recording import Recording
 from plant_bench.runner.collect.data_folder import DataFolder, EpisodeNote
 from plant_bench.runner.collect.plan import PlannedEpisode

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from plant_bench.agents.loading.registry import agent_checksum
+from plant_bench.agents.loading.checksum import agent_checksum
 from plant_bench.agents.remote.connection import end_processes
 from plant_bench.agents.remote.process import Limits
 from plant_bench.data.recorder import Recorder

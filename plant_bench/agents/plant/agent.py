@@ -30,6 +30,7 @@ class PlanT:
 
     Attributes:
         files: What makes it drive as it does, apart from the code of planners.
+        libraries: What it computes with.
         interval: Ticks until the next decision.
         tracks: How others have changed in the last half second.
 
@@ -44,6 +45,8 @@ class PlanT:
         self._spec = load_config(folder).tokens
         self._predictor = load_predictor(folder)
         self.files: Sequence[Path] = _files(folder)
+        runs_on = "onnxruntime" if (folder / GRAPH_FILE).is_file() else "torch"
+        self.libraries = ("numba", "numpy", runs_on)
         self.tracks = Tracks()
         self.interval = INTERVAL
 

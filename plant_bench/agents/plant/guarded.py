@@ -18,6 +18,7 @@ class GuardedPlanT(Guarded):
 
     Attributes:
         files: What makes it drive as it does, apart from the code of planners.
+        libraries: What it computes with.
 
     Args:
         weights: Folder of the trained network; `models/plant-mini` without it.
@@ -30,6 +31,7 @@ class GuardedPlanT(Guarded):
         super().__init__(planner, planner.tracks)
         self._ranker = planner
         self.files: Sequence[Path] = planner.files
+        self.libraries = planner.libraries
 
     def rank(self, observation: Observation) -> Float[np.ndarray, " actors"]:
         """Return the attention to each actor, as `PlanT.rank`.

@@ -5,11 +5,12 @@ from pathlib import Path
 
 from plant_bench.agent import Agent, Ranker
 from plant_bench.agents.expert import Expert
-from plant_bench.agents.loading.registry import agent_files, load_agent
+from plant_bench.agents.loading.checksum import Makings, makings_of
+from plant_bench.agents.loading.registry import load_agent
+from plant_bench.agents.loading.spec import Kind, PlannerSpec
 from plant_bench.agents.ranking.filtered import Filtered
 from plant_bench.agents.ranking.masking import Masking
 from plant_bench.agents.ranking.rankers import Nearest, Oracle, Random
-from plant_bench.agents.remote.programs import is_command
 from plant_bench.errors import InputError
 
 ATTENTION, MASKING, NOBODY_SHOWN = "attention", "masking", "none"
@@ -23,6 +24,7 @@ class FilteredExpert(Filtered):
 
     Attributes:
         files: What decides the ranks, apart from plant-bench's own code.
+        libraries: What it computes with.
 
     Args:
         ranking: "distance", "random", "oracle", "none" (no vehicle is shown), or who ranks and how:
@@ -42,7 +44,9 @@ class FilteredExpert(Filtered):
             )
             raise InputError(message)
         ranker = _ranker_of(name, planner) if planner else BY_THEMSELVES.get(name, Nearest)()
-        self.files: Sequence[Path] = sorted(agent_files(planner)) if planner else ()
+        makings = makings_of(planner) if planner else Makings()
+        self.files: Sequence[Path] = sorted(makings.files)
+        self.libraries = sorted({"numba", "numpy", *makings.libraries})
         super().__init__(Expert(), ranker, most=int(name != NOBODY_SHOWN), vehicles_only=True)
 
 
@@ -52,7 +56,7 @@ def ranks_itself(agent: Agent) -> bool:
 
 
 def _ranker_of(name: str, planner: str) -> Ranker:
-    if name == MASKING and is_command(planner):
+    if name == MASKING and PlannerSpec.parse(planner).kind is Kind.COMMAND:
         message = (
             f"'{planner}' cannot be ranked by masking, which asks copies of a planner: what is in "
             'another process cannot be copied. Let it answer "rank" (docs/protocol-agents.md).'

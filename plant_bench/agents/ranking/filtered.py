@@ -5,6 +5,7 @@ import numpy as np
 from plant_bench.agent import Agent, Control, Explains, Input, Observation, Plan, Ranker, Reason
 from plant_bench.agent_check import decision_interval
 from plant_bench.errors import AgentError
+from plant_bench.sensing.inputs import given
 from plant_bench.world.route import Route
 from plant_bench.world.scene import ActorKind, Actors
 
@@ -54,11 +55,11 @@ class Filtered:
 
     def act(self, observation: Observation) -> Plan | Control:
         """Rank all actors, and let the planner decide with the first of them."""
-        seen = observation.given(self._agent.inputs)
+        seen = given(observation, self._agent.inputs)
         if seen.actors is None:
             message = "A filtered planner needs the input 'objects'."
             raise AgentError(message)
-        ranks = self._ranker.rank(observation.given(self._ranker_inputs))
+        ranks = self._ranker.rank(given(observation, self._ranker_inputs))
         return self._agent.act(seen.showing(self._shown(ranks, seen.actors)))
 
     def explain(self) -> Reason | None:
@@ -76,7 +77,7 @@ class Filtered:
         return np.flatnonzero(shown)
 
 
-def inputs_of(ranker: Ranker) -> frozenset[Input]:
+def inputs_of(ranker: Ranker) -> frozenset[str]:
     """Return what a ranker must be given to rank: what it declares, or else the objects."""
     return getattr(ranker, "inputs", frozenset({Input.OBJECTS}))
 

@@ -29,6 +29,7 @@ class RemoteAgent:
         self.inputs = profile.inputs
         self.interval = profile.interval
         self.files = profile.files
+        self.libraries = profile.libraries
         self._reason: Reason | None = None
         self._explain_failed: str | None = None
 

@@ -4,11 +4,12 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
-from plant_bench.agent import Cause, Input
+from plant_bench.agent import Cause
 from plant_bench.agents.remote.codec import MOST_PASSES, unpack
 from plant_bench.agents.remote.failures import ProtocolError, raised_remotely, tidy
 from plant_bench.agents.remote.messages import PROTOCOL_VERSION
 
+MOST_INPUTS = 100
 Text = Annotated[str, Field(max_length=10_000)]
 Count = Annotated[int, Field(ge=0, lt=1 << 62)]
 Seconds = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
@@ -29,15 +30,17 @@ class Hello(_Answer):
         interval: Ticks between two decisions, before the first one.
         ranks: Whether it answers "rank".
         files: What it is made of, apart from what starts it: the checksum covers them.
+        libraries: Packages of Python that it computes with: the checksum covers their versions.
     """
 
     type: Literal["hello"]
     protocol: int
-    inputs: Annotated[list[Text], Field(max_length=len(Input))]
+    inputs: Annotated[list[Text], Field(max_length=MOST_INPUTS)]
     about: Text = ""
     interval: int = 1
     ranks: bool = False
     files: Annotated[list[Text], Field(max_length=10_000)] = []
+    libraries: Annotated[list[Text], Field(max_length=MOST_INPUTS)] = []
 
 
 class Ready(_Answer):

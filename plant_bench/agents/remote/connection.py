@@ -8,14 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from plant_bench.agent import Input
 from plant_bench.agents.remote.answers import Hello, answer_in
-from plant_bench.agents.remote.codec import array_in, pack
+from plant_bench.agents.remote.codec import FLOAT64, array_in, pack
 from plant_bench.agents.remote.failures import ProtocolError, RemoteError
 from plant_bench.agents.remote.messages import Wire, hello_out
 from plant_bench.agents.remote.process import Limits, PlannerProcess, memory_limit
 from plant_bench.agents.remote.programs import Program
-from plant_bench.errors import InputError
+from plant_bench.errors import AgentError, InputError
+from plant_bench.sensing.inputs import check_inputs
 
 
 @dataclass(frozen=True)
@@ -27,12 +27,14 @@ class Profile:
         interval: Ticks between two decisions, before the first one.
         ranks: Whether it ranks actors.
         files: All that it is made of.
+        libraries: Packages of Python that it computes with.
     """
 
-    inputs: frozenset[Input]
+    inputs: frozenset[str]
     interval: int
     ranks: bool
     files: tuple[Path, ...]
+    libraries: tuple[str, ...] = ()
 
 
 class Connection:
@@ -60,13 +62,14 @@ class Connection:
         weakref.finalize(self, _give_back, key, process)
         self._process = process
         hello: Hello = self.ask(hello_out(self.program.agent), Hello, starting=True)
-        if not set(hello.inputs) <= set(Input):
+        try:
+            check_inputs(hello.inputs, "it")
+        except AgentError as error:
             self.close()
-            message = f"it declares unknown inputs: choose from {', '.join(Input)}."
-            raise ProtocolError(message)
-        inputs = frozenset(map(Input, hello.inputs))
+            raise ProtocolError(str(error)) from error
+        inputs = frozenset(hello.inputs)
         files = (*self.program.files, *map(Path, hello.files))
-        return Profile(inputs, hello.interval, hello.ranks, files)
+        return Profile(inputs, hello.interval, hello.ranks, files, tuple(hello.libraries))
 
     def ask(self, question: Wire, *wanted: type, starting: bool = False) -> Any:
         """Return the answer to a question.
@@ -101,7 +104,7 @@ class Connection:
             ProtocolError: It is none, or has another number of axes.
         """
         try:
-            values = array_in(wire)
+            values = array_in(wire, FLOAT64)
             if values.ndim != axes:
                 message = f"an array of {axes} axes is wanted, not of {values.ndim}."
                 raise ProtocolError(message)

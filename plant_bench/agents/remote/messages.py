@@ -1,27 +1,17 @@
 """What a planner is told, as messages and back; docs/protocol-agents.md says every field."""
 
+from enum import IntEnum
 from typing import Any
 
-import numpy as np
-
-from plant_bench.agent import NextLight, Observation, Privileged, RouteAhead
-from plant_bench.agents.remote.codec import array_in, array_out
+from plant_bench.agent import Observation
+from plant_bench.agents.remote.codec import array_in, array_out, typed_array_out
+from plant_bench.sensing.inputs import INPUTS, Record
 from plant_bench.world.route import LaneChange, LaneSpan, Passage, Route
-from plant_bench.world.scene import Actors, EgoState, Light
+from plant_bench.world.scene import EgoState
 
 PROTOCOL_VERSION = 1
-_ACTORS = {
-    "ids": np.int64,
-    "poses": np.float32,
-    "speeds": np.float32,
-    "extents": np.float32,
-    "kinds": np.uint8,
-}  # as scenes hold them, so that a planner reckons with the same numbers in either process
 _EGO = ("x", "y", "yaw", "speed", "acceleration", "steering")
-_PRIVILEGED = ("paths", "accelerations", "desired_speeds", "stop_distances", "stopped_for")
 _ROUTE_ARRAYS = ("points", "elevations", "speed_limits")
-_AHEAD_NUMBERS = ("progress", "past", "offset")
-_AHEAD_ARRAYS = ("points", "headings", "speed_limits")
 
 Wire = dict[str, Any]
 
@@ -38,34 +28,52 @@ def reset_out(route: Route | None) -> Wire:
 
 def observation_out(kind: str, observation: Observation) -> Wire:
     """Return a question about an observation: "act" or "rank"."""
-    ahead, light = observation.route, observation.light
-    actors, facts = observation.actors, observation.privileged
-    return {
+    wire = {
         "type": kind,
         "time": observation.time,
         "speed_limit": observation.speed_limit,
         "ego": {name: getattr(observation.ego, name) for name in _EGO},
-        "actors": None if actors is None else _arrays_out(actors, _ACTORS),
-        "route": None if ahead is None else _numbers_out(ahead) | _arrays_out(ahead, _AHEAD_ARRAYS),
-        "light": None if light is None else {"state": int(light.state), "distance": light.distance},
-        "privileged": None if facts is None else _arrays_out(facts, _PRIVILEGED),
     }
+    for name, record in _records():
+        value = getattr(observation, name)
+        wire[name] = None if value is None else _record_out(value, record)
+    if observation.sensors:
+        sensors = observation.sensors
+        wire["sensors"] = {name: typed_array_out(values) for name, values in sensors.items()}
+    return wire
 
 
 def observation_in(wire: Wire) -> Observation:
     """Return the observation of a question."""
-    actors, ahead, light, facts = (
-        wire[name] for name in ("actors", "route", "light", "privileged")
-    )
+    fields = {
+        name: None if wire[name] is None else _record_in(wire[name], record)
+        for name, record in _records()
+    }
     return Observation(
         time=wire["time"],
         ego=EgoState(**wire["ego"]),
         speed_limit=wire["speed_limit"],
-        actors=None if actors is None else _actors_in(actors),
-        route=None if ahead is None else _ahead_in(ahead),
-        light=None if light is None else NextLight(Light(light["state"]), light["distance"]),
-        privileged=None if facts is None else _privileged_in(facts),
+        sensors={name: array_in(values) for name, values in wire.get("sensors", {}).items()},
+        **fields,
     )
+
+
+def _records() -> list[tuple[str, Record]]:
+    return [(row.field, row.record) for row in INPUTS.values() if row.field and row.record]
+
+
+def _record_out(value: object, record: Record) -> Wire:
+    numbers = {name: getattr(value, name) for name in record.numbers}
+    return {
+        name: int(number) if isinstance(number, IntEnum) else number
+        for name, number in numbers.items()
+    } | _arrays_out(value, record.arrays)
+
+
+def _record_in(wire: Wire, record: Record) -> Any:
+    numbers = {name: make(wire[name]) for name, make in record.numbers.items()}
+    arrays = {name: array_in(wire[name], kind) for name, kind in record.arrays.items()}
+    return record.type(**numbers, **arrays)
 
 
 def route_out(route: Route) -> Wire:
@@ -102,23 +110,3 @@ def _arrays_out(value: object, names: Any) -> Wire:
 
 def _arrays_in(wire: Wire, names: Any) -> dict[str, Any]:
     return {name: array_in(wire[name]) for name in names}
-
-
-def _numbers_out(ahead: RouteAhead) -> Wire:
-    return {name: getattr(ahead, name) for name in _AHEAD_NUMBERS}
-
-
-def _actors_in(wire: Wire) -> Actors:
-    arrays = {name: array_in(wire[name]).astype(kind) for name, kind in _ACTORS.items()}
-    for values in arrays.values():
-        values.flags.writeable = False  # as those of a scene
-    return Actors(**arrays)
-
-
-def _ahead_in(wire: Wire) -> RouteAhead:
-    numbers = {name: wire[name] for name in _AHEAD_NUMBERS}
-    return RouteAhead(**numbers, **_arrays_in(wire, _AHEAD_ARRAYS))
-
-
-def _privileged_in(wire: Wire) -> Privileged:
-    return Privileged(**_arrays_in(wire, _PRIVILEGED))

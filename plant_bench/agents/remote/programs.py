@@ -1,14 +1,13 @@
 """What is started for a planner in another process: a command of the user's, or Python."""
 
-import shlex
 import shutil
 import sys
 from dataclasses import dataclass
 from pathlib import Path
 
+from plant_bench.agents.loading.spec import Kind, PlannerSpec
 from plant_bench.errors import InputError
 
-COMMAND = "command:"
 _SERVE = (sys.executable, "-P", "-m", "plant_bench.agents.remote.serve")
 
 
@@ -29,24 +28,16 @@ class Program:
     files: tuple[Path, ...] = ()
 
 
-def is_command(spec: str) -> bool:
-    """Tell whether a planner is given as a command that speaks the protocol."""
-    return spec.startswith(COMMAND)
-
-
 def program_of(spec: str) -> Program:
     """Return what to start for a planner: the command it names, or Python that loads it.
 
     Raises:
         InputError: The command is empty, or no such program is there.
     """
-    if not is_command(spec):
+    parsed = PlannerSpec.parse(spec)
+    if parsed.kind is not Kind.COMMAND:
         return Program(spec, _SERVE, agent=spec)
-    try:
-        words = shlex.split(spec.removeprefix(COMMAND))
-    except ValueError as error:
-        message = f"The agent '{spec}' is no command: {error}."
-        raise InputError(message) from error
+    words = parsed.words
     if not words:
         message = f"The agent '{spec}' names no program: as in command:./my_planner --flag."
         raise InputError(message)

@@ -13,7 +13,8 @@ import numpy as np
 
 from plant_bench.agent import Agent, Control, Observation, Plan, Ranker
 from plant_bench.agent_check import check_action, decision_interval, reason_of
-from plant_bench.agents.loading.registry import files_of, load_agent
+from plant_bench.agents.loading.checksum import Makings, makings_of_loaded
+from plant_bench.agents.loading.registry import load_agent
 from plant_bench.agents.remote.codec import MOST_AXES, MOST_PASSES, array_out, pack, unpack
 from plant_bench.agents.remote.messages import (
     PROTOCOL_VERSION,
@@ -24,6 +25,7 @@ from plant_bench.agents.remote.messages import (
 from plant_bench.agents.remote.process import LENGTH
 from plant_bench.errors import AgentError
 from plant_bench.inference import listen_to_passes
+from plant_bench.source_code import COMPUTING
 
 
 def main() -> None:
@@ -43,7 +45,7 @@ class _Served:
 
     def __init__(self) -> None:
         self._agent: Agent | None = None
-        self._files: list[str] | None = None
+        self._makings: Makings | None = None
         self._answers: dict[str, Callable[[Wire], Wire]] = {
             "hello": self._hello,
             "reset": self._reset,
@@ -61,15 +63,16 @@ class _Served:
     def _hello(self, question: Wire) -> Wire:
         spec = question["agent"]
         self._agent = agent = load_agent(spec)
-        if self._files is None:
-            self._files = sorted(map(str, files_of(spec, agent)))
+        if self._makings is None:
+            self._makings = makings_of_loaded(spec, agent)
         return {
             "type": "hello",
             "protocol": PROTOCOL_VERSION,
             "inputs": sorted(agent.inputs),
             "interval": decision_interval(agent),
             "ranks": isinstance(agent, Ranker),
-            "files": self._files,
+            "files": sorted(map(str, self._makings.files)),
+            "libraries": sorted(COMPUTING.intersection(self._makings.libraries)),
         }
 
     def _reset(self, question: Wire) -> Wire:

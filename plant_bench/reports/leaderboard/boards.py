@@ -6,6 +6,7 @@ from itertools import combinations
 from pathlib import Path
 from typing import TypeVar
 
+from plant_bench.agents.loading.spec import without_folders
 from plant_bench.errors import InputError
 from plant_bench.reports.carla_checkpoint import ImportedRun, load_checkpoint
 from plant_bench.reports.leaderboard.board import CARLA, HERE, Board, Entry, Leaderboard
@@ -21,7 +22,6 @@ from plant_bench.reports.leaderboard.sources import (
     read_run,
 )
 from plant_bench.reports.leaderboard.texts import one_line
-from plant_bench.runner.run.provenance import without_folders
 from plant_bench.scoring.laws import Law
 from plant_bench.scoring.metrics import Summary, summarise
 

@@ -6,14 +6,15 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from plant_bench.agent import Agent, Input, Observation, Plan, Ranker
-from plant_bench.agents.loading.registry import agent_checksum, load_agent
+from plant_bench.agents.loading.checksum import agent_checksum
+from plant_bench.agents.loading.registry import load_agent
+from plant_bench.agents.loading.spec import without_folders
 from plant_bench.data.recorder import Action
 from plant_bench.data.recording import Recording
 from plant_bench.errors import PlantBenchError
 from plant_bench.reports.replay.overlay import Progress
-from plant_bench.runner.run.provenance import without_folders
+from plant_bench.runner.decisions import PlannerSession, relevance_of
 from plant_bench.scoring.results import EpisodeResult
-from plant_bench.sensing.observe import observe
 from plant_bench.world.route import Route
 
 SPACING = 10  # ticks between two questions: 2 Hz, as the planner's own memory of who was where
@@ -72,7 +73,7 @@ def attention_of(
             return Attention.absent("The planner does not rank others.")
         if Input.PRIVILEGED in planner.inputs:
             return Attention.absent("What the planner was told is not in the recording.")
-        drive = _Drive(planner, planner, recording, route, progress)
+        drive = _Drive(planner, planner, recording, route, result.seed, progress)
         if agent_checksum(agent) != result.agent_checksum and not drive.plans_as_recorded():
             return Attention.absent(
                 "The planner's code or weights are not those of the recording, and it plans "
@@ -92,23 +93,23 @@ class _Drive:
         ranker: Ranker,
         recording: Recording,
         route: Route,
+        seed: int,
         progress: Progress,
     ) -> None:
-        self._planner = planner
+        self._planner = PlannerSession(planner, route, seed)
         self._ranker = ranker
         self._recording = recording
-        self._route = route
         self._progress = progress
         self._actions: list[Action] = recording.actions
 
     def asked(self) -> Attention:
         """Ask whom it attends to, at decisions about half a second apart."""
         ticks, starts, actors, shares = self._questions(), [0], [], []
-        self._reset()
+        self._planner.start()
         for tick in ticks:
             observation = self._observation(tick)
             ids = np.zeros(0, int) if observation.actors is None else observation.actors.ids
-            who, share = most_relevant(np.asarray(self._ranker.rank(observation), float), ids)
+            who, share = most_relevant(relevance_of(self._ranker, observation).astype(float), ids)
             actors.append(who)
             shares.append(share)
             starts.append(starts[-1] + len(who))
@@ -122,10 +123,11 @@ class _Drive:
 
     def plans_as_recorded(self) -> bool:
         """Tell whether it plans what was recorded, at the first decisions asked about."""
-        self._reset()
+        self._planner.start()
         compared = 0
         for tick in self._questions()[: PROBES + 1]:
-            planned, recorded = self._planner.act(self._observation(tick)), self._actions[tick]
+            scene, recorded = self._recording[tick], self._actions[tick]
+            planned = self._planner.decide(scene, self._observation(tick)).action
             if not isinstance(planned, Plan) or not isinstance(recorded, Plan):
                 return False
             if tick < SPACING:
@@ -142,13 +144,9 @@ class _Drive:
                 ticks.append(tick)
         return ticks
 
-    def _reset(self) -> None:
-        self._planner.reset(self._route.plan if Input.ROUTE in self._planner.inputs else None)
-
     def _observation(self, tick: int) -> Observation:
         along, offset = self._progress.along[tick], self._progress.offsets[tick]
-        inputs, scene = self._planner.inputs, self._recording[tick]
-        return observe(scene, self._route, float(along), float(offset), inputs, None)
+        return self._planner.observe(self._recording[tick], float(along), float(offset), None)
 
 
 def most_relevant(

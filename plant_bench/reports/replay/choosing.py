@@ -3,10 +3,10 @@
 import re
 from pathlib import Path
 
+from plant_bench.agents.loading.spec import without_folders
 from plant_bench.reports.choosing import episodes_of
 from plant_bench.reports.replay.source import ReplaySource
 from plant_bench.runner.run.folder import RunFolder
-from plant_bench.runner.run.provenance import without_folders
 
 
 def source_in_run(run: Path, route: str, repetition: int | None) -> ReplaySource:

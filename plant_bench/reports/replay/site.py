@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-from plant_bench.agents.loading.registry import agent_checksum
+from plant_bench.agents.loading.checksum import agent_checksum
 from plant_bench.errors import InputError, PlantBenchError
 from plant_bench.input_files import parse_json, read_text
 from plant_bench.reports.page_json import script_json

@@ -1,12 +1,11 @@
 """Collecting data: episodes of the expert over worker processes until there are enough frames."""
 
-import hashlib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
 
-from plant_bench.agents.loading.registry import agent_checksum
+from plant_bench.agents.loading.checksum import agent_checksum
+from plant_bench.agents.loading.spec import without_folders
 from plant_bench.data_files import towns_also_from
 from plant_bench.errors import SimulationError
 from plant_bench.runner.collect.data_folder import DataFolder, EpisodeNote, Origin
@@ -20,9 +19,9 @@ from plant_bench.runner.collect.work import (
     lost_note,
     prepare_town,
 )
-from plant_bench.runner.episode.jobs import rules_checksum
+from plant_bench.runner.episode.keys import collecting_checksum, rules_checksum
 from plant_bench.runner.episode.timing import Timing
-from plant_bench.runner.run.provenance import installed_versions, without_folders
+from plant_bench.runner.run.provenance import installed_versions
 from plant_bench.runner.workers.executors import (
     Event,
     Finished,
@@ -38,7 +37,6 @@ from plant_bench.world.route import PROTOCOL, Route
 FIRST_RATE = 0.55  # frames a metre of route expected before anything is known
 LEAST_RATE = 0.05
 HOPELESS = 20  # episodes without one that is of use
-_DECIDING = ("runner/collect/disturbance.py", "sensing/observe.py", "runner/collect/takeover.py")
 
 
 @dataclass(frozen=True)
@@ -126,19 +124,6 @@ def _origin(request: CollectRequest) -> Origin:
         collecting=collecting_checksum(),
         versions=installed_versions(),
     )
-
-
-@cache
-def collecting_checksum() -> str:
-    """Return a hash of the code that decides collected drives and is not among the rules.
-
-    That is what drivers are given, and what is executed instead of the expert's answers.
-    """
-    digest = hashlib.sha256()
-    for name in _DECIDING:
-        digest.update(name.encode())
-        digest.update((Path(__file__).parents[2] / name).read_bytes())
-    return digest.hexdigest()
 
 
 class _Collection:

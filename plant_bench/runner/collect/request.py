@@ -3,8 +3,8 @@
 import shlex
 from dataclasses import dataclass
 
+from plant_bench.agents.loading.spec import without_folders
 from plant_bench.errors import InputError
-from plant_bench.runner.run.provenance import without_folders
 
 UNIT = 228_000  # frames at 2 Hz: 1x of PlanT (section 4)
 FRAME_TICKS = 10  # 2 Hz

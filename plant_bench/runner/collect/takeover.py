@@ -5,13 +5,11 @@ learner sees answers to its own mistakes. Nobody learns from standing at one pla
 stands while the expert would go is relieved by the expert for a few seconds.
 """
 
-from plant_bench.agent import Control, Input
-from plant_bench.agent_check import check_action, decision_interval
+from plant_bench.agent import Control
 from plant_bench.agents.loading.registry import load_agent
-from plant_bench.controller import control_of
 from plant_bench.errors import InputError
-from plant_bench.runner.asking import asked
-from plant_bench.sensing.observe import observe
+from plant_bench.runner.decisions import PlannerSession
+from plant_bench.sensing.inputs import UNSHARED
 from plant_bench.world.route import Route
 from plant_bench.world.scene import TICK, Scene
 
@@ -30,7 +28,7 @@ def check_driver(driver: str) -> None:
         InputError: There is no such planner, or it wants what it cannot be given.
     """
     inputs = load_agent(driver).inputs
-    if refused := inputs & {Input.PRIVILEGED, Input.SIMULATOR}:
+    if refused := inputs & UNSHARED:
         message = (
             f"'{driver}' cannot drive while the expert answers: it asks for "
             f"{' and '.join(sorted(refused))}. A planner that drives by what it sees is wanted, "
@@ -45,15 +43,14 @@ class Takeover:
     Args:
         driver: The planner that drives, as `--agent` takes it; see `check_driver`.
         route: The route being driven.
+        seed: The scenario's.
 
     Raises:
         InputError: There is no such planner.
     """
 
-    def __init__(self, driver: str, route: Route) -> None:
-        self._agent = load_agent(driver)
-        self._route = route
-        self._due = 0
+    def __init__(self, driver: str, route: Route, seed: int) -> None:
+        self._driver = PlannerSession(load_agent(driver), route, seed, "the driver's ")
         self._control: Control | None = None  # None until it was asked
         self._stood = 0  # ticks
         self._relieved_until = 0  # tick
@@ -76,13 +73,10 @@ class Takeover:
 
     def _answer(self, scene: Scene, progress: float, offset: float) -> Control:
         """Return the other planner's control, which it holds between its decisions."""
-        agent = self._agent
+        driver = self._driver
         if self._control is None:
-            plan = self._route.plan if Input.ROUTE in agent.inputs else None
-            asked("the driver's reset", agent.reset, plan)
-        if self._control is None or scene.tick >= self._due:
-            seen = observe(scene, self._route, progress, offset, agent.inputs, None)
-            action = check_action(asked("the driver's act", agent.act, seen))
-            self._due = scene.tick + decision_interval(agent)
-            self._control = control_of(action, seen.ego)
+            driver.start()
+        if self._control is None or driver.due(scene.tick):
+            seen = driver.observe(scene, progress, offset, None)
+            self._control = driver.decide(scene, seen).control
         return self._control

@@ -65,7 +65,7 @@ def drive_one(task: DriveTask, report: Report) -> tuple[EpisodeNote, Timing]:
 
 def _override(episode: PlannedEpisode) -> Override | None:
     if episode.driver:
-        return Takeover(episode.driver, episode.job.route)
+        return Takeover(episode.driver, episode.job.route, episode.job.seed)
     return Disturbance(episode.job.seed) if episode.perturbed else None
 
 

@@ -5,12 +5,10 @@ import hashlib
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache, cached_property
-from importlib.metadata import version
-from pathlib import Path
+from functools import cached_property
 
-from plant_bench.agent import Input
 from plant_bench.errors import InputError
+from plant_bench.runner.episode.keys import rules_checksum
 from plant_bench.scoring.results import EpisodeHeader
 from plant_bench.world.route import Route, Scenario
 from plant_bench.world.town import town_checksum
@@ -30,6 +28,7 @@ class Job:
         seed: The scenario's seed.
         density: Of the traffic.
         hazards: Whether the route's hazards are played.
+        planner: The agent's name where it is driven, if it lies elsewhere there; empty if not.
     """
 
     agent: str
@@ -39,6 +38,7 @@ class Job:
     seed: int
     density: str
     hazards: bool = True
+    planner: str = ""
 
     @cached_property
     def scenario(self) -> Scenario:
@@ -47,7 +47,7 @@ class Job:
 
     @cached_property
     def key(self) -> str:
-        """A content hash: of the agent, the scenario, the town, SUMO and the rules as they are."""
+        """A content hash: of the scenario, the planner, the town and the rules as they are."""
         parts = (
             self.scenario.protocol,
             self.agent,
@@ -59,7 +59,7 @@ class Job:
         )
         return hashlib.sha256("|".join(parts).encode()).hexdigest()
 
-    def header(self, inputs: frozenset[Input]) -> EpisodeHeader:
+    def header(self, inputs: frozenset[str]) -> EpisodeHeader:
         """Return what is known before the episode starts."""
         return EpisodeHeader(
             protocol=self.scenario.protocol,
@@ -75,21 +75,6 @@ class Job:
             town_checksum=town_checksum(self.route.town),
             route_checksum=self.route.checksum,
         )
-
-
-@cache
-def rules_checksum() -> str:
-    """Return a hash of the code that moves and judges the world, and of SUMO's version."""
-    package = Path(__file__).parents[2]
-    rooms = ("geometry", "world", "sim", "scoring")
-    files = [path for room in rooms for path in (package / room).rglob("*.*")]
-    digest = hashlib.sha256(version("libsumo").encode())
-    files += [package / "agent.py"]
-    files += [package / "runner" / name for name in ("asking.py", "episode/loop.py")]
-    for path in sorted(path for path in files if path.suffix in {".py", ".xml"}):
-        digest.update(path.relative_to(package).as_posix().encode())
-        digest.update(path.read_bytes())
-    return digest.hexdigest()
 
 
 def repetition_seed(seed: int, route: str, repetition: int) -> int:

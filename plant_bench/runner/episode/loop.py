@@ -1,25 +1,23 @@
 """One episode: the one loop in which everything meets."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol, runtime_checkable
 
-from plant_bench.agent import Agent, Control, Input, Observation, Plan, Reason
-from plant_bench.agent_check import check_action, decision_interval, reason_of
+from plant_bench.agent import Control, Input, Observation
 from plant_bench.agents.loading.registry import load_agent
-from plant_bench.controller import control_of
 from plant_bench.data.recorder import Recorder
 from plant_bench.errors import AgentError
-from plant_bench.runner.asking import asked
+from plant_bench.runner.decisions import Decision, PlannerSession
 from plant_bench.runner.episode.jobs import Job
-from plant_bench.runner.episode.outcome import Episode
+from plant_bench.runner.episode.outcome import Outcome
 from plant_bench.runner.episode.timing import Stopwatch
 from plant_bench.scoring.infractions import Status
 from plant_bench.scoring.referee import Referee, result_of
-from plant_bench.scoring.results import Crash, HazardRecord
-from plant_bench.sensing.observe import observe
+from plant_bench.scoring.results import Crash, EpisodeHeader, EpisodeResult, HazardRecord
 from plant_bench.sim.simulation import Simulation
-from plant_bench.world.route import Route
+from plant_bench.world.route import Route, Scenario
 from plant_bench.world.scene import Scene
 
 PROGRESS_INTERVAL = 100  # ticks between two calls of the progress callback
@@ -43,6 +41,128 @@ class Override(Protocol):
         ...
 
 
+class Episode:
+    """A scenario in motion and its referee; mutable, and a context manager that ends SUMO.
+
+    Whoever drives calls `advance` until the referee has a status: a planner (`drive`), a learner by
+    reinforcement, or the controls of a recording.
+
+    Attributes:
+        simulation: The world.
+        referee: Judges each scene.
+        scene: The present one.
+        watch: Adds up the time of each part.
+
+    Args:
+        scenario: What to drive.
+        self_driving: Let SUMO's own driver drive; controls go unheard then.
+        watch: Has run since the episode began, where that was before; else a new one.
+
+    Raises:
+        InputError: The town or the density does not exist.
+        SimulationError: SUMO fails.
+    """
+
+    def __init__(
+        self, scenario: Scenario, *, self_driving: bool = False, watch: Stopwatch | None = None
+    ) -> None:
+        self.watch = watch or Stopwatch()
+        self.route: Route = scenario.route
+        self.simulation = Simulation(scenario, self_driving=self_driving)
+        self.referee = Referee(self.simulation.town, self.route)
+        self.scene = self.simulation.scene
+        self.referee.judge(self.scene)
+
+    def __enter__(self) -> "Episode":  # noqa: PYI034
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    @property
+    def over(self) -> bool:
+        """Whether the referee has ended it."""
+        return self.referee.status is not None
+
+    def advance(self, control: Control) -> Scene:
+        """Execute a control for one tick, judge what comes of it and return it.
+
+        Raises:
+            SimulationError: SUMO has lost the ego.
+        """
+        watch = self.watch
+        self.scene = scene = self.simulation.step(control)
+        watch.lap("simulation")
+        self.referee.judge(scene)
+        watch.lap("referee")
+        return scene
+
+    def hazards(self) -> tuple[HazardRecord, ...]:
+        """Return what has become of the route's hazards by now."""
+        return tuple(
+            HazardRecord.model_validate(outcome._asdict()) for outcome in self.simulation.outcomes
+        )
+
+    def result(self, header: EpisodeHeader, crash: Crash | None = None) -> EpisodeResult:
+        """Return the record of the episode, which must be over or have crashed; see `result_of`."""
+        return result_of(self.referee, header, crash=crash, hazards=self.hazards())
+
+    def close(self) -> None:
+        """End SUMO; the process may then start another simulation."""
+        self.simulation.close()
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Step:
+    """One tick of an episode that a planner drives.
+
+    Attributes:
+        scene: What there is, before anything is executed.
+        observation: What the planner was shown of it; None at ticks at which it was not asked.
+        decision: What it answered; None as above.
+        control: What is executed at this tick.
+        disturbed: Whether that is something else than the planner asked for.
+    """
+
+    scene: Scene
+    observation: Observation | None
+    decision: Decision | None
+    control: Control
+    disturbed: bool
+
+
+def drive(
+    episode: Episode, planner: PlannerSession, override: Override | None = None
+) -> Iterator[Step]:
+    """Let a planner drive an episode until the referee ends it; yield before each tick.
+
+    The tick is executed when the next step is asked for.
+
+    Raises:
+        AgentError: The planner fails.
+        SimulationError: SUMO has lost the ego.
+    """
+    referee, watch = episode.referee, episode.watch
+    planner.start()
+    control = Control(0.0, 0.0)
+    watch.lap("start_up")
+    while not episode.over:
+        scene, seen, decision = episode.scene, None, None
+        if planner.due(scene.tick):
+            facts = episode.simulation.privileged() if planner.privileged else None
+            watch.lap("privileged")
+            seen = planner.observe(scene, referee.progress, referee.offset, facts)
+            watch.lap("simulation")
+            decision = planner.decide(scene, seen)
+            watch.lap("agent")
+            control = decision.control
+        executed = control
+        if override is not None:
+            executed = override.executed(scene, referee.progress, referee.offset, control)
+        yield Step(scene, seen, decision, executed, executed != control)
+        episode.advance(executed)
+
+
 def run_episode(
     job: Job,
     *,
@@ -50,7 +170,7 @@ def run_episode(
     progress: Callable[[float], None] | None = None,
     thinning: int = 1,
     override: Override | None = None,
-) -> Episode:
+) -> Outcome:
     """Drive one episode to its end.
 
     Args:
@@ -65,82 +185,35 @@ def run_episode(
         SimulationError: SUMO fails; the episode says nothing about the agent then.
     """
     watch = Stopwatch()
-    agent = load_agent(job.agent)
+    agent = load_agent(job.planner or job.agent)
     header = job.header(agent.inputs)
     about = header.model_dump(mode="json")
     recorder = None if recording is None else Recorder(recording, about, every=thinning)
     crash: Crash | None = None
     self_driving = Input.SIMULATOR in agent.inputs
-    with Simulation(job.scenario, self_driving=self_driving) as simulation:
-        referee = Referee(simulation.town, job.route)
+    with Episode(job.scenario, self_driving=self_driving, watch=watch) as episode:
         try:
-            _drive(agent, simulation, referee, job.route, recorder, watch, progress, override)
+            for step in drive(episode, PlannerSession(agent, job.route, job.seed), override):
+                _keep(step, recorder)
+                if progress is not None and step.scene.tick % PROGRESS_INTERVAL == 0:
+                    progress(episode.referee.completion)
         except AgentError as error:
             crash = Crash(Status.AGENT_CRASHED, str(error))
-        scene = simulation.scene
-        hazards = tuple(
-            HazardRecord.model_validate(outcome._asdict()) for outcome in simulation.outcomes
-        )
+        result = episode.result(header, crash)
+    scene = episode.scene
     if recorder is not None:
         recorder.add(scene)
-        told = [hazard.model_dump(mode="json") for hazard in hazards]
+        told = [hazard.model_dump(mode="json") for hazard in result.hazards]
         recorder.close(hazards=told, **({} if crash is None else vars(crash)))
         watch.lap("recording")
-    result = result_of(referee, header, crash=crash, hazards=hazards)
-    return Episode(result, watch.timing(scene.time, scene.tick))
+    return Outcome(result, watch.timing(scene.time, scene.tick))
 
 
-def _drive(
-    agent: Agent,
-    simulation: Simulation,
-    referee: Referee,
-    route: Route,
-    recorder: Recorder | None,
-    watch: Stopwatch,
-    progress: Callable[[float], None] | None,
-    override: Override | None,
-) -> None:
-    """Drive until the referee ends the episode, or the agent fails."""
-    inputs = agent.inputs
-    privileged = Input.PRIVILEGED in inputs
-    scene = simulation.scene
-    referee.judge(scene)
-    asked("reset", agent.reset, route.plan if Input.ROUTE in inputs else None)
-    control, due = Control(0.0, 0.0), 0
-    watch.lap("start_up")
-    while referee.status is None:
-        action: Plan | Control | None = None
-        reason: Reason | None = None
-        if scene.tick == due:
-            facts = simulation.privileged() if privileged else None
-            watch.lap("privileged")
-            observation = observe(scene, route, referee.progress, referee.offset, inputs, facts)
-            watch.lap("simulation")
-            action, reason = _act(agent, observation)
-            due += decision_interval(agent)
-            watch.lap("agent")
-            control = control_of(action, scene.ego)
-        executed = control
-        if override is not None:
-            executed = override.executed(scene, referee.progress, referee.offset, control)
-        if recorder is not None:
-            recorder.add(scene, action, reason, disturbed=executed != control)
-        scene = simulation.step(executed)
-        watch.lap("simulation")
-        referee.judge(scene)
-        watch.lap("referee")
-        if progress is not None and scene.tick % PROGRESS_INTERVAL == 0:
-            progress(referee.completion)
-
-
-def _act(agent: Agent, observation: Observation) -> tuple[Plan | Control, Reason | None]:
-    """Return what the agent answers, and why if it tells."""
-    action = asked("act", agent.act, observation)
-    try:
-        reason = reason_of(agent)
-    except AgentError:
-        raise
-    except (Exception, SystemExit) as error:
-        message = f"explain raised {type(error).__name__}: {error}"
-        raise AgentError(message) from error
-    return check_action(action), reason
+def _keep(step: Step, recorder: Recorder | None) -> None:
+    if recorder is None:
+        return
+    if step.decision is None:
+        recorder.add(step.scene, disturbed=step.disturbed)
+    else:
+        action, reason = step.decision.action, step.decision.reason
+        recorder.add(step.scene, action, reason, disturbed=step.disturbed)

@@ -7,7 +7,7 @@ from plant_bench.scoring.results import EpisodeResult
 
 
 @dataclass(frozen=True)
-class Episode:
+class Outcome:
     """An episode that has ended."""
 
     result: EpisodeResult

@@ -8,22 +8,21 @@ is all that does not travel because every node must have it: plant-bench itself,
 
 import hashlib
 import os
-import re
 import sys
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Protocol, runtime_checkable
 
-from plant_bench.agent import Input
-from plant_bench.agents.loading.registry import agent_files
+from plant_bench.agents.loading.checksum import agent_files
+from plant_bench.agents.loading.spec import with_paths
 from plant_bench.data_files import find_towns_in, networks_dir, town_dir
 from plant_bench.errors import InputError
-from plant_bench.runner.episode.jobs import Job, rules_checksum
+from plant_bench.runner.episode.keys import rules_checksum
 from plant_bench.runner.run.provenance import installed_versions
-from plant_bench.scoring.results import EpisodeHeader
+from plant_bench.source_code import code_hash, file_hash, module_name
 from plant_bench.world.town import town_checksum
 
 LARGEST = 2**31  # bytes of a planner's files together
@@ -59,14 +58,14 @@ class Place:
         """Return where a file of the other machine lies here."""
         return self.root / Path(path).relative_to("/")
 
-    def spec(self, agent: str) -> str:
-        """Return a planner's specification with the absolute paths it has here."""
+    def planner(self, agent: str) -> str:
+        """Return how a planner is named here: with the absolute paths that it has here."""
 
-        def moved(match: re.Match[str]) -> str:
-            here = self.found(os.path.expanduser(match[2]))  # noqa: PTH111  Path would join again
-            return f"{match[1]}{here}" if here.exists() else match[0]
+        def here(path: str) -> str:
+            moved = self.found(os.path.expanduser(path))  # noqa: PTH111  Path would join again
+            return str(moved) if moved.exists() else path
 
-        return re.sub(r"(^|[@=:])(~?/[^@=:]+)", moved, agent)
+        return with_paths(agent, here)
 
 
 @runtime_checkable
@@ -81,29 +80,6 @@ class Portable(Protocol):
     def at(self, place: Place) -> "Portable":
         """Return the same task with the paths it has there."""
         ...
-
-
-@dataclass(frozen=True)
-class ShippedJob(Job):
-    """A job whose planner lies elsewhere than where it was asked for; its record does not tell.
-
-    Attributes:
-        asked_for: The planner as the record names it.
-    """
-
-    asked_for: str = ""
-
-    def header(self, inputs: frozenset[Input]) -> EpisodeHeader:
-        """Return what is known before the episode starts."""
-        return super().header(inputs).model_copy(update={"agent": self.asked_for})
-
-
-def shipped(job: Job, place: Place) -> Job:
-    """Return a job as it is done at another place; equal records come of it."""
-    spec = place.spec(job.agent)
-    if spec == job.agent:
-        return job
-    return ShippedJob(**vars(replace(job, agent=spec)), asked_for=job.agent)
 
 
 @dataclass(frozen=True)
@@ -158,7 +134,7 @@ def pack(tasks: Iterable[Portable]) -> Cargo:
         imports=_import_folders(path for path in code if path.suffix == ".py"),
         towns_in=tuple(sorted({str(folder.parent.absolute()) for folder in further})),
         agents=agents,
-        known=frozenset((path.name, _digest(path.read_bytes())) for path in mine | code),
+        known=frozenset((path.name, file_hash(path)) for path in mine | code),
         towns={town: town_checksum(town) for town in towns},
         facts=facts(),
     )
@@ -205,8 +181,8 @@ def check_arrived(cargo: Cargo, place: Place) -> None:
             message = f"The town '{town}' is another one."
             raise InputError(message)
     for agent in cargo.agents:
-        for path in sorted(agent_files(place.spec(agent))):
-            if (path.name, _digest(path.read_bytes())) not in cargo.known:
+        for path in sorted(agent_files(place.planner(agent))):
+            if (path.name, file_hash(path)) not in cargo.known:
                 message = f"'{agent}' is another planner: {path.name} differs."
                 raise InputError(message)
 
@@ -220,11 +196,8 @@ def facts() -> dict[str, str]:
     except PackageNotFoundError:
         found["onnxruntime"] = "not installed"
     found["rules of the benchmark"] = rules_checksum()[:8]
-    digest = hashlib.sha256()
-    for path in sorted(_PACKAGE.rglob("*.py")):
-        digest.update(path.relative_to(_PACKAGE).as_posix().encode())
-        digest.update(path.read_bytes())
-    return found | {"code of plant-bench": digest.hexdigest()[:8]}
+    modules = filter(None, map(module_name, _PACKAGE.rglob("*.py")))
+    return found | {"code of plant-bench": code_hash(modules)[:8]}
 
 
 def differences(wanted: Mapping[str, str], found: Mapping[str, str]) -> str:

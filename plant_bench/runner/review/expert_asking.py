@@ -6,7 +6,7 @@ from plant_bench.agent import NOBODY
 from plant_bench.agents.loading.registry import load_agent
 from plant_bench.data.recording import Recording
 from plant_bench.errors import PlantBenchError
-from plant_bench.runner.decisions import Shadow
+from plant_bench.runner.decisions import PlannerSession
 from plant_bench.runner.review.expert_view import EXPERT, ExpertView
 from plant_bench.runner.review.resimulation import simulate_again
 from plant_bench.scoring.results import EpisodeResult
@@ -35,7 +35,9 @@ def ask_expert(recording: Recording, result: EpisodeResult, route: Route) -> Exp
     actors: list[int] = []
     note = ""
     try:
-        expert, place = Shadow(load_agent(EXPERT), route), RouteProgress(route)
+        expert = PlannerSession(load_agent(EXPERT), route, result.seed)
+        expert.start()
+        place = RouteProgress(route)
         for tick in simulate_again(recording, result, route, until=len(recording) - 2):
             scene = tick.recorded
             place.follow(scene.ego.x, scene.ego.y)
@@ -44,9 +46,10 @@ def ask_expert(recording: Recording, result: EpisodeResult, route: Route) -> Exp
                 break
             standing = scene.ego.speed < STANDING
             if tick.row % SPACING == 0 or (standing and expert.due(scene.tick)):
-                answer = expert.answer(scene, place.progress, place.offset, tick.facts())
+                seen = expert.observe(scene, place.progress, place.offset, tick.facts())
+                reason = expert.decide(scene, seen).reason
                 ticks.append(tick.row)
-                actors.append(NOBODY if answer.reason is None else answer.reason.actor)
+                actors.append(NOBODY if reason is None else reason.actor)
     except PlantBenchError as error:
         note = str(error)
     return ExpertView(np.array(ticks, int), np.array(actors, int), note)

@@ -6,21 +6,22 @@ recorded ones, else it is another planner by now and is not believed.
 """
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 from plant_bench.agent import Agent, Control, Input, Plan, Privileged
 from plant_bench.agents.loading.registry import load_agent
 from plant_bench.data.recording import Recording
 from plant_bench.errors import AgentError, InputError
-from plant_bench.runner.decisions import Answer, Shadow, same_answer
+from plant_bench.runner.decisions import Decision, PlannerSession, same_action
 from plant_bench.runner.review.moments import Hindsight, Moment, Window
 from plant_bench.runner.review.resimulation import Tick, simulate_again
 from plant_bench.scoring.results import EpisodeResult
-from plant_bench.sensing.observe import observe
+from plant_bench.sensing.inputs import PERCEIVED
+from plant_bench.sensing.observe import Sensors
 from plant_bench.world.route import Route
 from plant_bench.world.route_progress import RouteProgress
 from plant_bench.world.scene import TICK, EgoState, Scene
 
-SEEN = frozenset({Input.OBJECTS, Input.ROUTE, Input.LIGHT})
 PROGRESS_INTERVAL = 100  # ticks between two calls of the progress callback
 
 
@@ -62,13 +63,14 @@ class _Witness:
         shadow: Who is asked; None after it has dropped out.
     """
 
-    def __init__(self, agent: Agent | None, route: Route, note: str = "") -> None:
+    def __init__(self, agent: Agent | None, route: Route, seed: int, note: str = "") -> None:
         self.note = note
-        self.last: Answer | None = None
-        self.shadow: Shadow | None = None
+        self.last: Decision | None = None
+        self.shadow: PlannerSession | None = None
         if agent is not None:
             try:
-                self.shadow = Shadow(agent, route)
+                self.shadow = PlannerSession(agent, route, seed)
+                self.shadow.start()
             except AgentError as error:
                 self.drop(str(error))
 
@@ -83,9 +85,9 @@ class _Witness:
         if self.shadow is None:
             return
         try:
-            self.last = self.shadow.answer(
-                scene, place.progress, place.offset, facts, ranking=ranking
-            )
+            seen = self.shadow.observe(scene, place.progress, place.offset, facts)
+            ranks = self.shadow.ranking(seen) if ranking else None
+            self.last = replace(self.shadow.decide(scene, seen), ranking=ranks)
         except AgentError as error:
             self.drop(f"asked again at {scene.time:.1f} s, it failed: {error}")
 
@@ -103,7 +105,8 @@ class _Look:
         self._result, self._route, self._windows = result, route, windows
         self._actions = recording.actions
         self._place = RouteProgress(route)
-        self._expert = _Witness(load_agent("expert"), route)
+        self._sensors = Sensors(route, result.seed, PERCEIVED)
+        self._expert = _Witness(load_agent("expert"), route, result.seed)
         self._planner = _Witness(*_planner_of(result, route))
         shadow = self._planner.shadow
         self._ranked_itself = shadow is not None and shadow.ranks_itself
@@ -164,14 +167,14 @@ class _Look:
         for item in asks:
             item.ask(scene, self._place, facts, ranking=ranking and item is planner)
         asked = planner.last if planner in asks else None
-        if asked is not None and not same_answer(asked, self._actions[tick.row]):
+        if asked is not None and not same_action(asked, self._actions[tick.row]):
             planner.drop(_otherwise(scene))
 
     def _moment(self, scene: Scene, control: Control) -> Moment:
         place = self._place
         return Moment(
             scene=scene,
-            seen=observe(scene, self._route, place.progress, place.offset, SEEN, None),
+            seen=self._sensors.observe(scene, place.progress, place.offset),
             control=control,
             plan=self._plan,
             planned_at=self._planned_at,
@@ -180,14 +183,14 @@ class _Look:
         )
 
 
-def _planner_of(result: EpisodeResult, route: Route) -> tuple[Agent | None, Route, str]:
+def _planner_of(result: EpisodeResult, route: Route) -> tuple[Agent | None, Route, int, str]:
     """Return the planner that drove, as far as it can be asked again, or why not."""
     if Input.SIMULATOR.value in result.inputs:
-        return None, route, "SUMO's own driver drove, who cannot be asked"
+        return None, route, result.seed, "SUMO's own driver drove, who cannot be asked"
     try:
-        return load_agent(result.agent), route, ""
+        return load_agent(result.agent), route, result.seed, ""
     except InputError as error:
-        return None, route, str(error)
+        return None, route, result.seed, str(error)
 
 
 def _otherwise(scene: Scene) -> str:

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from plant_bench.agent import Control, Observation, Plan
-from plant_bench.runner.decisions import Answer
+from plant_bench.runner.decisions import Decision
 from plant_bench.scoring.results import EpisodeResult
 from plant_bench.world.route import Route
 from plant_bench.world.scene import EgoState, Scene
@@ -46,8 +46,8 @@ class Moment:
     control: Control
     plan: Plan | None
     planned_at: EgoState
-    planner: Answer | None
-    expert: Answer | None
+    planner: Decision | None
+    expert: Decision | None
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,9 +13,8 @@ from plant_bench.agent import Control, Input, Privileged
 from plant_bench.controller import control_of
 from plant_bench.data.recording import Recording
 from plant_bench.errors import InputError
+from plant_bench.runner.episode.loop import Episode
 from plant_bench.scoring.results import EpisodeResult
-from plant_bench.sim.simulation import Simulation
-from plant_bench.world.hazard import HazardOutcome
 from plant_bench.world.route import Route, Scenario
 from plant_bench.world.scene import Scene
 
@@ -33,7 +32,7 @@ class Tick:
         decided: Whether the planner was asked at this tick.
         facts: Tells what only the simulator knows of this scene; true of it if nothing differs, and
             to be asked before the next tick.
-        outcomes: Tells what has become of the route's hazards by now; as `facts`.
+        episode: The episode as it is simulated now; judged up to this scene.
     """
 
     row: int
@@ -42,7 +41,7 @@ class Tick:
     control: Control
     decided: bool
     facts: Callable[[], Privileged]
-    outcomes: Callable[[], tuple[HazardOutcome, ...]] = tuple
+    episode: Episode
 
 
 def scenario_of(result: EpisodeResult, route: Route) -> Scenario:
@@ -86,14 +85,15 @@ def simulate_again(
     actions = recording.actions
     control = Control(0.0, 0.0)
     self_driving = Input.SIMULATOR.value in result.inputs
-    with Simulation(scenario, self_driving=self_driving) as simulation:
+    with Episode(scenario, self_driving=self_driving) as episode:
+        simulation = episode.simulation
         for row in range(last + 1):
             scene, action = recording[row], actions[row]
             if self_driving:  # what the planner asks for goes unheard
                 control = Control(scene.ego.acceleration, scene.ego.steering)
             elif action is not None:
                 control = control_of(action, scene.ego)
-            difference = scene_difference(scene, simulation.scene)
+            difference = scene_difference(scene, episode.scene)
             yield Tick(
                 row,
                 scene,
@@ -101,10 +101,10 @@ def simulate_again(
                 control,
                 action is not None,
                 simulation.privileged,
-                lambda: simulation.outcomes,
+                episode,
             )
             if row < last:
-                simulation.step(control)
+                episode.advance(control)
 
 
 def scene_difference(one: Scene, other: Scene) -> str:

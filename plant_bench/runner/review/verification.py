@@ -6,7 +6,6 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from plant_bench.agent import Input
 from plant_bench.data.recording import Recording
 from plant_bench.errors import SimulationError, in_one_line
 from plant_bench.runner.episode.jobs import Job
@@ -18,9 +17,7 @@ from plant_bench.runner.workers.executors import Event, Finished, Lost, Progress
 from plant_bench.runner.workers.isolation import Isolation, isolated
 from plant_bench.runner.workers.worker import Report
 from plant_bench.scoring.infractions import Status
-from plant_bench.scoring.referee import Referee, result_of
-from plant_bench.scoring.results import Crash, EpisodeResult, HazardRecord
-from plant_bench.world.town import load_town
+from plant_bench.scoring.results import Crash, EpisodeResult
 
 AGENT, CONTROLS = "agent", "controls"
 OnShare = Callable[[float], None]
@@ -143,22 +140,20 @@ def _by_controls(task: Task, path: Path, report: Report) -> Difference | None:
     if not path.is_file() or path.is_symlink():
         return Difference("recording", "none", "one of every tick")
     recording = Recording.load(path)
-    header = task.job.header(frozenset(map(Input, record.inputs)))
-    referee = Referee(load_town(route.town), route)
-    hazards: tuple[HazardRecord, ...] = ()
+    header = task.job.header(frozenset(record.inputs))
+    crash = None
+    if record.status is Status.AGENT_CRASHED:
+        crash = Crash(record.status, record.reason)
+    again: EpisodeResult | None = None
     last = len(recording) - 1
     for tick in simulate_again(recording, record, route):
         if tick.difference:
             place = f"recording, tick {tick.recorded.tick}"
             return Difference(place, "as recorded", f"another: {tick.difference}")
-        referee.judge(tick.recorded)
         report(tick.row / max(last, 1))
         if tick.row == last:
-            hazards = tuple(HazardRecord(**item._asdict()) for item in tick.outcomes())
-    crash = None
-    if record.status is Status.AGENT_CRASHED:
-        crash = Crash(record.status, record.reason)
-    return first_difference(record, result_of(referee, header, crash=crash, hazards=hazards))
+            again = tick.episode.result(header, crash)
+    return None if again is None else first_difference(record, again)
 
 
 def _not_simulated(task: Task, reason: str) -> Checked:

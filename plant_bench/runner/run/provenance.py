@@ -1,7 +1,6 @@
 """What a run was made with: everything needed to make it again, or to tell why it differs."""
 
 import platform
-import re
 import shlex
 import sys
 from importlib.metadata import PackageNotFoundError, version
@@ -10,6 +9,7 @@ from pathlib import Path
 from pydantic import BaseModel, ConfigDict, Field
 
 from plant_bench import __version__
+from plant_bench.agents.loading.spec import without_folders
 from plant_bench.errors import InputError, in_one_line
 from plant_bench.input_files import read_text
 from plant_bench.scoring.results import MOST_REPETITIONS
@@ -112,15 +112,6 @@ def provenance(
 def command_line() -> str:
     """Return the command that runs now, to be shown to others; see `without_folders`."""
     return shlex.join(map(without_folders, [Path(sys.argv[0]).name, *sys.argv[1:]]))
-
-
-def without_folders(argument: str) -> str:
-    """Return an argument with the names alone of what it tells absolute paths of.
-
-    >>> without_folders("plant@/home/me/models/mine"), without_folders("models/mine")
-    ('plant@mine', 'models/mine')
-    """
-    return re.sub(r"(^|[@=:])~?/(?:[^/@=:]+/)*(?=[^/@=:])", r"\1", argument)
 
 
 def installed_versions() -> dict[str, str]:

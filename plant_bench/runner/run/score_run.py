@@ -7,7 +7,7 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 
-from plant_bench.agents.loading.registry import agent_checksum
+from plant_bench.agents.loading.checksum import agent_checksum
 from plant_bench.errors import InputError
 from plant_bench.runner.episode.jobs import Job, episode_name, make_jobs, select_routes
 from plant_bench.runner.run.folder import RunFolder

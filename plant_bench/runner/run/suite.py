@@ -7,9 +7,9 @@ from pathlib import Path
 
 from plant_bench.agents.loading.registry import load_agent
 from plant_bench.runner.episode.jobs import Job, episode_name
-from plant_bench.runner.episode.outcome import Episode
+from plant_bench.runner.episode.outcome import Outcome
 from plant_bench.runner.episode.timing import Timing
-from plant_bench.runner.ray.packaging import Needs, Place, shipped
+from plant_bench.runner.ray.packaging import Needs, Place
 from plant_bench.runner.run.folder import RunFolder
 from plant_bench.runner.workers.executors import (
     Event,
@@ -85,7 +85,8 @@ class _Task:
     def at(self, place: Place) -> "_Task":
         """Return the same task as it is done on another machine."""
         recording = self.recording and place.output / "recordings" / self.recording.name
-        job = shipped(self.job, place)
+        planner = place.planner(self.job.agent)
+        job = replace(self.job, planner="" if planner == self.job.agent else planner)
         isolation = self.isolation and self.isolation.elsewhere()
         return replace(self, job=job, recording=recording, isolation=isolation)
 
@@ -153,7 +154,7 @@ def run_suite(
     executor.run_tasks(tasks, _run_task, on_event=listen, logs=logs, keep=folder.keep)
 
 
-def _run_task(task: _Task, report: Report) -> Episode:
+def _run_task(task: _Task, report: Report) -> Outcome:
     """Run an episode: what a worker does."""
     module, _, function = task.run_episode.partition(":")
     run_episode = getattr(import_module(module), function)

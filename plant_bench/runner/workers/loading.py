@@ -19,9 +19,10 @@ def _load(agent: str) -> None:
     """Load the loop of an episode, and the planner if it is one of plant-bench's own."""
     import plant_bench.runner.episode.loop
     import plant_bench.runner.run.suite  # noqa: F401  both for the first task, which names them
-    from plant_bench.agents.loading.registry import AGENTS, load_agent, own_module
+    from plant_bench.agents.loading.registry import load_agent
+    from plant_bench.agents.loading.spec import AGENTS, PlannerSpec
 
     if agent in AGENTS:
         load_agent(agent)  # once, for all that its kind loads; an argument may name others' code
-    elif module := own_module(agent):
-        import_module(module)
+    elif agent.partition("@")[0] in AGENTS:
+        import_module(PlannerSpec.parse(agent).module)

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from plant_bench.agent import Control, Input, Observation, Plan, Privileged, RouteAhead
-from plant_bench.agents.loading.registry import agent_checksum, load_agent
+from plant_bench.agents.loading.checksum import agent_checksum
+from plant_bench.agents.loading.registry import load_agent
 from plant_bench.agents.ranking.expert_filtered import FilteredExpert
 from plant_bench.agents.ranking.masking import Masking, expected_waypoints
 from plant_bench.agents.ranking.rankers import Oracle, Random

@@ -5,7 +5,9 @@ from pathlib import Path
 import pytest
 
 from plant_bench.agent import Agent
-from plant_bench.agents.loading.registry import AGENTS, agent_checksum, agent_files, load_agent
+from plant_bench.agents.loading.checksum import agent_checksum, agent_files
+from plant_bench.agents.loading.registry import load_agent
+from plant_bench.agents.loading.spec import AGENTS
 from plant_bench.errors import InputError
 
 PLANNER = """

@@ -1,6 +1,6 @@
 """What `plant-bench rfds` is asked for."""
 
-from plant_bench.agents.loading.registry import agent_checksum
+from plant_bench.agents.loading.checksum import agent_checksum
 from plant_bench.cli.relevance import RelevanceRequest
 from plant_bench.runner.run.score_run import ScoreRequest
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from plant_bench.agents.loading.registry import agent_checksum
+from plant_bench.agents.loading.checksum import agent_checksum
 from plant_bench.agents.remote.connection import Profile, end_processes
 from plant_bench.agents.remote.process import Limits
 from plant_bench.agents.remote.programs import Program

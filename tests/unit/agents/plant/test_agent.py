@@ -14,7 +14,8 @@ from safetensors.torch import load_file, save_file
 
 from plant_bench.agent import NextLight, Observation, RouteAhead
 from plant_bench.agent_check import check_agent
-from plant_bench.agents.loading.registry import agent_checksum, load_agent
+from plant_bench.agents.loading.checksum import agent_checksum
+from plant_bench.agents.loading.registry import load_agent
 from plant_bench.agents.plant.agent import PlanT
 from plant_bench.agents.plant.config import PlanTConfig
 from plant_bench.agents.plant.network import PlanTNetwork

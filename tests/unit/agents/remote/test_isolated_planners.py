@@ -13,7 +13,8 @@ import pytest
 
 from plant_bench.agent import Cause, Control, Observation, Plan, Ranker, Reason
 from plant_bench.agent_check import check_action
-from plant_bench.agents.loading.registry import agent_files, load_agent
+from plant_bench.agents.loading.checksum import agent_files
+from plant_bench.agents.loading.registry import load_agent
 from plant_bench.agents.remote.agent import remote_agent
 from plant_bench.agents.remote.connection import end_processes
 from plant_bench.agents.remote.process import Limits

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from plant_bench.agents.loading.registry import agent_checksum
+from plant_bench.agents.loading.checksum import agent_checksum
 from plant_bench.data.recording import Recording
 from plant_bench.reports.replay.attention import attention_of, most_relevant
 from plant_bench.reports.replay.overlay import progress_of

@@ -1,0 +1,130 @@
+"""What a planner is made of, as one hash: equal hashes drive alike, so that records can be kept.
+
+A planner's code is its module with all that this imports from plant-bench, whatever else it has
+loaded from its own folder or package, and the files that it lists as `files`: weights, for
+instance. Comments and docstrings do not count; of the libraries that compute, versions do.
+"""
+
+import hashlib
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+from plant_bench.agent import Agent
+from plant_bench.agents.loading.planner_files import files_loaded_beside, package_files
+from plant_bench.agents.loading.registry import load_agent, made_elsewhere, planner_module
+from plant_bench.agents.loading.spec import Kind, PlannerSpec
+from plant_bench.errors import InputError
+from plant_bench.source_code import (
+    file_hash,
+    import_closure,
+    imported_modules,
+    imported_packages,
+    library_versions,
+    module_file,
+    module_name,
+)
+
+HARMLESS = {
+    "plant_bench.agents.loading": "how planners are found, and the table of them",
+    "plant_bench.agents.remote": "carries a planner's answers from another process, to the bit",
+    "plant_bench.data_files": "where files lie: weights are listed and hashed",
+    "plant_bench.inference": "tells how long a network takes",
+    "plant_bench.input_files": "how files are read: weights are listed and hashed",
+    "plant_bench.source_code": "makes the checksums",
+    "plant_bench.whole_files": "how files are written",
+}
+REMOTE = "plant_bench.agents.remote.agent"  # stands for a command: what it is told and may answer
+
+
+@dataclass(frozen=True)
+class Makings:
+    """What a planner is made of.
+
+    Attributes:
+        files: Its code and weights.
+        libraries: Names of the packages that compute its decisions.
+    """
+
+    files: frozenset[Path] = frozenset()
+    libraries: frozenset[str] = frozenset()
+
+
+def agent_checksum(spec: str) -> str:
+    """Return a hash of what makes a planner drive as it does.
+
+    Raises:
+        InputError: There is no such planner, or a file of it cannot be read.
+    """
+    makings = makings_of(spec)
+    lines = [PlannerSpec.parse(spec).name]
+    lines += sorted(f"{path.name} {_hash(path, spec)}" for path in makings.files)
+    lines += library_versions(makings.libraries)
+    return hashlib.sha256("\n".join(lines).encode()).hexdigest()
+
+
+def agent_files(spec: str) -> set[Path]:
+    """Return the files of a planner's code and weights.
+
+    Raises:
+        InputError: There is no such planner.
+    """
+    return set(makings_of(spec).files)
+
+
+def makings_of(spec: str) -> Makings:
+    """Return what a planner is made of.
+
+    Raises:
+        InputError: There is no such planner.
+    """
+    agent = load_agent(spec)
+    if PlannerSpec.parse(spec).kind is Kind.COMMAND:
+        code = {module_file(name) for name in import_closure(REMOTE, without=_KEPT_APART)}
+        return Makings(frozenset(_listed(agent) | code), frozenset())
+    if made_elsewhere():
+        return Makings(frozenset(_listed(agent)), frozenset(_libraries(agent, ())))
+    return makings_of_loaded(spec, agent)
+
+
+def makings_of_loaded(spec: str, agent: Agent) -> Makings:
+    """Return what a planner is made of that has been loaded in this process."""
+    kind = PlannerSpec.parse(spec).kind
+    module = planner_module(spec)
+    file = Path(module.__file__ or "")
+    if kind is Kind.BUILT_IN or module_name(file) is not None:
+        files, modules = set[Path](), {module.__name__}
+    else:
+        files = package_files(file) if kind is Kind.INSTALLED else files_loaded_beside(file)
+        code = (path for path in files if path.suffix == ".py")
+        modules = {name for path in code for name in imported_modules(path)}
+    files |= {module_file(name) for name in import_closure(*modules, without=HARMLESS)}
+    return Makings(frozenset(files | _listed(agent)), frozenset(_libraries(agent, files)))
+
+
+_KEPT_APART = {
+    name: reason for name, reason in HARMLESS.items() if name != "plant_bench.agents.remote"
+}
+
+
+def _libraries(agent: Agent, files: Iterable[Path]) -> Iterable[str]:
+    """Return what a planner says that it computes with; else all that its code imports."""
+    told = getattr(agent, "libraries", None)
+    return (
+        imported_packages(path for path in files if path.suffix == ".py") if told is None else told
+    )
+
+
+def _listed(agent: Agent) -> set[Path]:
+    return {Path(item) for item in getattr(agent, "files", ())}
+
+
+def _hash(path: Path, spec: str) -> str:
+    if path.exists() and not path.is_file():  # a device never ends
+        message = f"The agent '{spec}' lists {path}, which is no file."
+        raise InputError(message)
+    try:
+        return file_hash(path)
+    except OSError as error:
+        message = f"The agent '{spec}' needs {path}: {error.strerror}."
+        raise InputError(message) from error

@@ -1,0 +1,66 @@
+"""What an episode depends on, as hashes: its key names its files, and equal keys share a score.
+
+An episode's key is made of the scenario, the planner (`agents.loading.checksum`), the town and the
+rules: all code that the loop of an episode imports, and the versions of the libraries that compute.
+What cannot change a record is listed in `HARMLESS`, with the reason.
+"""
+
+import hashlib
+from functools import cache
+
+from plant_bench.source_code import (
+    code_hash,
+    import_closure,
+    imported_packages,
+    library_versions,
+    module_file,
+)
+
+LOOP = "plant_bench.runner.episode.loop"
+COLLECTING = "plant_bench.runner.collect.work"
+
+HARMLESS = {
+    "plant_bench.agents": "planners, and how they are found: each has a checksum of its own",
+    "plant_bench.data": "writes down what was driven; reads it for data and replays",
+    "plant_bench.data_files": "where files lie: towns and routes have checksums of their content",
+    "plant_bench.garbage": "when Python looks for cycles",
+    "plant_bench.inference": "tells how long a network takes; goes into timing/ alone",
+    "plant_bench.input_files": "how files are read: their content has checksums",
+    "plant_bench.runner.collect.data_folder": "where collected data lies",
+    "plant_bench.runner.episode.jobs": "what is asked for: the scenario's key holds it",
+    "plant_bench.runner.episode.keys": "makes the keys",
+    "plant_bench.runner.episode.outcome": "a record and its timing, side by side",
+    "plant_bench.runner.episode.timing": "the clock; goes into timing/ alone",
+    "plant_bench.runner.run": "the run's folder and what is said of it",
+    "plant_bench.runner.workers": "which process drives",
+    "plant_bench.scoring.laws": "turns records into scores when they are read",
+    "plant_bench.source_code": "makes the keys",
+    "plant_bench.whole_files": "how files are written",
+}
+
+
+@cache
+def rules_modules() -> frozenset[str]:
+    """Return the modules that move and judge the world and decide what planners are shown."""
+    return import_closure(LOOP, without=HARMLESS)
+
+
+@cache
+def rules_checksum() -> str:
+    """Return a hash of the code that moves and judges the world, and of the libraries it needs."""
+    return _hash(rules_modules())
+
+
+@cache
+def collecting_checksum() -> str:
+    """Return a hash of all code that decides collected drives, the rules included.
+
+    That is also how towns and routes are made, who drives instead of the expert and what is
+    executed instead of its answers.
+    """
+    return _hash(import_closure(COLLECTING, without=HARMLESS))
+
+
+def _hash(modules: frozenset[str]) -> str:
+    versions = library_versions(imported_packages(map(module_file, modules)))
+    return hashlib.sha256("|".join([code_hash(modules), *versions]).encode()).hexdigest()

@@ -1,0 +1,326 @@
+"""What a piece of code is made of: the modules that it imports, and a hash of what they say.
+
+Comments, docstrings, blank lines and line breaks do not count, so that words can be changed and
+files formatted anew without changing what rests on the code. What was found out of a file is kept
+in `__pycache__`, by the hash of its bytes: parsing all files again would take half a second.
+"""
+
+import ast
+import hashlib
+import json
+import re
+from collections.abc import Callable, Collection, Iterable, Iterator
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import cache
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+from plant_bench.whole_files import write_whole_text
+
+_PACKAGE = Path(__file__).resolve().parent
+_NAME = _PACKAGE.name
+_KEPT = _PACKAGE / "__pycache__" / "source-code.json"
+_DEFINITIONS = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
+_SPOKEN = re.compile(rf"({_NAME}(?:\.\w+)+)(?::\w+)?")  # "plant_bench.a.b:Class" in a table
+COMPUTING = frozenset(  # packages whose version may change a number
+    {
+        "jax",
+        "libsumo",
+        "networkx",
+        "numba",
+        "numpy",
+        "onnxruntime",
+        "scipy",
+        "shapely",
+        "tensorflow",
+        "torch",
+    }
+)
+_BESIDE = re.compile(r"[\w-]+(?:\.[\w-]+)+")  # what may be the name of a file
+
+
+@dataclass(frozen=True, slots=True)
+class Source:
+    """What a Python file says.
+
+    Attributes:
+        hash: Of its syntax tree without docstrings.
+        modules: Of this package, what it imports, by the names in `import` and `from`, and what
+            texts in it spell, as tables of "module:Class" do; of others the top-level names.
+        texts: Texts in it that may be names of files.
+    """
+
+    hash: str
+    modules: tuple[str, ...]
+    texts: tuple[str, ...]
+
+
+def import_closure(*roots: str, without: Collection[str] = ()) -> frozenset[str]:
+    """Return all modules of this package that modules import, at once or when they are called.
+
+    Imports for type checkers alone do not count, nor does the package's own `__init__`, which gives
+    names to users.
+
+    Args:
+        roots: Names of modules; they are part of the closure.
+        without: Modules that are left out, with what only they import. A name covers its
+            sub-modules.
+
+    >>> sorted(import_closure("plant_bench.geometry.pose"))
+    ['plant_bench.geometry', 'plant_bench.geometry.pose']
+    """
+    found: set[str] = set()
+    coming = [name for name in roots if not is_part(name, without)]
+    while coming:
+        name = coming.pop()
+        if name in found:
+            continue
+        found.add(name)
+        near = {*imported_modules(module_file(name)), *_parents(name)} - {_NAME}
+        coming += [other for other in near if not is_part(other, without)]
+    _keep()
+    return frozenset(found)
+
+
+def is_part(name: str, modules: Iterable[str]) -> bool:
+    """Tell whether a module is one of some modules, or below one of them."""
+    return any(name == other or name.startswith(f"{other}.") for other in modules)
+
+
+def imported_modules(path: Path) -> set[str]:
+    """Return the modules of this package that a file imports."""
+    names = {name for name in source_of(path).modules if name.partition(".")[0] == _NAME}
+    return {found for name in names if (found := _module(name)) is not None}
+
+
+def imported_packages(files: Iterable[Path]) -> frozenset[str]:
+    """Return the top-level names of all that Python files import from outside this package."""
+    modules = (name for path in files for name in source_of(path).modules)
+    return frozenset(name.partition(".")[0] for name in modules) - {_NAME}
+
+
+def library_versions(packages: Iterable[str]) -> list[str]:
+    """Return name and version of each package that computes, in the order of their names.
+
+    >>> [text.partition("==")[0] for text in library_versions(["numpy", "rich", "libsumo"])]
+    ['libsumo', 'numpy']
+    """
+    return [f"{name}=={_version(name)}" for name in sorted(COMPUTING.intersection(packages))]
+
+
+def _version(package: str) -> str:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return "not installed"
+
+
+def data_files(module: str) -> list[Path]:
+    """Return the files beside a module that are no Python and that it names in a text."""
+    path = module_file(module)
+    beside = [path.with_name(text) for text in source_of(path).texts]
+    return sorted(file for file in beside if file.suffix != ".py" and file.is_file())
+
+
+def module_file(name: str) -> Path:
+    """Return the file of a module of this package.
+
+    Raises:
+        ValueError: There is none.
+    """
+    path = _file(name)
+    if path is None:
+        message = f"There is no module {name} in {_PACKAGE}."
+        raise ValueError(message)
+    return path
+
+
+def module_name(path: Path) -> str | None:
+    """Return the name of the module of this package that a file holds; None for another's."""
+    path = path.resolve()
+    if path.suffix != ".py" or not path.is_relative_to(_PACKAGE):
+        return None
+    parts = [_NAME, *path.relative_to(_PACKAGE).with_suffix("").parts]
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+def code_hash(modules: Iterable[str]) -> str:
+    """Return a hash of what modules of this package do, with the files that they name."""
+    digest = hashlib.sha256()
+    for name in sorted(set(modules)):
+        for path in (module_file(name), *data_files(name)):
+            digest.update(f"{name} {path.name} {file_hash(path)}\n".encode())
+    _keep()
+    return digest.hexdigest()
+
+
+def file_hash(path: Path) -> str:
+    """Return a hash of a file: of its code for Python, of its bytes for others.
+
+    Raises:
+        OSError: It cannot be read.
+    """
+    if path.suffix == ".py":
+        return source_of(path).hash
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def source_of(path: Path) -> Source:
+    """Return what a Python file says.
+
+    Raises:
+        OSError: It cannot be read.
+    """
+    content = path.read_bytes()
+    name = hashlib.sha256(content).hexdigest()
+    kept = _kept()
+    if name not in kept:
+        kept[name] = source_in(content)
+    return kept[name]
+
+
+def source_in(content: bytes) -> Source:
+    """Return what Python source says; where it is none, a hash of the bytes and nothing else.
+
+    >>> source_in(b"x = 1  # one").hash == source_in(b"x = (1)").hash
+    True
+    >>> source_in(b"x = 1").hash == source_in(b"x = 2").hash
+    False
+    """
+    try:
+        tree = ast.parse(content)
+    except (SyntaxError, ValueError, RecursionError):
+        return Source(hashlib.sha256(content).hexdigest(), (), ())
+    parts: list[str] = []
+    _write(tree, parts.append)
+    text = "".join(parts).encode("utf-8", "surrogatepass")
+    modules = {name if _is_ours(name) else name.partition(".")[0] for name in _named(tree)}
+    texts = set(_texts(tree))
+    spoken = {found[1] for text in texts if (found := _SPOKEN.fullmatch(text))}
+    files = {text for text in texts if _BESIDE.fullmatch(text)} - spoken
+    return Source(
+        hashlib.sha256(text).hexdigest(), tuple(sorted(modules | spoken)), tuple(sorted(files))
+    )
+
+
+def _write(value: object, out: Callable[[str], None]) -> None:
+    """Write a syntax tree as text that is the same for all versions of Python.
+
+    Empty fields are left out, since new versions add some.
+    """
+    if isinstance(value, ast.AST):
+        out(f"{type(value).__name__}(")
+        for name in value._fields:
+            item = getattr(value, name, None)
+            if name == "body" and isinstance(value, _DEFINITIONS):
+                item = _without_docstring(item)
+            if item is None or item == [] or name == "kind":
+                continue
+            out(f"{name}=")
+            _write(item, out)
+        out(")")
+    elif isinstance(value, list):
+        out("[")
+        for item in value:
+            _write(item, out)
+        out("]")
+    else:
+        out(f"{value!r},")
+
+
+def _without_docstring(body: list[ast.stmt] | None) -> list[ast.stmt]:
+    statements = body or []
+    return statements[1:] if statements and _is_text(statements[0]) else statements
+
+
+def _is_text(statement: ast.stmt) -> bool:
+    value = statement.value if isinstance(statement, ast.Expr) else None
+    return isinstance(value, ast.Constant) and isinstance(value.value, str)
+
+
+def _statements(tree: ast.AST) -> Iterator[ast.AST]:
+    """Give all nodes but those for type checkers and docstrings."""
+    coming: list[ast.AST] = [tree]
+    while coming:
+        node = coming.pop()
+        yield node
+        if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test):
+            coming += node.orelse
+        elif not (isinstance(node, ast.stmt) and _is_text(node)):
+            coming += ast.iter_child_nodes(node)
+
+
+def _named(tree: ast.Module) -> Iterator[str]:
+    for node in _statements(tree):
+        if isinstance(node, ast.Import):
+            yield from (item.name for item in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            yield node.module
+            yield from (f"{node.module}.{item.name}" for item in node.names)
+
+
+def _is_ours(name: str) -> bool:
+    return name.partition(".")[0] == _NAME
+
+
+def _texts(tree: ast.Module) -> Iterator[str]:
+    for node in _statements(tree):
+        if isinstance(node, ast.Constant) and isinstance(node.value, str):
+            yield node.value
+
+
+def _parents(name: str) -> list[str]:
+    parts = name.split(".")
+    return [".".join(parts[:count]) for count in range(1, len(parts))]
+
+
+@cache
+def _module(name: str) -> str | None:
+    """Return the module that a dotted name means: itself, or the one that holds the name."""
+    while name:
+        if _file(name) is not None:
+            return name
+        name = name.rpartition(".")[0]
+    return None
+
+
+@cache
+def _file(name: str) -> Path | None:
+    first, *parts = name.split(".")
+    path = _PACKAGE.joinpath(*parts)
+    candidates = (path / "__init__.py", path.with_suffix(".py") if parts else path)
+    return next((file for file in candidates if first == _NAME and file.is_file()), None)
+
+
+@cache
+def _kept() -> dict[str, Source]:
+    """Return what is known of files, by the hash of their bytes; grows."""
+    with suppress(OSError, ValueError, TypeError, KeyError):
+        found = json.loads(_KEPT.read_text(encoding="utf-8"))
+        if found["made by"] == _made_by():
+            return {
+                name: Source(text, tuple(modules), tuple(texts))
+                for name, (text, modules, texts) in found["files"].items()
+            }
+    return {}
+
+
+_saved = 0  # how many were known when they were written last
+
+
+def _keep() -> None:
+    """Write down what is known, where that is more than before and can be written."""
+    global _saved
+    kept = _kept()
+    if len(kept) == _saved:
+        return
+    _saved = len(kept)
+    files = {name: (item.hash, item.modules, item.texts) for name, item in kept.items()}
+    with suppress(OSError):
+        write_whole_text(_KEPT, json.dumps({"made by": _made_by(), "files": files}))
+
+
+@cache
+def _made_by() -> str:
+    return hashlib.sha256(Path(__file__).read_bytes()).hexdigest()

@@ -1,14 +1,13 @@
 """Where networks, routes and models live: beside the package, or inside it in a wheel.
 
-Towns may also live elsewhere: in the folders that the environment variable PLANT_BENCH_TOWNS lists
-(separated as in PATH), and in a folder `towns` in or beside a suite's, which is put into that
-variable when the suite is read. Worker processes inherit it.
+Towns may also live elsewhere: in a folder `towns` in or beside a suite's, which each route of that
+suite remembers, and in the folders that the environment variable PLANT_BENCH_TOWNS lists (separated
+as in PATH).
 """
 
 import os
 import re
-from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from pathlib import Path
 
 from plant_bench.errors import InputError
@@ -68,34 +67,6 @@ def towns_dirs_of(suite: Path) -> list[Path]:
     """Return the folders where towns are that a suite's folder brings along, there or not."""
     folder = suite.resolve()
     return [folder / TOWNS_FOLDER, folder.parent / TOWNS_FOLDER]
-
-
-def bring_towns_of(suite: Path) -> None:
-    """Let the towns that a suite's folder brings along be found, also by processes yet to start."""
-    find_towns_in(folder for folder in towns_dirs_of(suite) if folder.is_dir())
-
-
-def find_towns_in(folders: Iterable[Path]) -> None:
-    """Let towns be found in some folders before all others, also by processes yet to start."""
-    first = [str(folder) for folder in folders]
-    if first:
-        others = [item for item in _further() if item not in first]
-        os.environ[TOWNS_VARIABLE] = os.pathsep.join([*first, *others])
-
-
-@contextmanager
-def towns_also_from(folder: Path) -> Iterator[None]:
-    """Let towns be found in a folder too, by this process and by those it starts."""
-    before = os.environ.get(TOWNS_VARIABLE)
-    parts = [str(folder.resolve()), *([before] if before else [])]
-    os.environ[TOWNS_VARIABLE] = os.pathsep.join(parts)
-    try:
-        yield
-    finally:
-        if before is None:
-            del os.environ[TOWNS_VARIABLE]
-        else:
-            os.environ[TOWNS_VARIABLE] = before
 
 
 def routes_dir() -> Path:

@@ -150,7 +150,7 @@ def _closed_loop(course: Course, split: Split) -> ClosedLoop | None:
     if asked.suite is None and routes is None:
         routes = ",".join(_held_out_in(first, split))
     suite = asked.suite or str(first / "routes")
-    return ClosedLoop(suite, routes, asked.hazards, course.machine.workers, towns=first / "towns")
+    return ClosedLoop(suite, routes, asked.hazards, course.machine.workers)
 
 
 def _held_out_in(data: Path, split: Split) -> list[str]:

@@ -11,7 +11,6 @@ from pydantic import BaseModel, ConfigDict
 
 from plant_bench.data.recording import Recording
 from plant_bench.data.recording_file import read_table
-from plant_bench.data_files import town_dir, towns_also_from
 from plant_bench.errors import InputError, in_one_line
 from plant_bench.world.route import Route, load_suite
 
@@ -179,8 +178,7 @@ def find_data_faults(folder: Path) -> list[str]:
         InputError: It is empty, or its routes cannot be read.
     """
     files, routes = episode_files(folder), data_routes(folder)
-    with towns_also_from(folder / "towns"):
-        return [fault for path in files for fault in _faults(path, routes)]
+    return [fault for path in files for fault in _faults(path, routes)]
 
 
 def _faults(path: Path, routes: dict[str, Route]) -> Iterator[str]:
@@ -190,7 +188,7 @@ def _faults(path: Path, routes: dict[str, Route]) -> Iterator[str]:
         if name not in routes:
             yield f"{path}: its route {name} is in none of routes/*.json."
         else:
-            town_dir(routes[name].town)
+            _ = routes[name].town_dir  # raises where there is none
         if not recording.whole:
             yield f"{path}: it has no frames."
     except InputError as error:

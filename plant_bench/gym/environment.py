@@ -1,6 +1,5 @@
 """PlantBench-v0: the benchmark's episodes, a decision at a time."""
 
-from pathlib import Path
 from typing import Any
 
 import gymnasium
@@ -9,7 +8,6 @@ from gymnasium import logger
 from gymnasium.utils import EzPickle
 
 from plant_bench.agent import MOST_INTERVAL, Observation
-from plant_bench.data_files import bring_towns_of, routes_dir
 from plant_bench.errors import InputError
 from plant_bench.gym.actions import action_kind, inside
 from plant_bench.gym.encoders import Encoder, encoder_of
@@ -72,7 +70,6 @@ class PlantBenchEnv(gymnasium.Env[Any, np.ndarray], EzPickle):
         )  # fmt: skip
         density_of(density)
         self.routes = {route.id: route for route in _routes(suite, town, routes)}
-        self._suite_folder = _folder_of(suite)
         self._density, self._hazards = density, hazards
         self._encoder, self._action = encoder_of(observation), action_kind(action)
         self._reward = reward_of(reward)
@@ -102,7 +99,6 @@ class PlantBenchEnv(gymnasium.Env[Any, np.ndarray], EzPickle):
         """
         super().reset(seed=seed)
         job = self._job(options or {})
-        bring_towns_of(self._suite_folder)  # another suite may have brought towns of the same names
         take_seat(self)
         self.leave()
         self._episode = DrivenEpisode(job)
@@ -227,11 +223,6 @@ def _routes(suite: str, town: str | None, selection: str | None) -> list[Route]:
         message = f"Suite {suite} has no routes in {town!r}. Towns: {', '.join(towns)}."
         raise InputError(message)
     return select_routes([route for route in routes if town in (None, route.town)], selection)
-
-
-def _folder_of(suite: str) -> Path:
-    path = Path(suite).resolve() if Path(suite).exists() else routes_dir() / suite
-    return path if path.is_dir() else path.parent
 
 
 def _checked_skip(frame_skip: int) -> int:

@@ -26,7 +26,7 @@ from plant_bench.agent import (
 from plant_bench.errors import AgentError
 from plant_bench.world.route import Route
 from plant_bench.world.scene import EGO_LENGTH, Actors, Light, Scene
-from plant_bench.world.town import Town, load_town
+from plant_bench.world.town import Town
 
 
 class Track(IntEnum):
@@ -68,7 +68,7 @@ class Moment:
     @property
     def town(self) -> Town:
         """The town; read from the disk once."""
-        return load_town(self.route.town)
+        return self.route.load_town()
 
 
 @dataclass(frozen=True)

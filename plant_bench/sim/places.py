@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from functools import lru_cache
+from pathlib import Path
 
 from plant_bench.data_files import town_dir
 from plant_bench.sim.bystanders.footways import Footways, read_footways
@@ -22,14 +23,14 @@ class TownPlaces:
 
 
 @lru_cache(maxsize=8)
-def places_of(name: str) -> TownPlaces:
-    """Return a town and its places.
+def places_of(name: str, also_in: tuple[Path, ...] = ()) -> TownPlaces:
+    """Return a town and its places; looked for as by `data_files.town_dir`.
 
     Raises:
         InputError: There is no such town.
     """
-    town = load_town(name)
+    town = load_town(name, also_in)
     roadway = Roadway(town)
     parking = parking_places(town, roadway)
-    footways = read_footways(town_dir(name) / "town.net.xml", roadway, parking.edges)
+    footways = read_footways(town_dir(name, also_in) / "town.net.xml", roadway, parking.edges)
     return TownPlaces(town, StreetGrid(town), parking, footways)

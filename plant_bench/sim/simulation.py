@@ -6,7 +6,6 @@ from bisect import bisect_right
 import numpy as np
 
 from plant_bench.agent import Control, Privileged
-from plant_bench.data_files import town_dir
 from plant_bench.geometry.polyline import Cursor
 from plant_bench.geometry.pose import wrap_angle
 from plant_bench.sim.bystanders.bystanders import LEVEL_GAP, Bystanders
@@ -52,10 +51,10 @@ class Simulation:
         route = scenario.route
         self._scenario = scenario
         self._self_driving = self_driving
-        places = places_of(route.town)
+        places = places_of(route.town, route.town_folders)
         self.town = places.town
         density = density_of(scenario.density)
-        self._sumo = Sumo(town_dir(route.town) / "town.net.xml", scenario.seed)
+        self._sumo = Sumo(route.town_dir / "town.net.xml", scenario.seed)
         self._cursor = Cursor(route.points)
         self._elevations = route.elevations.tolist()
         self._signals = route.signal_passages

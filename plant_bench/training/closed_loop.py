@@ -1,10 +1,9 @@
 """Scores a network in training by letting it drive: open-loop loss says little about that."""
 
-from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 
-from plant_bench.data_files import routes_dir, towns_also_from
+from plant_bench.data_files import routes_dir
 from plant_bench.errors import InputError
 from plant_bench.runner.run.score_run import ScoreRequest, open_run
 from plant_bench.runner.run.suite import SuiteEvent, run_suite
@@ -23,14 +22,12 @@ class ClosedLoop:
         routes: Selection of them, as in `plant-bench score --routes`.
         hazards: Whether their hazards are played.
         workers: Processes.
-        towns: A folder of further towns that the routes may lie in.
     """
 
     suite: str
     routes: str | None = None
     hazards: bool = True
     workers: int = 1
-    towns: Path | None = None
 
 
 def closed_loop_score(weights: Path, out: Path, drive: ClosedLoop) -> float:
@@ -51,8 +48,7 @@ def closed_loop_score(weights: Path, out: Path, drive: ClosedLoop) -> float:
         repetitions=1,
         hazards=drive.hazards,
     )
-    towns = nullcontext() if drive.towns is None else towns_also_from(drive.towns)
-    with threads_kept(), towns:
+    with threads_kept():
         run = open_run(request, out)
         run_suite(
             run.missing, run.folder, workers=drive.workers, recordings=False, on_event=_not_shown

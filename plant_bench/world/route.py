@@ -10,13 +10,13 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from plant_bench.data_files import bring_towns_of, routes_dir
+from plant_bench.data_files import routes_dir, town_dir, towns_dirs_of
 from plant_bench.errors import InputError, in_one_line
 from plant_bench.geometry.polyline import arc_lengths
 from plant_bench.input_files import read_json
 from plant_bench.world.hazard import Hazard
 from plant_bench.world.route_schema import RoutePayload
-from plant_bench.world.town import Town
+from plant_bench.world.town import Town, load_town, town_checksum
 
 ROUTE_FORMAT = 1
 _ID = re.compile(r"[A-Za-z0-9][\w.-]*")
@@ -82,6 +82,7 @@ class Route:
         manoeuvres: How often what occurs: left, right, straight, lane_change, roundabout, merge,
             exit, u_turn.
         hazards: What may go wrong on the way, in order.
+        town_folders: Where its town may lie, besides `networks/`; no part of the route's content.
     """
 
     id: str
@@ -95,6 +96,7 @@ class Route:
     lane_changes: tuple[LaneChange, ...]
     manoeuvres: dict[str, int]
     hazards: tuple[Hazard, ...] = ()
+    town_folders: tuple[Path, ...] = ()
 
     def __post_init__(self) -> None:
         """Lock the arrays: they are handed to planners as they are."""
@@ -116,6 +118,24 @@ class Route:
     def plan(self) -> "Route":
         """The route as a navigation system tells it to a planner: without its hazards."""
         return replace(self, hazards=()) if self.hazards else self
+
+    def load_town(self) -> Town:
+        """Read the route's town; as `plant_bench.world.town.load_town`."""
+        return load_town(self.town, self.town_folders)
+
+    @property
+    def town_dir(self) -> Path:
+        """The folder of the route's town.
+
+        Raises:
+            InputError: There is no such town.
+        """
+        return town_dir(self.town, self.town_folders)
+
+    @property
+    def town_checksum(self) -> str:
+        """The content hash of the route's town; as `plant_bench.world.town.town_checksum`."""
+        return town_checksum(self.town, self.town_folders)
 
     @property
     def length(self) -> float:
@@ -281,7 +301,7 @@ def suite_names() -> list[str]:
 def load_suite(name: str) -> list[Route]:
     """Read a suite by its name in `routes/`, or a folder or file of routes.
 
-    The towns of a folder `towns` in it or beside it are found from now on.
+    Its routes also find towns in a folder `towns` in it or beside it.
 
     Raises:
         InputError: There is no such suite, or a file of it is broken.
@@ -292,9 +312,10 @@ def load_suite(name: str) -> list[Route]:
     if not path.exists():
         message = f"There is no suite '{name}'. Suites here: {', '.join(suite_names())}."
         raise InputError(message)
-    bring_towns_of(path if path.is_dir() else path.parent)
+    towns = towns_dirs_of(path if path.is_dir() else path.parent)
+    folders = tuple(folder for folder in towns if folder.is_dir())
     files = sorted(path.glob("*.json")) if path.is_dir() else [path]
-    routes = [route for file in files for route in _load_file(file)]
+    routes = [replace(route, town_folders=folders) for file in files for route in _load_file(file)]
     if len({route.id for route in routes}) < len(routes) or not all(
         _ID.fullmatch(route.id) for route in routes
     ):

@@ -5,8 +5,9 @@
 
 import hashlib
 import json
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -298,35 +299,44 @@ def _outlined(item: dict) -> dict:
     return {**item, "outline": tuple((x, y) for x, y in item["outline"])}
 
 
-def town_file(name: str) -> Path:
-    """Return the path of a town's JSON file.
+def town_file(name: str, also_in: Sequence[Path] = ()) -> Path:
+    """Return the path of a town's JSON file; looked for as by `data_files.town_dir`.
 
     Raises:
         InputError: There is no such town.
     """
-    return town_dir(name) / "town.json"
+    return town_dir(name, also_in) / "town.json"
 
 
-def load_town(name: str) -> Town:
+def load_town(name: str, also_in: Sequence[Path] = ()) -> Town:
     """Read a town from `networks/`, or from where else `data_files.town_dir` finds it.
+
+    A file that has not changed is read once: towns are immutable.
 
     Raises:
         InputError: There is no such town, or its file is broken.
     """
-    path = town_file(name)
+    path = town_file(name, also_in)
     try:
-        return Town.from_json(read_text(path))
+        status = path.stat()
+        return _read_town(path, status.st_mtime_ns, status.st_size)
     except (InputError, OSError, ValueError) as error:
         message = f"Cannot use the town {path}: {in_one_line(error)}"
         raise InputError(message) from error
 
 
-def town_checksum(name: str) -> str:
+@lru_cache(maxsize=4)
+def _read_town(path: Path, _changed: int, _size: int) -> Town:
+    return Town.from_json(read_text(path))
+
+
+def town_checksum(name: str, also_in: Sequence[Path] = ()) -> str:
     """Return the SHA-256 of a town's network and its extraction: what a result depends on.
 
     Raises:
         InputError: There is no such town.
     """
-    digest = hashlib.sha256(town_file(name).read_bytes())
-    digest.update(town_file(name).with_name("town.net.xml").read_bytes())
+    path = town_file(name, also_in)
+    digest = hashlib.sha256(path.read_bytes())
+    digest.update(path.with_name("town.net.xml").read_bytes())
     return digest.hexdigest()

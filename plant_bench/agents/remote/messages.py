@@ -1,6 +1,7 @@
 """What a planner is told, as messages and back; docs/protocol-agents.md says every field."""
 
 from enum import IntEnum
+from pathlib import Path
 from typing import Any
 
 from plant_bench.agent import Observation
@@ -86,6 +87,7 @@ def route_out(route: Route) -> Wire:
         "passages": [vars(passage) for passage in route.passages],
         "lane_changes": [vars(change) for change in route.lane_changes],
         "manoeuvres": route.manoeuvres,
+        "town_folders": list(map(str, route.town_folders)),
         **_arrays_out(route, _ROUTE_ARRAYS),
     }
 
@@ -100,6 +102,7 @@ def route_in(wire: Wire) -> Route:
         passages=tuple(Passage(**passage) for passage in wire["passages"]),
         lane_changes=tuple(LaneChange(**change) for change in wire["lane_changes"]),
         manoeuvres=wire["manoeuvres"],
+        town_folders=tuple(map(Path, wire.get("town_folders", ()))),
         **_arrays_in(wire, _ROUTE_ARRAYS),
     )
 

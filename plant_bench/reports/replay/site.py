@@ -18,7 +18,7 @@ from plant_bench.input_files import parse_json, read_text
 from plant_bench.reports.page_json import script_json
 from plant_bench.reports.replay.episode import load_episode, missing_script, replay_script
 from plant_bench.reports.replay.page import replay_page
-from plant_bench.reports.replay.source import ReplaySource, is_replay_id
+from plant_bench.reports.replay.source import ReplaySource, is_replay_id, town_folders_of
 from plant_bench.reports.replay.towns import town_script
 from plant_bench.runner.review.expert_view import EXPERT
 from plant_bench.runner.workers.executors import Event, Finished, Lost, run_tasks
@@ -65,8 +65,8 @@ def write_replays(
     write_script(out / "replay.html", replay_page())
     leaderboard = (out / LEADERBOARD).is_file()
     write_script(out / INDEX, _index(sources, out, leaderboard=leaderboard))
-    for town in sorted({source.result.town for source in sources}):
-        _write_town(out, town)
+    for town, source in sorted({source.result.town: source for source in sources}.items()):
+        _write_town(out, town, town_folders_of(source))
     tasks = [_Task(source, replay_path(out, source.id), _stamp(source)) for source in sources]
     missing = [task for task in tasks if not _is_made(task)]
     done = len(tasks) - len(missing)
@@ -128,13 +128,14 @@ def _write_with(workers: int, tasks: list[_Task], progress: Callable[[int], None
     run_tasks(tasks, write_replay, workers=workers, on_event=listen)
 
 
-def _write_town(out: Path, name: str) -> None:
+def _write_town(out: Path, name: str, folders: tuple[Path, ...]) -> None:
     """Write a town unless it is there as it is now; a town that is gone is left to the page."""
     path = out / "towns" / f"{name}.js"
     try:
-        stamp = f"{STAMP}{town_checksum(name)} {_code()}\n"
+        checksum = town_checksum(name, folders)
+        stamp = f"{STAMP}{checksum} {_code()}\n"
         if not _begins(path, stamp):
-            write_script(path, stamp + town_script(load_town(name), town_checksum(name)))
+            write_script(path, stamp + town_script(load_town(name, folders), checksum))
     except InputError:
         path.unlink(missing_ok=True)
 

@@ -7,6 +7,7 @@ from functools import lru_cache
 from pathlib import Path
 
 from plant_bench.data.recording import Recording
+from plant_bench.data_files import towns_dirs_of
 from plant_bench.errors import InputError
 from plant_bench.runner.review.expert_view import ExpertView
 from plant_bench.runner.run.provenance import Provenance
@@ -121,11 +122,21 @@ def load_town_of(source: ReplaySource) -> Town:
     Raises:
         InputError: There is no such town, or it is not as it was.
     """
-    name = source.result.town
-    if _checksum(name) != source.result.town_checksum:
+    name, folders = source.result.town, town_folders_of(source)
+    if _checksum(name, folders) != source.result.town_checksum:
         message = f"The town {name} has changed since the episode was driven. Score it again."
         raise InputError(message)
-    return _town(name)
+    return load_town(name, folders)
+
+
+def town_folders_of(source: ReplaySource) -> tuple[Path, ...]:
+    """Return where a source's town may lie, besides `networks/`."""
+    return tuple(
+        folder
+        for suite in map(Path, _suite_of(source))
+        if suite.exists()
+        for folder in towns_dirs_of(suite if suite.is_dir() else suite.parent)
+    )
 
 
 def _suite_of(source: ReplaySource) -> list[str]:
@@ -142,11 +153,6 @@ def _routes(suite: str) -> dict[str, Route]:
         return {}
 
 
-@lru_cache(maxsize=8)
-def _town(name: str) -> Town:
-    return load_town(name)
-
-
 @lru_cache(maxsize=32)
-def _checksum(name: str) -> str:
-    return town_checksum(name)
+def _checksum(name: str, folders: tuple[Path, ...]) -> str:
+    return town_checksum(name, folders)

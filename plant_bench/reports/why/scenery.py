@@ -16,7 +16,7 @@ from plant_bench.geometry.pose import from_frame, to_frame
 from plant_bench.reports.why.findings import Finding
 from plant_bench.runner.review.moments import Hindsight, Moment
 from plant_bench.world.scene import EGO_LENGTH, EGO_WIDTH, ActorKind, Light
-from plant_bench.world.town import Town, load_town
+from plant_bench.world.town import Town
 
 SIDE, BEHIND, AHEAD = 19.0, 13.0, 44.0  # m shown beside, behind and before the ego
 LABEL = 4.0  # m from the edge within which nothing is labelled
@@ -38,7 +38,7 @@ def draw_moment(ax: Axes, moment: Moment, finding: Finding, hindsight: Hindsight
     ax.set_xticks([])
     ax.set_yticks([])
     ax.set_facecolor(GROUND)
-    _draw_streets(ax, moment, load_town(hindsight.result.town))
+    _draw_streets(ax, moment, hindsight.route.load_town())
     _draw_route(ax, moment)
     _draw_light(ax, moment, hindsight)
     _draw_way(ax, moment, finding)
@@ -54,18 +54,18 @@ def _turned(points: np.ndarray, moment: Moment) -> Points:
 
 
 @lru_cache(maxsize=4)
-def _streets(town: str) -> tuple[list[shapely.Polygon], shapely.STRtree]:
+def _streets(town: Town) -> tuple[list[shapely.Polygon], shapely.STRtree]:
     """Return the lanes of a town as areas, and an index of them."""
     areas = [
         shapely.LineString(lane.points[:, :2]).buffer(0.5 * lane.width, cap_style="flat")
-        for lane in load_town(town).lanes.values()
+        for lane in town.lanes.values()
     ]
     parts = [part for area in areas for part in shapely.get_parts(area)]
     return parts, shapely.STRtree(parts)
 
 
 def _draw_streets(ax: Axes, moment: Moment, town: Town) -> None:
-    areas, index = _streets(town.name)
+    areas, index = _streets(town)
     ego = moment.scene.ego
     near = index.query(shapely.Point(ego.x, ego.y).buffer(SIDE + AHEAD))
     rings = [_turned(np.array(areas[place].exterior.coords), moment) for place in near]

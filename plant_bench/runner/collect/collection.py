@@ -6,7 +6,6 @@ from pathlib import Path
 
 from plant_bench.agents.loading.checksum import agent_checksum
 from plant_bench.agents.loading.spec import without_folders
-from plant_bench.data_files import towns_also_from
 from plant_bench.errors import SimulationError
 from plant_bench.runner.collect.data_folder import DataFolder, EpisodeNote, Origin
 from plant_bench.runner.collect.plan import EXPERT, PlannedEpisode, planned_episodes
@@ -106,8 +105,7 @@ def collect(
         check_driver(request.driver)
     folder = DataFolder(out)
     folder.create(_origin(request))
-    with towns_also_from(folder.towns):
-        return _Collection(request, folder, workers, on_event).run()
+    return _Collection(request, folder, workers, on_event).run()
 
 
 def _origin(request: CollectRequest) -> Origin:

@@ -40,7 +40,9 @@ def prepare_town(task: TownTask, _report: Report) -> None:
     """Build a town and draw its routes: what a worker does first."""
     town = task.town
     build_training_town(town, task.folder.towns)
-    visits = training_visits(load_town(town.name), town.base, VISITS, task.seed)
+    visits = training_visits(
+        load_town(town.name, [task.folder.towns]), town.base, VISITS, task.seed
+    )
     task.folder.save_visits(town.name, visits)
 
 

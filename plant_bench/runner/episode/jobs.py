@@ -11,7 +11,6 @@ from plant_bench.errors import InputError
 from plant_bench.runner.episode.keys import rules_checksum
 from plant_bench.scoring.results import EpisodeHeader
 from plant_bench.world.route import Route, Scenario
-from plant_bench.world.town import town_checksum
 
 KEY_LENGTH = 8  # characters of a job's key in the name of its files
 
@@ -54,7 +53,7 @@ class Job:
             self.agent_checksum,
             self.scenario.key,
             str(self.repetition),
-            town_checksum(self.route.town),
+            self.route.town_checksum,
             rules_checksum(),
         )
         return hashlib.sha256("|".join(parts).encode()).hexdigest()
@@ -72,7 +71,7 @@ class Job:
             repetition=self.repetition,
             seed=self.seed,
             density=self.density,
-            town_checksum=town_checksum(self.route.town),
+            town_checksum=self.route.town_checksum,
             route_checksum=self.route.checksum,
         )
 

@@ -165,7 +165,7 @@ class NodeWorker:
 
 def _serve_at(pipe: Connection, cargo: Cargo, place: Place, work: Work, log: Path) -> None:
     """Do tasks where the cargo lies: the life of a worker process on a node."""
-    enter(cargo, place)
+    place = enter(cargo, place)
     try:
         check_arrived(cargo, place)
     except (PlantBenchError, OSError) as error:

@@ -10,7 +10,7 @@ import hashlib
 import os
 import sys
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -18,7 +18,7 @@ from typing import Protocol, runtime_checkable
 
 from plant_bench.agents.loading.checksum import agent_files
 from plant_bench.agents.loading.spec import with_paths
-from plant_bench.data_files import find_towns_in, networks_dir, town_dir
+from plant_bench.data_files import networks_dir
 from plant_bench.errors import InputError
 from plant_bench.runner.episode.keys import rules_checksum
 from plant_bench.runner.run.provenance import installed_versions
@@ -35,11 +35,11 @@ class Needs:
 
     Attributes:
         agents: Planners, as given to `load_agent`.
-        towns: Names of towns.
+        towns: Folders of towns.
     """
 
     agents: frozenset[str] = frozenset()
-    towns: frozenset[str] = frozenset()
+    towns: frozenset[Path] = frozenset()
 
 
 @dataclass(frozen=True)
@@ -49,10 +49,12 @@ class Place:
     Attributes:
         root: Of the tree of files that travelled.
         output: Stands for the run's folder: what a task writes below it travels back.
+        towns: Folders of those towns that have travelled.
     """
 
     root: Path
     output: Path
+    towns: tuple[Path, ...] = ()
 
     def found(self, path: str) -> Path:
         """Return where a file of the other machine lies here."""
@@ -123,7 +125,7 @@ def pack(tasks: Iterable[Portable]) -> Cargo:
     mine = {Path(path).absolute() for agent in agents for path in agent_files(agent)}
     code = {path for path in mine if not path.is_relative_to(_PACKAGE)}
     code |= {near for path in code if path.suffix == ".py" for near in path.parent.glob("*.py")}
-    further = [town_dir(town) for town in towns if not _installed(town_dir(town))]
+    further = [town for town in towns if not _installed(town)]
     near_towns = {path for folder in further for path in folder.iterdir() if path.is_file()}
     files = _read(code | {path.absolute() for path in near_towns})
     return Cargo(
@@ -135,7 +137,7 @@ def pack(tasks: Iterable[Portable]) -> Cargo:
         towns_in=tuple(sorted({str(folder.parent.absolute()) for folder in further})),
         agents=agents,
         known=frozenset((path.name, file_hash(path)) for path in mine | code),
-        towns={town: town_checksum(town) for town in towns},
+        towns={town.name: town_checksum(town.name, [town.parent]) for town in towns},
         facts=facts(),
     )
 
@@ -159,15 +161,19 @@ def unpack(cargo: Cargo, place: Place) -> None:
     place.output.mkdir(parents=True, exist_ok=True)
 
 
-def enter(cargo: Cargo, place: Place) -> None:
-    """Let this process find what has travelled; for a process that does nothing else."""
+def enter(cargo: Cargo, place: Place) -> Place:
+    """Let this process find what has travelled; for a process that does nothing else.
+
+    Returns:
+        The place, with the towns that are there.
+    """
     os.chdir(place.found(cargo.folder))
     imports = [str(place.found(folder)) for folder in cargo.imports]
     sys.path[:0] = imports
     others = [item for item in os.environ.get("PYTHONPATH", "").split(os.pathsep) if item]
     if imports or others:  # for planners in processes of their own
         os.environ["PYTHONPATH"] = os.pathsep.join([*imports, *others])
-    find_towns_in(place.found(folder) for folder in cargo.towns_in)
+    return replace(place, towns=tuple(map(place.found, cargo.towns_in)))
 
 
 def check_arrived(cargo: Cargo, place: Place) -> None:
@@ -177,7 +183,7 @@ def check_arrived(cargo: Cargo, place: Place) -> None:
         InputError: One is missing or another.
     """
     for town, checksum in cargo.towns.items():
-        if town_checksum(town) != checksum:
+        if town_checksum(town, place.towns) != checksum:
             message = f"The town '{town}' is another one."
             raise InputError(message)
     for agent in cargo.agents:

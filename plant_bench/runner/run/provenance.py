@@ -14,7 +14,6 @@ from plant_bench.errors import InputError, in_one_line
 from plant_bench.input_files import read_text
 from plant_bench.scoring.results import MOST_REPETITIONS
 from plant_bench.world.route import NO_HAZARDS_PROTOCOL, PROTOCOL, Route
-from plant_bench.world.town import town_checksum
 
 RUN_FORMAT = 1
 _PACKAGES = ("libsumo", "eclipse-sumo", "numpy", "numba", "pyarrow", "torch")
@@ -92,6 +91,7 @@ def provenance(
     repetitions: int,
 ) -> Provenance:
     """Return the provenance of a run that is about to start here."""
+    towns = {route.town: route for route in routes}
     return Provenance(
         agent=agent,
         agent_checksum=agent_checksum,
@@ -100,7 +100,7 @@ def provenance(
         density=density,
         hazards=hazards,
         protocol=PROTOCOL if hazards else NO_HAZARDS_PROTOCOL,
-        towns={town: town_checksum(town) for town in sorted({route.town for route in routes})},
+        towns={name: route.town_checksum for name, route in sorted(towns.items())},
         routes={route.id: route.checksum for route in routes},
         repetitions=repetitions,
         command=shlex.join([Path(sys.argv[0]).name, *sys.argv[1:]]),

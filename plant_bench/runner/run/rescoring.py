@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import lru_cache
 from pathlib import Path
 
 from plant_bench.data.recording import Recording
@@ -11,7 +10,6 @@ from plant_bench.runner.run.folder import RunFolder
 from plant_bench.scoring.rescore import rescore
 from plant_bench.scoring.results import EpisodeResult
 from plant_bench.world.route import Route, load_suite
-from plant_bench.world.town import Town, load_town
 
 
 @dataclass(frozen=True)
@@ -57,19 +55,14 @@ def rescore_folder(folder: RunFolder) -> Iterator[Rescored]:
         if first.route not in routes:
             message = f"The suite {provenance.suite} has no route {first.route} any more."
             raise InputError(message)
-        again = _again(recording, first, routes[first.route])
+        again = _again(recording, routes[first.route])
         folder.write(f"rescored/{path.name}", again.to_json())
         yield Rescored(path.stem, first, again)
 
 
-def _again(recording: Path, first: EpisodeResult, route: Route) -> EpisodeResult:
+def _again(recording: Path, route: Route) -> EpisodeResult:
     try:
-        return rescore(Recording.load(recording), _town(first.town), route)
+        return rescore(Recording.load(recording), route.load_town(), route)
     except ValueError as error:  # such as a distance that no record may hold
         message = f"Cannot score {recording} ({in_one_line(error)}): drive the episode again."
         raise InputError(message) from error
-
-
-@lru_cache(maxsize=8)
-def _town(name: str) -> Town:
-    return load_town(name)

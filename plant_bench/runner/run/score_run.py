@@ -15,7 +15,6 @@ from plant_bench.runner.run.lock import Shard, claimed
 from plant_bench.runner.run.provenance import Provenance, provenance
 from plant_bench.sim.densities import density_of
 from plant_bench.world.route import Route, load_suite
-from plant_bench.world.town import load_town
 
 
 @dataclass(frozen=True)
@@ -157,11 +156,8 @@ def open_run(
 def _checked_routes(request: ScoreRequest, suite: Sequence[Route]) -> list[Route]:
     """Return the routes that are asked for, if all of the request can be driven."""
     chosen = select_routes(suite, request.routes)
-    for name in sorted({route.town for route in chosen}):
-        town = load_town(name)
-        for route in chosen:
-            if route.town == name:
-                route.check_town(town)
+    for route in sorted(chosen, key=lambda route: route.town):
+        route.check_town(route.load_town())
     density_of(request.density)
     return chosen
 

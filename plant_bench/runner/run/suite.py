@@ -80,13 +80,17 @@ class _Task:
     @property
     def needs(self) -> Needs:
         """What it must find on another machine."""
-        return Needs(frozenset({self.job.agent}), frozenset({self.job.route.town}))
+        return Needs(frozenset({self.job.agent}), frozenset({self.job.route.town_dir}))
 
     def at(self, place: Place) -> "_Task":
         """Return the same task as it is done on another machine."""
         recording = self.recording and place.output / "recordings" / self.recording.name
         planner = place.planner(self.job.agent)
-        job = replace(self.job, planner="" if planner == self.job.agent else planner)
+        job = replace(
+            self.job,
+            route=replace(self.job.route, town_folders=place.towns),
+            planner="" if planner == self.job.agent else planner,
+        )
         isolation = self.isolation and self.isolation.elsewhere()
         return replace(self, job=job, recording=recording, isolation=isolation)
 

@@ -9,7 +9,6 @@ a killed worker. With a pipe each, the parent knows what each worker was doing, 
 worker said before it died.
 """
 
-import os
 from collections import Counter, deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, suppress
@@ -20,7 +19,6 @@ from multiprocessing.context import SpawnProcess
 from pathlib import Path
 from typing import Any, Protocol, runtime_checkable
 
-from plant_bench.data_files import TOWNS_VARIABLE
 from plant_bench.errors import InputError, SimulationError
 from plant_bench.runner.workers.processes import cause_of_death, start_process
 from plant_bench.runner.workers.worker import (
@@ -279,7 +277,7 @@ class _Pool:
         log = None if self._logs is None else self._logs / f"worker{number}.log"
         if self._waiting:
             process, pipe = self._waiting.pop(0)
-            told = Assignment(self._work, log, os.environ.get(TOWNS_VARIABLE))
+            told = Assignment(self._work, log)
             with suppress(OSError):  # it has died: its pipe will tell
                 pipe.send(told)
             stood_by = True

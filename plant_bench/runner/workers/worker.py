@@ -12,7 +12,6 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
-from plant_bench.data_files import TOWNS_VARIABLE
 from plant_bench.errors import InputError, SimulationError
 from plant_bench.garbage import collect_rarely
 
@@ -56,12 +55,10 @@ class Assignment:
     Attributes:
         work: As of `serve`.
         log: As of `serve`.
-        towns: What PLANT_BENCH_TOWNS is by now: suites bring towns of their own.
     """
 
     work: Work
     log: Path | None
-    towns: str | None
 
 
 Message = Ready | Share | Done | Failed
@@ -82,8 +79,6 @@ def stand_by(pipe: Connection, load: Callable[[], object]) -> None:
         told = pipe.recv()
     except (EOFError, OSError):
         return
-    if told.towns is not None:
-        os.environ[TOWNS_VARIABLE] = told.towns
     serve(pipe, told.work, told.log)
 
 

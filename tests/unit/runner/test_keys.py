@@ -1,0 +1,196 @@
+"""An episode's key covers what can change the episode, and nothing else."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from plant_bench import source_code
+from plant_bench.agents.loading import checksum
+from plant_bench.agents.loading.checksum import agent_checksum, agent_files
+from plant_bench.agents.loading.spec import AGENTS
+from plant_bench.runner.episode import keys
+from plant_bench.source_code import is_part, module_file, module_name
+
+ADDED = b"\n_ADDED = 1\n"
+
+
+@pytest.fixture
+def edited(monkeypatch):
+    """Return a function that lets one module's file read as if it had been edited."""
+
+    def edit(module, change):
+        real, path = source_code.source_of, module_file(module)
+        other = source_code.source_in(change(path.read_bytes()))
+        monkeypatch.setattr(
+            source_code, "source_of", lambda file: other if file == path else real(file)
+        )
+
+    return edit
+
+
+def rules():
+    return keys.rules_checksum.__wrapped__()
+
+
+@pytest.mark.parametrize("module", sorted(keys.rules_modules()))
+def test_a_new_constant_in_any_module_of_the_rules_changes_them(module, edited):
+    before = rules()
+
+    edited(module, lambda content: content + ADDED)
+
+    assert rules() != before
+
+
+@pytest.mark.parametrize(
+    "module",
+    [
+        "plant_bench.scoring.metrics",
+        "plant_bench.scoring.comparison",
+        "plant_bench.reports.tables",
+        "plant_bench.runner.run.summary",
+        "plant_bench.agents.cruise",
+        "plant_bench.agents.loading.spec",
+        "plant_bench.training.trainer",
+    ],
+)
+def test_statistics_reports_and_planners_are_no_part_of_the_rules(module, edited):
+    before = rules()
+
+    edited(module, lambda content: content + ADDED)
+
+    assert rules() == before
+
+
+def test_comments_docstrings_and_line_breaks_do_not_change_a_hash():
+    plain = b"def half(x):\n    return x / 2\n"
+    wordy = (
+        b'"""Words."""\n\n\ndef half(x):  # halves\n    """Return half."""\n'
+        b"    return (\n        x / 2\n    )\n"
+    )
+
+    assert source_code.source_in(plain).hash == source_code.source_in(wordy).hash
+    assert (
+        source_code.source_in(plain.replace(b"2", b"3")).hash != source_code.source_in(plain).hash
+    )
+
+
+@pytest.mark.parametrize("package", ["libsumo", "numpy", "shapely"])
+def test_another_version_of_a_library_that_computes_changes_the_rules(package, monkeypatch):
+    before = rules()
+    real = source_code.version
+
+    monkeypatch.setattr(
+        source_code, "version", lambda name: "0.0" if name == package else real(name)
+    )
+
+    assert rules() != before
+
+
+@pytest.mark.parametrize("name", ["cruise", "rule-based", "plant"])
+def test_a_further_planner_in_the_table_changes_no_planner(name, edited):
+    before = agent_checksum(name)
+
+    edited("plant_bench.agents.loading.spec", lambda content: content + ADDED)
+
+    assert agent_checksum(name) == before
+
+
+@pytest.mark.parametrize(
+    ("name", "module", "changes"),
+    [
+        ("cruise", "plant_bench.agents.cruise", True),
+        ("cruise", "plant_bench.agents.rule_based", False),
+        ("cruise", "plant_bench.features.tokens", False),
+        ("rule-based", "plant_bench.agents.careful.driver", True),
+        ("rule-based", "plant_bench.agents.plant.agent", False),
+        ("plant", "plant_bench.features.tokens", True),
+        ("plant", "plant_bench.agents.guarded", True),
+        ("plant", "plant_bench.agents.cruise", False),
+        ("plant-unguarded", "plant_bench.agents.guarded", False),
+        ("expert-filtered@attention:plant", "plant_bench.agents.plant.agent", True),
+        ("expert-filtered@distance", "plant_bench.agents.plant.agent", False),
+    ],
+)
+def test_a_planner_depends_on_what_it_imports_alone(name, module, changes, edited):
+    before = agent_checksum(name)
+
+    edited(module, lambda content: content + ADDED)
+
+    assert (agent_checksum(name) != before) is changes
+
+
+def test_a_planner_on_a_graph_depends_on_its_runtime_and_not_on_torch(monkeypatch):
+    before = agent_checksum("plant")
+    real = source_code.version
+
+    def other(package):
+        return lambda name: "0.0" if name == package else real(name)
+
+    monkeypatch.setattr(source_code, "version", other("torch"))
+    assert agent_checksum("plant") == before
+    monkeypatch.setattr(source_code, "version", other("onnxruntime"))
+    assert agent_checksum("plant") != before
+
+
+def test_a_planner_of_a_file_depends_on_the_code_of_ours_that_it_imports(tmp_path, edited):
+    (tmp_path / "mine.py").write_text(
+        "from plant_bench.agents.cruise import Cruise\nclass Mine(Cruise):\n    pass\n"
+    )
+    spec = f"{tmp_path / 'mine.py'}:Mine"
+    before = agent_checksum(spec)
+
+    edited("plant_bench.agents.cruise", lambda content: content + ADDED)
+
+    assert agent_checksum(spec) != before
+
+
+@pytest.mark.parametrize("table", [keys.HARMLESS, checksum.HARMLESS])
+def test_every_exception_is_a_module_and_has_a_reason(table):
+    for module, reason in table.items():
+        assert module_file(module).is_file()
+        assert len(reason.split()) >= 3
+
+
+@pytest.mark.sumo
+def test_whatever_an_episode_loads_is_in_a_key_or_has_a_reason_not_to_be(tmp_path):
+    code = (
+        "import json, sys\n"
+        "from plant_bench.runner.episode.loop import run_episode\n"
+        "from plant_bench.runner.episode.jobs import make_jobs\n"
+        "from plant_bench.world.route import load_suite\n"
+        "route = min(load_suite('longest6'), key=lambda route: route.length)\n"
+        "jobs = make_jobs('rule-based', '', [route], repetitions=1, seed=0, density='sparse')\n"
+        "run_episode(jobs[0])\n"
+        "print(json.dumps([n for n in sys.modules if n.startswith('plant_bench.')]))\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, cwd=tmp_path, check=True
+    )
+    loaded = set(json.loads(done.stdout.splitlines()[-1]))
+    keyed = keys.rules_modules() | {module_name(path) for path in agent_files("rule-based")}
+
+    assert "plant_bench.sim.simulation" in loaded
+    assert [
+        name
+        for name in sorted(loaded - keyed)
+        if not is_part(name, keys.HARMLESS) and not is_part(name, checksum.HARMLESS)
+    ] == []
+
+
+def test_all_built_in_planners_have_their_own_module_among_their_files():
+    for name, target in AGENTS.items():
+        if name != "expert-filtered":
+            assert module_file(target.partition(":")[0]) in agent_files(name)
+
+
+def test_what_was_found_out_of_a_file_is_not_used_for_another_content(tmp_path):
+    path = tmp_path / "mine.py"
+    path.write_text("x = 1\n")
+    first = source_code.file_hash(path)
+    path.write_text("x = 2\n")
+
+    assert source_code.file_hash(path) != first
+    assert source_code.file_hash(Path(path)) == source_code.file_hash(path)

@@ -4,7 +4,6 @@ A `PlannerSession` is held by the loop of an episode, by what lets another plann
 expert's place, by explanations (planners answer while another drives), and by replays.
 """
 
-import copy
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -18,11 +17,9 @@ from plant_bench.agent import (
     Observation,
     Plan,
     Privileged,
-    Ranker,
     Reason,
 )
 from plant_bench.agent_check import check_action, decision_interval, reason_of
-from plant_bench.agents.ranking.masking import Masking
 from plant_bench.controller import control_of
 from plant_bench.errors import AgentError
 from plant_bench.sensing.observe import Sensors
@@ -56,7 +53,6 @@ class PlannerSession:
     Attributes:
         agent: The planner.
         privileged: Whether it must be given what only the simulator knows.
-        ranks_itself: Whether its ranking is its own; else it is by masking.
 
     Args:
         agent: The planner; see `start`.
@@ -68,7 +64,6 @@ class PlannerSession:
     def __init__(self, agent: Agent, route: Route, seed: int, name: str = "") -> None:
         self.agent = agent
         self.privileged = Input.PRIVILEGED in agent.inputs
-        self.ranks_itself = isinstance(agent, Ranker)
         self._sensors = Sensors(route, seed, agent.inputs)
         self._route, self._name, self._due = route, name, 0
 
@@ -79,7 +74,7 @@ class PlannerSession:
             AgentError: It cannot be reset.
         """
         plan = self._route.plan if Input.ROUTE in self._sensors.inputs else None
-        _call(f"{self._name}reset", self.agent.reset, plan)
+        call_planner(f"{self._name}reset", self.agent.reset, plan)
         self._due = 0
 
     def due(self, tick: int) -> bool:
@@ -102,28 +97,11 @@ class PlannerSession:
         Raises:
             AgentError: The planner fails.
         """
-        answer = _call(f"{self._name}act", self.agent.act, seen)
+        answer = call_planner(f"{self._name}act", self.agent.act, seen)
         reason = self._reason()
         action = check_action(answer)
         self._due = scene.tick + decision_interval(self.agent)
         return Decision(scene.tick, action, control_of(action, scene.ego), reason)
-
-    def ranking(self, seen: Observation) -> tuple[int, ...] | None:
-        """Return the ids of the actors in sight, the most relevant first, before it decides.
-
-        A copy of the planner is asked, so that it does not notice; None where it cannot be copied
-        or is shown no actors.
-
-        Raises:
-            AgentError: The planner fails.
-        """
-        if Input.OBJECTS not in self._sensors.inputs:
-            return None
-        try:
-            other = copy.deepcopy(self.agent)
-        except Exception:  # noqa: BLE001  whatever a planner holds that cannot be copied
-            return None
-        return ranking_of(other, seen)
 
     def _reason(self) -> Reason | None:
         try:
@@ -133,33 +111,6 @@ class PlannerSession:
         except (Exception, SystemExit) as error:
             message = f"{self._name}explain raised {type(error).__name__}: {error}"
             raise AgentError(message) from error
-
-
-def ranking_of(agent: Agent, seen: Observation) -> tuple[int, ...]:
-    """Return the ids of the actors in sight, the most relevant to a planner first.
-
-    A planner that has no `rank` is asked by masking, which changes its memory: give it a copy. Who
-    changes nothing is no part of that ranking.
-
-    Raises:
-        AgentError: The planner fails.
-    """
-    actors = seen.actors
-    if actors is None or not len(actors):
-        return ()
-    itself = isinstance(agent, Ranker)
-    ranks = relevance_of(agent if itself else Masking(agent), seen)
-    order = np.lexsort((actors.ids, -ranks))
-    return tuple(int(actors.ids[place]) for place in order if itself or ranks[place] > 0.0)
-
-
-def relevance_of(ranker: Ranker, seen: Observation) -> np.ndarray:
-    """Return the relevance of each actor in sight, as a ranker tells it.
-
-    Raises:
-        AgentError: It raised something.
-    """
-    return np.asarray(_call("rank", ranker.rank, seen))
 
 
 def same_action(decision: Decision, recorded: Plan | Control | None) -> bool:
@@ -173,7 +124,7 @@ def same_action(decision: Decision, recorded: Plan | Control | None) -> bool:
     return False
 
 
-def _call(what: str, method: Callable[..., Any], *given: object) -> Any:
+def call_planner(what: str, method: Callable[..., Any], *given: object) -> Any:
     """Return what a planner's method answers; what it raises ends its own episode, no more.
 
     Raises:

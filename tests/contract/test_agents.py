@@ -8,9 +8,10 @@ from plant_bench.agent_check import check_agent
 from plant_bench.agents.loading.registry import load_agent
 from plant_bench.agents.loading.spec import AGENTS
 from plant_bench.errors import AgentError
-from plant_bench.sensing.observe import observe
+from plant_bench.sensing.observe import Sensors
 from plant_bench.sim.simulation import Simulation
 from plant_bench.world.route import Route, Scenario, load_suite
+from plant_bench.world.route_progress import RouteProgress
 
 pytestmark = pytest.mark.sumo
 
@@ -20,14 +21,14 @@ def episode() -> tuple[Route, list[Observation]]:
     """A route and some ticks of driving straight on from its start."""
     route = load_suite("longest6")[6]
     observations = []
+    sensors, place = Sensors(route, 1, frozenset(Input)), RouteProgress(route)
     with Simulation(Scenario(route, 1)) as simulation:
         for tick in range(60):
             scene = simulation.step(Control(1.0, 0.0))
+            place.follow(scene.ego.x, scene.ego.y)
             if tick % 10 == 0:
                 facts = simulation.privileged()
-                observations.append(
-                    observe(scene, route, scene.ego.speed, 0.0, frozenset(Input), facts)
-                )
+                observations.append(sensors.observe(scene, place.progress, place.offset, facts))
     return route, observations
 
 

@@ -13,7 +13,8 @@ from plant_bench.data.recorder import Action
 from plant_bench.data.recording import Recording
 from plant_bench.errors import PlantBenchError
 from plant_bench.reports.replay.overlay import Progress
-from plant_bench.runner.decisions import PlannerSession, relevance_of
+from plant_bench.runner.decisions import PlannerSession
+from plant_bench.runner.review.ranking import relevance_of
 from plant_bench.scoring.results import EpisodeResult
 from plant_bench.world.route import Route
 

@@ -8,12 +8,13 @@ recorded ones, else it is another planner by now and is not believed.
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-from plant_bench.agent import Agent, Control, Input, Plan, Privileged
+from plant_bench.agent import Agent, Control, Input, Plan, Privileged, Ranker
 from plant_bench.agents.loading.registry import load_agent
 from plant_bench.data.recording import Recording
 from plant_bench.errors import AgentError, InputError
 from plant_bench.runner.decisions import Decision, PlannerSession, same_action
 from plant_bench.runner.review.moments import Hindsight, Moment, Window
+from plant_bench.runner.review.ranking import ranking_before
 from plant_bench.runner.review.resimulation import Tick, simulate_again
 from plant_bench.scoring.results import EpisodeResult
 from plant_bench.sensing.inputs import PERCEIVED
@@ -86,7 +87,7 @@ class _Witness:
             return
         try:
             seen = self.shadow.observe(scene, place.progress, place.offset, facts)
-            ranks = self.shadow.ranking(seen) if ranking else None
+            ranks = ranking_before(self.shadow.agent, seen) if ranking else None
             self.last = replace(self.shadow.decide(scene, seen), ranking=ranks)
         except AgentError as error:
             self.drop(f"asked again at {scene.time:.1f} s, it failed: {error}")
@@ -109,7 +110,7 @@ class _Look:
         self._expert = _Witness(load_agent("expert"), route, result.seed)
         self._planner = _Witness(*_planner_of(result, route))
         shadow = self._planner.shadow
-        self._ranked_itself = shadow is not None and shadow.ranks_itself
+        self._ranked_itself = shadow is not None and isinstance(shadow.agent, Ranker)
         self._plan: Plan | None = None
         self._planned_at: EgoState = recording[0].ego
         self._difference, self._differs_at = "", None

@@ -154,7 +154,7 @@ def planner(tmp_path: Path) -> Path:
 def test_the_checksum_covers_who_ranks(planner: Path) -> None:
     spec = f"expert-filtered@masking:{planner}:Mine"
     before = agent_checksum(spec)
-    planner.write_text(PLANNER + "# changed\n")
+    planner.write_text(PLANNER + "CHANGED = 1\n")
     assert agent_checksum(spec) != before
     assert agent_checksum("expert-filtered") == agent_checksum("expert-filtered@oracle")
 

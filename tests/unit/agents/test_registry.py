@@ -44,7 +44,7 @@ def test_a_file_is_loaded_and_hashed_by_content(planner: Path) -> None:
     spec = f"{planner}:Mine"
     assert isinstance(load_agent(spec), Agent)
     before = agent_checksum(spec)
-    planner.write_text(PLANNER + "# changed\n")
+    planner.write_text(PLANNER + "CHANGED = 1\n")
     assert agent_checksum(spec) != before
 
 
@@ -89,4 +89,5 @@ def test_classes_that_are_no_agents(planner: Path, name: str, message: str) -> N
 
 
 def test_what_planners_are_told_is_part_of_them() -> None:
-    assert {"inputs.py", "tokens.py"} <= {path.name for path in agent_files("expert")}
+    assert {"inputs.py", "tokens.py"} <= {path.name for path in agent_files("plant")}
+    assert {"driver.py", "limits.py"} <= {path.name for path in agent_files("expert")}

@@ -8,7 +8,7 @@ from pathlib import Path
 from plant_bench.agent import Input
 from plant_bench.errors import SimulationError
 from plant_bench.runner.episode.jobs import Job
-from plant_bench.runner.episode.outcome import Episode
+from plant_bench.runner.episode.outcome import Outcome
 from plant_bench.runner.episode.timing import Timing
 from plant_bench.scoring.infractions import Status
 from plant_bench.scoring.results import EpisodeResult
@@ -30,7 +30,7 @@ TIMING = Timing(
 )
 
 
-def run_episode(job: Job, *, recording: Path | None, progress: Callable[[float], None]) -> Episode:
+def run_episode(job: Job, *, recording: Path | None, progress: Callable[[float], None]) -> Outcome:
     progress(0.5)
     with Path(os.environ["SCRIPT_LOG"]).open("a") as log:
         log.write(f"{job.route.id} r{job.repetition}\n")
@@ -52,4 +52,4 @@ def run_episode(job: Job, *, recording: Path | None, progress: Callable[[float],
         distance=completion * job.route.length,
         duration=100.0,
     )
-    return Episode(result, TIMING)
+    return Outcome(result, TIMING)

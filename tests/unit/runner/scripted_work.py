@@ -61,8 +61,7 @@ def write(step: Step) -> int:
 
 def known(step: Step) -> int:
     assert step.marker is not None
-    towns, loaded = os.environ.get("PLANT_BENCH_TOWNS"), "http.cookies" in sys.modules
-    step.marker.write_text(f"{towns} {loaded}")
+    step.marker.write_text(str("http.cookies" in sys.modules))
     return step.value
 
 

@@ -9,11 +9,10 @@ from plant_bench.agents.loading.checksum import agent_checksum
 from plant_bench.agents.remote.connection import Profile, end_processes
 from plant_bench.agents.remote.process import Limits
 from plant_bench.agents.remote.programs import Program
-from plant_bench.data_files import TOWNS_VARIABLE
 from plant_bench.errors import InputError
 from plant_bench.runner.episode.jobs import make_jobs
 from plant_bench.runner.ray import packaging as cargo
-from plant_bench.runner.ray.packaging import Needs, Place, differences, pack, shipped, unpack
+from plant_bench.runner.ray.packaging import Needs, Place, differences, pack, unpack
 from plant_bench.runner.run.suite import _Task
 from plant_bench.runner.workers.isolation import Isolation
 
@@ -92,12 +91,12 @@ def test_what_plant_bench_itself_holds_does_not_travel(task):
 def test_paths_in_a_planner_s_name_lead_to_what_has_arrived(mine, task, place):
     unpack(pack([task(mine)]), place)
 
-    moved = place.spec(f"expert-filtered@masking:{mine}")
+    moved = place.planner(f"expert-filtered@masking:{mine}")
 
     assert moved.count(str(place.root)) == 2
     assert moved.startswith(f"expert-filtered@masking:{place.root}")
-    assert place.spec("plant@/no/such/weights") == "plant@/no/such/weights"
-    assert place.spec("mine.py:Mine@weights.txt") == "mine.py:Mine@weights.txt"
+    assert place.planner("plant@/no/such/weights") == "plant@/no/such/weights"
+    assert place.planner("mine.py:Mine@weights.txt") == "mine.py:Mine@weights.txt"
 
 
 def test_a_record_names_the_planner_as_it_was_asked_for(mine, task, place):
@@ -106,10 +105,10 @@ def test_a_record_names_the_planner_as_it_was_asked_for(mine, task, place):
 
     there = one.at(place)
 
-    assert there.job.agent != one.job.agent
+    assert there.job.planner.startswith(str(place.root))
     assert there.job.header(frozenset()) == one.job.header(frozenset())
     assert there.recording == place.output / "recordings" / "a.parquet"
-    assert shipped(task("cruise").job, place).agent == "cruise"
+    assert task("cruise").at(place).job.planner == ""
 
 
 def test_what_changes_on_the_way_is_refused(mine, task, place):
@@ -133,16 +132,14 @@ def test_another_planner_or_town_of_the_same_name_is_refused(mine, task, place):
         cargo.check_arrived(cargo.replace(sent, towns={"town01": "0"}), place)
 
 
-def test_a_town_from_elsewhere_travels(tmp_path, monkeypatch):
+def test_a_town_from_elsewhere_travels(tmp_path):
     town = tmp_path / "towns" / "mytown"
     town.mkdir(parents=True)
     for name in ("town.json", "town.net.xml"):
         (town / name).write_text(name)
-    monkeypatch.setenv(TOWNS_VARIABLE, str(town.parent))
-    monkeypatch.setattr(cargo, "town_checksum", lambda name: name)
 
     class Task:
-        needs = Needs(towns=frozenset({"mytown"}))
+        needs = Needs(towns=frozenset({town}))
 
         def at(self, place):
             return self
@@ -159,7 +156,7 @@ def test_an_isolated_planner_drives_where_it_has_arrived(mine, task, place, rout
     unpack(pack([task(mine)]), place)
 
     there = replace(task(mine), isolation=Isolation(asked, Limits(), here)).at(place)
-    planner = there.isolation.planner(there.job.agent)
+    planner = there.isolation.planner(there.job.planner)
     try:
         planner.reset(route("a"))
         assert place.root in planner.files[0].parents

@@ -3,10 +3,10 @@
 import json
 import random
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 
+from plant_bench import source_code
 from plant_bench.errors import InputError, SimulationError
 from plant_bench.runner.collect import collection as collecting
 from plant_bench.runner.collect import plan as collecting_plan
@@ -16,6 +16,7 @@ from plant_bench.runner.collect.plan import benchmark_seeds, planned_episodes, t
 from plant_bench.runner.collect.request import CollectRequest
 from plant_bench.runner.collect.work import DriveTask, TownTask
 from plant_bench.runner.workers.executors import Finished, Started
+from plant_bench.source_code import module_file
 from plant_bench.towns.training_towns import TrainingTown
 from plant_bench.training.shards import check_targets
 from plant_bench.training.sources import source_of
@@ -170,17 +171,24 @@ def test_data_of_changed_drives_is_read_but_not_added_to(tmp_path, pretend, know
         go(tmp_path, 80)
 
 
-@pytest.mark.parametrize("name", ["takeover", "disturbance", "observing"])
-def test_what_decides_the_drives_is_in_the_checksum(monkeypatch, name):
+@pytest.mark.parametrize(
+    "module",
+    [
+        "plant_bench.runner.collect.disturbance",
+        "plant_bench.runner.collect.takeover",
+        "plant_bench.runner.decisions",
+        "plant_bench.sensing.observe",
+        "plant_bench.towns.training_routes",
+    ],
+)
+def test_what_decides_the_drives_is_in_the_checksum(monkeypatch, module):
     before = collecting_checksum()
-    changed = f"{name}.py"
-    read = Path.read_bytes
-    monkeypatch.setattr(Path, "read_bytes", lambda path: read(path) + b"#" * (path.name == changed))
-    collecting_checksum.cache_clear()
-    try:
-        assert collecting_checksum() != before
-    finally:
-        collecting_checksum.cache_clear()
+    real, changed = source_code.source_of, module_file(module)
+    other = source_code.source_in(changed.read_bytes() + b"ADDED = 1\n")
+    monkeypatch.setattr(
+        source_code, "source_of", lambda path: other if path == changed else real(path)
+    )
+    assert collecting_checksum.__wrapped__() != before
 
 
 def test_another_name_for_the_same_driver_is_no_other_origin(tmp_path, pretend):

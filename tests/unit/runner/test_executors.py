@@ -9,7 +9,6 @@ from pathlib import Path
 
 import pytest
 
-from plant_bench.data_files import TOWNS_VARIABLE
 from plant_bench.errors import InputError, SimulationError
 from plant_bench.runner.workers import executors
 from plant_bench.runner.workers.executors import (
@@ -150,18 +149,15 @@ def test_processes_that_stand_by_do_the_work_and_are_gone_afterwards(scripted, t
     assert not waiting & {child.pid for child in multiprocessing.active_children()}
 
 
-def test_what_the_command_finds_out_meanwhile_reaches_who_stands_by(
-    scripted, tmp_path, monkeypatch
-):
+def test_who_stands_by_has_loaded_what_it_was_to_load(scripted, tmp_path):
     executor = LocalExecutor(1, partial(importlib.import_module, "http.cookies"))
     events: list[Event] = []
     with executor.connected():
-        monkeypatch.setenv(TOWNS_VARIABLE, "their/towns")  # as a suite with towns does
         executor.run_tasks(
             [scripted.Step("known", 0, tmp_path / "told")], scripted.do, on_event=events.append,
             logs=tmp_path, keep=lambda *_: None,
         )  # fmt: skip
-    assert (tmp_path / "told").read_text() == "their/towns True"
+    assert (tmp_path / "told").read_text() == "True"
 
 
 def test_only_who_has_something_to_do_goes_on_standing_by(scripted, tmp_path):

@@ -162,7 +162,7 @@ def test_whatever_an_episode_loads_is_in_a_key_or_has_a_reason_not_to_be(tmp_pat
         "from plant_bench.runner.episode.jobs import make_jobs\n"
         "from plant_bench.world.route import load_suite\n"
         "route = min(load_suite('longest6'), key=lambda route: route.length)\n"
-        "jobs = make_jobs('rule-based', '', [route], repetitions=1, seed=0, density='sparse')\n"
+        "jobs = make_jobs('rule-based', '', [route], repetitions=1, seed=0, density='empty')\n"
         "run_episode(jobs[0])\n"
         "print(json.dumps([n for n in sys.modules if n.startswith('plant_bench.')]))\n"
     )

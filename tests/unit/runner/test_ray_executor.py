@@ -9,7 +9,7 @@ from types import ModuleType
 
 import pytest
 
-from plant_bench.data_files import TOWNS_VARIABLE, networks_dir
+from plant_bench.data_files import networks_dir
 from plant_bench.errors import InputError, SimulationError
 from plant_bench.runner.ray import executor as ray_executor
 from plant_bench.runner.ray import node as ray_node
@@ -211,14 +211,12 @@ def node(scripted):
     worker.close()
 
 
-def test_a_town_from_elsewhere_is_found_on_a_node(node, scripted, tmp_path, monkeypatch):
+def test_a_town_from_elsewhere_is_found_on_a_node(node, scripted, tmp_path):
     towns = tmp_path / "towns"
     shutil.copytree(networks_dir() / "town01", towns / "mytown")
     file = towns / "mytown" / "town.json"
     file.write_text(file.read_text().replace('"town01"', '"mytown"'))
-    monkeypatch.setenv(TOWNS_VARIABLE, str(towns))
-    sent = pack([scripted.Step("give", needs=Needs(towns=frozenset({"mytown"})))])
-    monkeypatch.delenv(TOWNS_VARIABLE)
+    sent = pack([scripted.Step("give", needs=Needs(towns=frozenset({towns / "mytown"})))])
     shutil.rmtree(towns)
 
     assert isinstance(node.start(sent, scripted.do).message, Ready)

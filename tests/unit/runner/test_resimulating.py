@@ -11,6 +11,7 @@ from plant_bench.agent import Control, Privileged
 from plant_bench.data.recorder import Recorder
 from plant_bench.data.recording import Recording
 from plant_bench.errors import InputError
+from plant_bench.runner.episode.loop import Episode
 from plant_bench.runner.review import hindsight
 from plant_bench.runner.review.moments import Window
 from plant_bench.runner.review.resimulation import (
@@ -111,7 +112,8 @@ def looked(monkeypatch, folder: Path, line: Route, differs_at: int | None, agent
             differs = differs_at is not None and row >= differs_at
             difference = "the ego" if differs else ""
             decided = row < len(recording) - 1
-            yield Tick(row, recording[row], difference, Control(2.5, 0.0), decided, facts)
+            episode = object.__new__(Episode)  # nobody asks for it here
+            yield Tick(row, recording[row], difference, Control(2.5, 0.0), decided, facts, episode)
 
     monkeypatch.setattr(hindsight, "simulate_again", again)
     told = result(line, agent=agent)

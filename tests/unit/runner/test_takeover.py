@@ -38,7 +38,7 @@ class Driver:
 def at_the_wheel(monkeypatch, route):
     def make(driver):
         monkeypatch.setattr(takeover, "load_agent", lambda _spec: driver)
-        return Takeover("other", route("town01-long-0"))
+        return Takeover("other", route("town01-long-0"), 0)
 
     return make
 

@@ -101,7 +101,7 @@ def test_maps_of_any_kind_are_read_or_refused_in_words(message):
         ({"type": "shrug"}, "no known type"),
         ({"type": ["control"]}, "no known type"),
         ({"type": "hello", "protocol": 2, "inputs": []}, "version 1"),
-        ({"type": "hello", "protocol": 1, "inputs": ["route"] * 99}, "inputs"),
+        ({"type": "hello", "protocol": 1, "inputs": ["route"] * 101}, "inputs"),
     ],
 )
 def test_a_wrong_answer_is_told_what_is_wrong_with_it(message, words):

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from plant_bench.agent import Input
-from plant_bench.sensing.observe import observe
+from plant_bench.agent import Input, Observation
+from plant_bench.sensing.observe import Sensors
 from plant_bench.world.hazard import Hazard, HazardKind
 from plant_bench.world.route import load_suite
 from plant_bench.world.scene import Actors, EgoState, Light, Scene
@@ -20,8 +20,12 @@ def scene_at(along: float, light: Light = Light.UNKNOWN) -> Scene:
     return Scene(3, EgoState(x, y, 0.0, 5.0), Actors.none(), lights)
 
 
+def observe(scene: Scene, progress: float, inputs: frozenset[str]) -> Observation:
+    return Sensors(ROUTE, 0, inputs).observe(scene, progress, 0.0)
+
+
 def test_what_is_not_declared_is_not_given() -> None:
-    observation = observe(scene_at(10.0), ROUTE, 10.0, 0.0, frozenset(), None)
+    observation = observe(scene_at(10.0), 10.0, frozenset())
     assert observation.actors is None
     assert observation.route is None
     assert observation.light is None
@@ -30,9 +34,7 @@ def test_what_is_not_declared_is_not_given() -> None:
 
 def test_the_route_ahead_begins_at_the_last_point_passed() -> None:
     for progress in (0.0, 10.4, 500.9, ROUTE.length - 3.0):
-        ahead = observe(
-            scene_at(progress), ROUTE, progress, 0.0, frozenset({Input.ROUTE}), None
-        ).route
+        ahead = observe(scene_at(progress), progress, frozenset({Input.ROUTE})).route
         assert ahead is not None
         assert 0.0 <= ahead.past < 1.1
         begin = np.array([np.interp(progress - ahead.past, ROUTE.along, c) for c in ROUTE.points.T])
@@ -42,11 +44,11 @@ def test_the_route_ahead_begins_at_the_last_point_passed() -> None:
 def test_the_light_is_given_near_its_line_only() -> None:
     inputs = frozenset({Input.LIGHT})
     entry = ROUTE.signal_entries[0]
-    near = observe(scene_at(0.0, Light.RED), ROUTE, entry - 20.0, 0.0, inputs, None).light
+    near = observe(scene_at(0.0, Light.RED), entry - 20.0, inputs).light
     assert near is not None
     assert (near.state, near.distance) == (Light.RED, pytest.approx(20.0 - 2.45))
-    assert observe(scene_at(0.0, Light.RED), ROUTE, entry - 60.0, 0.0, inputs, None).light is None
-    on_the_line = observe(scene_at(0.0, Light.RED), ROUTE, entry, 0.0, inputs, None).light
+    assert observe(scene_at(0.0, Light.RED), entry - 60.0, inputs).light is None
+    on_the_line = observe(scene_at(0.0, Light.RED), entry, inputs).light
     assert on_the_line is not None
     assert on_the_line.distance < 0.0
 

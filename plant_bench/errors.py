@@ -6,6 +6,11 @@ PlantBenchError
 └── SimulationError   SUMO failed in a way that no input explains
 """
 
+import difflib
+from collections.abc import Iterable
+
+from plant_bench.foreign_text import shortened, spelt_out
+
 LONGEST = 200  # characters of another error's text
 LONGEST_MESSAGE = 2000  # characters of one of ours
 
@@ -24,9 +29,7 @@ class InputError(PlantBenchError):
         "There is no town 'a \\x1b[31mb'."
         """
         line = " ".join(super().__str__().splitlines())
-        if not line.isprintable():
-            line = "".join(letter if letter.isprintable() else _spelt(letter) for letter in line)
-        return line if len(line) <= LONGEST_MESSAGE else f"{line[:LONGEST_MESSAGE]}..."
+        return shortened(spelt_out(line), LONGEST_MESSAGE)
 
 
 class AgentError(PlantBenchError):
@@ -45,8 +48,20 @@ def in_one_line(error: Exception) -> str:
     """
     lines = [line.strip() for line in str(error).splitlines()]
     text = " ".join(line for line in lines if line and not line.startswith("For further "))
-    return text if len(text) <= LONGEST else f"{text[:LONGEST]}..."
+    return shortened(text, LONGEST)
 
 
-def _spelt(letter: str) -> str:
-    return letter.encode("unicode_escape").decode()
+def did_you_mean(word: str, known: Iterable[str], *, cutoff: float = 0.6, quote: str = "") -> str:
+    """Return a question to end a message with, empty where no known word is like the one given.
+
+    Args:
+        word: What was given.
+        known: What could have been.
+        cutoff: How like they must be, 0 to 1.
+        quote: Stands around the word.
+
+    >>> did_you_mean("exprt", ["expert", "idm"], quote="'"), did_you_mean("x", ["expert"])
+    (" Did you mean 'expert'?", '')
+    """
+    near = difflib.get_close_matches(word, known, n=1, cutoff=cutoff)
+    return f" Did you mean {quote}{near[0]}{quote}?" if near else ""

@@ -1,6 +1,5 @@
 """Find a planner by its name, its module, its file, or the command that runs it."""
 
-import difflib
 import hashlib
 import importlib
 import importlib.util
@@ -18,7 +17,7 @@ from plant_bench.agent import Agent, Input
 from plant_bench.agents.loading.installed import installed_planners
 from plant_bench.agents.loading.planner_files import files_loaded_beside, package_files
 from plant_bench.agents.remote.programs import is_command, program_of
-from plant_bench.errors import InputError
+from plant_bench.errors import InputError, did_you_mean
 
 AGENTS: dict[str, str] = {
     "cruise": "plant_bench.agents.cruise:Cruise",
@@ -261,5 +260,4 @@ def _module_from_file(path: Path) -> ModuleType:
 
 
 def _did_you_mean(word: str, known: list[str]) -> str:
-    close = difflib.get_close_matches(word, known, n=1, cutoff=0.5)
-    return f" Did you mean '{close[0]}'?" if close else ""
+    return did_you_mean(word, known, cutoff=0.5, quote="'")

@@ -29,8 +29,7 @@ from numba.core import config
 REAL, SINGLE, WHOLE = types.float64, types.float32, types.int64
 FLAG = types.boolean
 
-
-_settings: dict[str, Any] = config.__dict__
+_settings: Any = config  # also what NUMBA_* sets; its names are made when it is imported
 
 
 def _read_only(item: types.Type, dimensions: int) -> types.Array:
@@ -79,11 +78,11 @@ def _compile(function: Callable, arguments: tuple[types.Type, ...], *, keep: boo
 @contextmanager
 def _keeping_in(folder: Path) -> Iterator[None]:
     """Let numba keep what it compiles in a folder."""
-    before, _settings["CACHE_DIR"] = _settings["CACHE_DIR"], str(folder)
+    before, _settings.CACHE_DIR = _settings.CACHE_DIR, str(folder)
     try:
         yield
     finally:
-        _settings["CACHE_DIR"] = before
+        _settings.CACHE_DIR = before
 
 
 @functools.cache
@@ -108,8 +107,8 @@ def _folder(source: str) -> Path | None:
 
 def _elsewhere() -> Iterator[Path]:
     """Where an installation that must not be written to keeps what is compiled."""
-    if _settings["CACHE_DIR"]:  # NUMBA_CACHE_DIR
-        yield Path(_settings["CACHE_DIR"])
+    if _settings.CACHE_DIR:
+        yield Path(_settings.CACHE_DIR)
     with suppress(RuntimeError):  # there is no home
         yield Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "plant-bench"
 

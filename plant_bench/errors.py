@@ -9,6 +9,8 @@ PlantBenchError
 import difflib
 from collections.abc import Iterable
 
+from plant_bench.foreign_text import shortened, spelt_out
+
 LONGEST = 200  # characters of another error's text
 LONGEST_MESSAGE = 2000  # characters of one of ours
 
@@ -27,9 +29,7 @@ class InputError(PlantBenchError):
         "There is no town 'a \\x1b[31mb'."
         """
         line = " ".join(super().__str__().splitlines())
-        if not line.isprintable():
-            line = "".join(letter if letter.isprintable() else _spelt(letter) for letter in line)
-        return line if len(line) <= LONGEST_MESSAGE else f"{line[:LONGEST_MESSAGE]}..."
+        return shortened(spelt_out(line), LONGEST_MESSAGE)
 
 
 class AgentError(PlantBenchError):
@@ -48,7 +48,7 @@ def in_one_line(error: Exception) -> str:
     """
     lines = [line.strip() for line in str(error).splitlines()]
     text = " ".join(line for line in lines if line and not line.startswith("For further "))
-    return text if len(text) <= LONGEST else f"{text[:LONGEST]}..."
+    return shortened(text, LONGEST)
 
 
 def did_you_mean(word: str, known: Iterable[str], *, cutoff: float = 0.6, quote: str = "") -> str:
@@ -65,7 +65,3 @@ def did_you_mean(word: str, known: Iterable[str], *, cutoff: float = 0.6, quote:
     """
     near = difflib.get_close_matches(word, known, n=1, cutoff=cutoff)
     return f" Did you mean {quote}{near[0]}{quote}?" if near else ""
-
-
-def _spelt(letter: str) -> str:
-    return letter.encode("unicode_escape").decode()

@@ -59,8 +59,8 @@ def replay(
         plant-bench replay reports/plant-longest6 town02-5 --png crash.png --time 242
     """
     from plant_bench.errors import InputError
-    from plant_bench.reports.replay.choosing import source_in_run
     from plant_bench.reports.replay.movie import Wanted, check_folder, check_path
+    from plant_bench.reports.replay.source import source_in_run
 
     made = {"png": png, "gif": gif, "mp4": mp4}
     files = {name: path for name, path in made.items() if path is not None}

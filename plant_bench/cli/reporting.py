@@ -9,6 +9,7 @@ from rich.markup import escape
 from rich.progress import Progress, TextColumn
 
 from plant_bench.cli.bars import progress_bars
+from plant_bench.foreign_text import table_cell
 from plant_bench.reports.leaderboard.board import Leaderboard
 from plant_bench.reports.leaderboard.boards import make_leaderboard
 from plant_bench.reports.leaderboard.exports import write_exports
@@ -16,7 +17,7 @@ from plant_bench.reports.leaderboard.figures import write_figures
 from plant_bench.reports.leaderboard.page import write_page
 from plant_bench.reports.leaderboard.replays import replay_sources
 from plant_bench.reports.leaderboard.sources import Sources, find_sources
-from plant_bench.reports.leaderboard.texts import one_line, p_text
+from plant_bench.reports.leaderboard.texts import p_text
 from plant_bench.reports.replay.site import write_replays
 from plant_bench.runner.review.expert_asking import ask_expert
 from plant_bench.scoring.laws import Law
@@ -47,7 +48,7 @@ def write_report(
         task = bars.add_task("", total=_steps(sources))
 
         def progress(what: str) -> None:
-            bars.update(task, description=f"{escape(one_line(what, WIDTH)):<{WIDTH}}", advance=1)
+            bars.update(task, description=f"{escape(table_cell(what, WIDTH)):<{WIDTH}}", advance=1)
 
         bars.update(task, completed=-1)  # a step is done when the next one starts
         leaderboard = make_leaderboard(sources, law=law, paper=paper, progress=progress)
@@ -91,7 +92,9 @@ def _steps(sources: Sources) -> int:
 def _say_who_leads(leaderboard: Leaderboard, say: Callable[[str], None]) -> None:
     """Say the order of each board, and whether the first two can be told apart."""
     for board in leaderboard.boards:
-        scores = [f"{one_line(line.planner)} {line.driving_score.mean:.1f}" for line in board.lines]
+        scores = [
+            f"{table_cell(line.planner)} {line.driving_score.mean:.1f}" for line in board.lines
+        ]
         say(f"{board.protocol} ({board.world}): DS {', '.join(scores)}")
         top = {line.id for line in board.lines[:2]}
         for item in board.differences:

@@ -14,6 +14,7 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from plant_bench.errors import InputError
+from plant_bench.foreign_text import one_line
 from plant_bench.reports.carla_checkpoint_records import ImportedRecord, imported_record
 from plant_bench.reports.carla_checkpoint_schema import (
     ALL_NAMES,
@@ -22,7 +23,6 @@ from plant_bench.reports.carla_checkpoint_schema import (
     SCORE_LABELS,
     Checkpoint,
 )
-from plant_bench.reports.foreign_text import one_line
 from plant_bench.scoring.normalised import LEAST_KM
 from plant_bench.scoring.results import EpisodeResult
 

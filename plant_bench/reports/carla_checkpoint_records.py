@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 from pydantic import ValidationError
 
+from plant_bench.foreign_text import one_line
 from plant_bench.reports.carla_checkpoint_schema import ALL_NAMES, OUTSIDE, Record
-from plant_bench.reports.foreign_text import one_line
 from plant_bench.scoring.results import EpisodeResult
 
 SCORE_TOLERANCE = 0.1  # of DS against RC x IS: forks round to three digits

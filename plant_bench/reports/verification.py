@@ -6,6 +6,7 @@ from dataclasses import asdict, dataclass
 
 import typer
 
+from plant_bench.foreign_text import one_line
 from plant_bench.reports.tables import print_rows
 from plant_bench.runner.review.differences import Checked
 from plant_bench.runner.review.submission import Submission
@@ -118,5 +119,4 @@ def _row(item: Finding) -> list[str]:
 
 def _clean(text: str, longest: int = _LONGEST) -> str:
     """Return text of a stranger's as it can be printed: one line, no control characters."""
-    plain = "".join(letter if letter.isprintable() else "?" for letter in text)
-    return plain if len(plain) <= longest else f"{plain[:longest]}..."
+    return one_line(text, longest, instead="?")

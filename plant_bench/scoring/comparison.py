@@ -180,7 +180,14 @@ def detectable_difference(
 
 
 def _student(probability: float, freedom: int) -> float:
-    """Return a quantile of Student's t (Abramowitz and Stegun, 26.7.5; within 1 % from 3 on)."""
+    """Return a quantile of Student's t, within 1 %: exact for 1 and 2, else a series.
+
+    Abramowitz and Stegun, 26.7.5. docs/libraries.md says why it is not scipy's.
+    """
+    if freedom == 1:
+        return math.tan(math.pi * (probability - 0.5))
+    if freedom == 2:
+        return (2.0 * probability - 1.0) / math.sqrt(2.0 * probability * (1.0 - probability))
     z = NormalDist().inv_cdf(probability)
     return z + sum(
         (

@@ -1,12 +1,11 @@
 """The laws by which infractions become an infraction score. Records know none of them."""
 
-import difflib
 import math
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from enum import StrEnum
 
-from plant_bench.errors import InputError
+from plant_bench.errors import InputError, did_you_mean
 from plant_bench.scoring.infractions import COEFFICIENTS, PENALTIES, Infraction, InfractionKind
 
 
@@ -26,8 +25,7 @@ def law_of(name: str) -> Law:
     names = [law.value for law in Law]
     if name in names:
         return Law(name)
-    near = difflib.get_close_matches(name, names, n=1, cutoff=0.5)
-    hint = f" Did you mean {near[0]}?" if near else ""
+    hint = did_you_mean(name, names, cutoff=0.5)
     message = f"There is no law '{name}': {' and '.join(names)} are known.{hint}"
     raise InputError(message)
 

@@ -6,16 +6,12 @@ libsumo holds one simulation per process.
 """
 
 import math
-import os
 from pathlib import Path
 from typing import NamedTuple
 
-os.environ.setdefault("LIBSUMO_AS_TRACI", "quiet")  # the name misleads: no arrow warning on stdout
-
-import libsumo
-
 from plant_bench.errors import SimulationError
 from plant_bench.sim.sumo_commands import Commands, place_vehicle
+from plant_bench.sim.sumo_library import libsumo
 from plant_bench.sim.sumo_signals import Signals
 from plant_bench.sim.vehicle_types import TYPES_FILE
 from plant_bench.world.scene import EGO_LENGTH, TICK

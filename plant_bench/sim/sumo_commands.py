@@ -6,7 +6,7 @@ Part of the only door to libsumo; `Sumo.commands` is the only instance.
 import contextlib
 import math
 
-import libsumo
+from plant_bench.sim.sumo_library import libsumo
 
 MATCH_RADIUS = 8.0  # m around a place in which SUMO looks for its lane; the default costs 4 times
 PLACED_MODE = 0  # SUMO's speed mode: minds nothing

@@ -1,7 +1,6 @@
 """Traffic lights: what they show, and when that changes. Part of the only door to libsumo."""
 
-import libsumo
-
+from plant_bench.sim.sumo_library import libsumo
 from plant_bench.world.scene import Light
 
 _LIGHTS = {"r": Light.RED, "R": Light.RED, "u": Light.RED, "y": Light.YELLOW, "Y": Light.YELLOW}

@@ -13,7 +13,7 @@ import pandas as pd
 from plant_bench.data_files import routes_dir
 from plant_bench.errors import InputError
 from plant_bench.towns import unseen
-from plant_bench.towns.route_choice import choose, draft_paths, driven_on, share, shorten
+from plant_bench.towns.route_choice import choose, draft_paths, driven_on, share
 from plant_bench.towns.route_graph import StreetGraph
 from plant_bench.towns.route_hazards import place_hazards
 from plant_bench.towns.route_making import MANOEUVRES
@@ -121,37 +121,6 @@ def suite_routes(town: Town, limits: Sequence[float], seed: int) -> list[Route]:
     drafts = choose(graph, draft_paths(graph, DRAWS, rng), limits)
     routes = [draft.make(graph, f"{town.name}-{i}") for i, draft in enumerate(drafts)]
     return [replace(route, hazards=place_hazards(town, route, seed)) for route in routes]
-
-
-def sample_routes(
-    town: Town, count: int, rng: np.random.Generator, length_range: tuple[float, float]
-) -> list[Route]:
-    """Return random routes, for instance to collect training data on.
-
-    Args:
-        town: The town.
-        count: How many routes.
-        rng: Draws them.
-        length_range: Shortest and longest, metres (of the plan; the line may differ by a percent).
-
-    Raises:
-        InputError: Routes of these lengths cannot be found in the town.
-    """
-    graph = StreetGraph(town)
-    shortest, longest = length_range
-    routes: list[Route] = []
-    for _ in range(100 + 50 * count):
-        if len(routes) == count:
-            return routes
-        for plan in draft_paths(graph, 1, rng):
-            draft = shorten(graph, plan, float(rng.uniform(shortest, longest)))
-            if draft is not None and draft.length >= shortest:
-                routes.append(draft.make(graph, f"{town.name}-{len(routes)}"))
-    message = (
-        f"Found {len(routes)} routes of {shortest:.0f} to {longest:.0f} m in {town.name}, "
-        f"{count} are wanted. Ask for shorter ones."
-    )
-    raise InputError(message)
 
 
 def describe_suite(routes: list[Route]) -> pd.DataFrame:

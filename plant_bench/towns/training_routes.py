@@ -82,13 +82,6 @@ def benchmark_routes() -> tuple[Route, ...]:
     return tuple(route for name in suite_names() for route in load_suite(name))
 
 
-def common_share(route: Route) -> float:
-    """Return the greatest share of length that a route has in common with a benchmark route."""
-    driven = driven_on(route)
-    others = (driven_on(other) for other in benchmark_routes() if other.town == route.town)
-    return max((share(driven, other) for other in others), default=0.0)
-
-
 def kinds_of(graph: StreetGraph, draft: Draft) -> set[str]:
     """Return the kinds of short route that a draft is one of."""
     plan = draft.plan

@@ -1,11 +1,10 @@
 """What is changed, one thing at a time, to see what it is good for: the paper's ablations, ours."""
 
-import difflib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from plant_bench.agents.plant.config import PlanTConfig, SizeName
-from plant_bench.errors import InputError
+from plant_bench.errors import InputError, did_you_mean
 from plant_bench.training.settings import TrainingSettings
 
 BASE = "base"
@@ -77,8 +76,7 @@ def variants_of(names: Sequence[str], base: Recipe) -> list[Variant]:
     alone = {choice.name for choices in ABLATIONS.values() for choice in choices}
     for name in names:
         if name not in ABLATIONS and name not in alone:
-            near = difflib.get_close_matches(name, [*ABLATIONS, *alone], n=1)
-            hint = f" Did you mean {near[0]}?" if near else ""
+            hint = did_you_mean(name, [*ABLATIONS, *alone])
             message = f"There is no ablation '{name}': {', '.join(ABLATIONS)} are known.{hint}"
             raise InputError(message)
     found = [Variant(BASE, BASE, BASE, base, "-")]

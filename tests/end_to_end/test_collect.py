@@ -8,8 +8,9 @@ import sys
 import pytest
 
 from plant_bench.data.recording import Recording
-from plant_bench.towns.training_routes import MAX_COMMON, common_share
+from plant_bench.towns.training_routes import MAX_COMMON
 from plant_bench.world.route import load_suite
+from tests.unit.towns.common_ways import common_share
 
 pytestmark = pytest.mark.sumo
 

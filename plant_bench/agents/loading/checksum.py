@@ -29,6 +29,8 @@ HARMLESS = {
     "plant_bench.agents.loading": "how planners are found, and the table of them",
     "plant_bench.agents.remote": "carries a planner's answers from another process, to the bit",
     "plant_bench.data_files": "where files lie: weights are listed and hashed",
+    "plant_bench.errors": "texts of messages",
+    "plant_bench.foreign_text": "texts of messages",
     "plant_bench.inference": "tells how long a network takes",
     "plant_bench.input_files": "how files are read: weights are listed and hashed",
     "plant_bench.source_code": "makes the checksums",

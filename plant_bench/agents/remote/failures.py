@@ -7,6 +7,7 @@ read. No text holds what differs between equal runs: no times, sizes or addresse
 import re
 
 from plant_bench.errors import LONGEST, AgentError
+from plant_bench.foreign_text import one_line
 
 _ADDRESS = re.compile(r"\b0x[0-9a-fA-F]+")
 _NAME = re.compile(r"[A-Za-z_]\w{0,60}")
@@ -47,5 +48,4 @@ def raised_remotely(error: str, message: str) -> RemoteError:
 def tidy(message: str) -> str:
     """Return a planner's text as one line of bounded length, without addresses."""
     text = " ".join(_ADDRESS.sub("0x...", message).split())
-    text = "".join(letter if letter.isprintable() else "?" for letter in text)
-    return text if len(text) <= LONGEST else f"{text[:LONGEST]}..."
+    return one_line(text, LONGEST, instead="?")

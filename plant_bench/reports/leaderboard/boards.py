@@ -8,6 +8,7 @@ from typing import TypeVar
 
 from plant_bench.agents.loading.spec import without_folders
 from plant_bench.errors import InputError
+from plant_bench.foreign_text import table_cell
 from plant_bench.reports.carla_checkpoint import ImportedRun, load_checkpoint
 from plant_bench.reports.leaderboard.board import CARLA, HERE, Board, Entry, Leaderboard
 from plant_bench.reports.leaderboard.differences import differences_between
@@ -21,7 +22,6 @@ from plant_bench.reports.leaderboard.sources import (
     read_ranking,
     read_run,
 )
-from plant_bench.reports.leaderboard.texts import one_line
 from plant_bench.scoring.laws import Law
 from plant_bench.scoring.metrics import Summary, summarise
 
@@ -123,7 +123,7 @@ def _board(
 def _planner(agent: str) -> str:
     """Return what an agent is called on a board: without folders, and never nothing."""
     name = without_folders(agent)
-    return name if one_line(name) else NAMELESS
+    return name if table_cell(name) else NAMELESS
 
 
 def _summary(run: RunSource, law: Law) -> Summary:

@@ -8,8 +8,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ft2font import FT2Font
 
+from plant_bench.foreign_text import table_cell
 from plant_bench.reports.leaderboard.board import Board, Difference, Leaderboard
-from plant_bench.reports.leaderboard.texts import LEVEL, one_line
+from plant_bench.reports.leaderboard.texts import LEVEL
 from plant_bench.whole_files import write_whole
 
 KINDS = ("svg", "png")
@@ -60,7 +61,7 @@ def drawable(text: str) -> str:
     'a\\$b\\$ ?'
     """
     known = FT2Font(font_manager.findfont("DejaVu Sans")).get_charmap()
-    plain = "".join(letter if ord(letter) in known else "?" for letter in one_line(text, LONGEST))
+    plain = "".join(letter if ord(letter) in known else "?" for letter in table_cell(text, LONGEST))
     return plain.replace("\\", "\\\\").replace("$", r"\$")
 
 

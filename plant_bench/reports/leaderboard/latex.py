@@ -3,13 +3,13 @@
 import math
 from collections.abc import Sequence
 
+from plant_bench.foreign_text import table_cell
 from plant_bench.reports.leaderboard.board import Board, Leaderboard
 from plant_bench.reports.leaderboard.lines import Line
 from plant_bench.reports.leaderboard.texts import (
     COLUMNS,
     Column,
     board_title,
-    one_line,
     spread_text,
 )
 
@@ -64,7 +64,7 @@ def latex_escaped(text: str) -> str:
     >>> latex_escaped("plant_100%"), latex_escaped("ok 😀")
     ('plant\\_100\\%', 'ok {[}U+1F600{]}')
     """
-    return "".join(_LATEX.get(letter, _compiling(letter)) for letter in one_line(text))
+    return "".join(_LATEX.get(letter, _compiling(letter)) for letter in table_cell(text))
 
 
 def latex_escaped_long(text: str) -> str:

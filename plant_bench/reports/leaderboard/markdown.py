@@ -4,13 +4,13 @@ import math
 import re
 from collections.abc import Sequence
 
+from plant_bench.foreign_text import table_cell
 from plant_bench.reports.leaderboard.board import Board, Difference, Leaderboard
 from plant_bench.reports.leaderboard.lines import Line
 from plant_bench.reports.leaderboard.texts import (
     COLUMNS,
     LEVEL,
     board_title,
-    one_line,
     p_text,
     spread_text,
 )
@@ -42,7 +42,7 @@ def markdown_escaped(text: str) -> str:
     >>> markdown_escaped("a|b<script>")
     'a\\|b&lt;script&gt;'
     """
-    plain = one_line(text).replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
+    plain = table_cell(text).replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
     return re.sub(r"([\\`*_{}\[\]!|~$@])", r"\\\1", plain)
 
 

@@ -3,12 +3,12 @@
 from collections.abc import Sequence
 from dataclasses import asdict
 
+from plant_bench.foreign_text import script_json
 from plant_bench.reports.leaderboard.board import Board, Difference, Entry, Leaderboard
 from plant_bench.reports.leaderboard.exports import without_nan
 from plant_bench.reports.leaderboard.lines import Line
 from plant_bench.reports.leaderboard.sources import Episode
 from plant_bench.reports.leaderboard.texts import board_title
-from plant_bench.reports.page_json import script_json
 from plant_bench.scoring.beyond import COLLISIONS
 from plant_bench.scoring.hazards_met import hazard_counts, survived
 from plant_bench.scoring.infractions import Infraction, InfractionKind, Status

@@ -1,4 +1,4 @@
-"""What Markdown, LaTeX and the terminal say alike: columns, titles, numbers, names as one line."""
+"""What Markdown, LaTeX and the terminal say alike: columns, titles and numbers."""
 
 import math
 from collections.abc import Callable
@@ -8,9 +8,7 @@ from plant_bench.reports.leaderboard.board import HERE, Board
 from plant_bench.reports.leaderboard.lines import Line
 from plant_bench.scoring.metrics import Spread
 
-LONGEST = 60  # characters of a name in a table
 LEVEL = 0.05  # of a corrected p-value
-_NO_TEXT = {"\u200b", "\u2028", "\u2029", "\ufeff"}
 
 
 @dataclass(frozen=True)
@@ -38,17 +36,6 @@ COLUMNS = (
     Column("IT", 2, lambda line: Spread(line.inference_ms, math.nan), highest=False),
     Column("RFDS", 1, lambda line: line.rfds, highest=True),
 )
-
-
-def one_line(text: str, longest: int = LONGEST) -> str:
-    r"""Return text from outside as one line of printable characters, cut where it is longer.
-
-    >>> one_line("a\nb" + "c" * 9, longest=6)
-    'a bcc…'
-    """
-    plain = "".join(letter if letter.isprintable() else " " for letter in text)
-    plain = " ".join("".join(letter for letter in plain if letter not in _NO_TEXT).split())
-    return plain if len(plain) <= longest else f"{plain[: longest - 1]}…"
 
 
 def board_title(board: Board) -> str:

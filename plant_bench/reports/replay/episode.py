@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from plant_bench.agent import NOBODY, PLAN_STEPS, Cause
-from plant_bench.reports.page_json import script_json
+from plant_bench.foreign_text import script_json
 from plant_bench.reports.replay.attention import Attention, attention_of
 from plant_bench.reports.replay.frames import EVERY, FRAME, Frames, frames_of
 from plant_bench.reports.replay.overlay import (

@@ -5,7 +5,7 @@ import re
 from functools import cache
 from pathlib import Path
 
-from plant_bench.reports.page_json import script_json
+from plant_bench.foreign_text import script_json
 
 TEMPLATES = Path(__file__).parent / "templates"
 SHARED = Path(__file__).parents[1] / "templates"

@@ -14,8 +14,8 @@ from pathlib import Path
 
 from plant_bench.agents.loading.checksum import agent_checksum
 from plant_bench.errors import InputError, PlantBenchError
+from plant_bench.foreign_text import script_json
 from plant_bench.input_files import parse_json, read_text
-from plant_bench.reports.page_json import script_json
 from plant_bench.reports.replay.episode import load_episode, missing_script, replay_script
 from plant_bench.reports.replay.page import replay_page
 from plant_bench.reports.replay.source import ReplaySource, is_replay_id, town_folders_of

@@ -6,10 +6,13 @@ from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
+from plant_bench.agents.loading.spec import without_folders
 from plant_bench.data.recording import Recording
 from plant_bench.data_files import towns_dirs_of
 from plant_bench.errors import InputError
+from plant_bench.reports.choosing import episodes_of
 from plant_bench.runner.review.expert_view import ExpertView
+from plant_bench.runner.run.folder import RunFolder
 from plant_bench.runner.run.provenance import Provenance
 from plant_bench.scoring.results import EpisodeResult
 from plant_bench.world.route import Route, load_suite, suite_names
@@ -156,3 +159,32 @@ def _routes(suite: str) -> dict[str, Route]:
 @lru_cache(maxsize=32)
 def _checksum(name: str, folders: tuple[Path, ...]) -> str:
     return town_checksum(name, folders)
+
+
+def source_in_run(run: Path, route: str, repetition: int | None) -> ReplaySource:
+    """Return an episode of a run as a source of a replay.
+
+    Args:
+        run: A folder that `plant-bench score` wrote.
+        route: The route's id, or its number in the suite.
+        repetition: Of the route; the first one there is without it.
+
+    Raises:
+        InputError: It is no run, or has no such episode; says which it has.
+    """
+    folder = RunFolder.open(run)
+    name, result = episodes_of(folder, route, repetition)[0]
+    title = without_folders(result.agent)
+    return ReplaySource(
+        f"{run_slug(run)}/{name}", title, result.agent, folder.recording_path(name), result
+    )
+
+
+def run_slug(run: Path) -> str:
+    """Return the name of a run's folder, in letters that may stand in addresses.
+
+    >>> run_slug(Path("reports/my agent.py_Mine-longest6"))
+    'my-agent.py_Mine-longest6'
+    """
+    slug = re.sub(r"[^A-Za-z0-9_.-]+", "-", run.resolve().name).strip("-.")
+    return slug or "run"

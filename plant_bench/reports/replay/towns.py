@@ -6,7 +6,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from plant_bench.reports.page_json import script_json
+from plant_bench.foreign_text import script_json
 from plant_bench.reports.replay.packing import CENTI, pack, quantised
 from plant_bench.towns.picture import is_flat, lane_borders, stop_bars, stretches, zebra
 from plant_bench.towns.streets import Shape, thin_out

@@ -9,7 +9,7 @@ from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
-from plant_bench.reports.foreign_text import one_line
+from plant_bench.foreign_text import one_line
 from plant_bench.reports.tables import PIPED_WIDTH
 from plant_bench.reports.why.findings import Finding, gap_to
 from plant_bench.reports.why.incidents import KIND_NAMES, actor_name

@@ -1,13 +1,12 @@
 """Which episodes a run is made of: the routes chosen, the repetitions, and the seed of each."""
 
-import difflib
 import hashlib
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-from plant_bench.errors import InputError
+from plant_bench.errors import InputError, did_you_mean
 from plant_bench.runner.episode.keys import rules_checksum
 from plant_bench.scoring.results import EpisodeHeader
 from plant_bench.world.route import Route, Scenario
@@ -124,11 +123,9 @@ def _places(ids: list[str], part: str) -> range:
         places = range(int(first), int(last or first) + 1)
         if places and places[-1] < len(ids):
             return places
-    near = difflib.get_close_matches(part, ids, n=1)
-    hint = f" Did you mean {near[0]}?" if near else ""
     message = (
         f"There is no route '{part}' in this suite: numbers 0 to {len(ids) - 1}, ranges such as "
-        f"0-2 and ids such as {ids[0]} are wanted.{hint}"
+        f"0-2 and ids such as {ids[0]} are wanted.{did_you_mean(part, ids)}"
     )
     raise InputError(message)
 

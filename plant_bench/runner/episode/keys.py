@@ -23,6 +23,8 @@ HARMLESS = {
     "plant_bench.agents": "planners, and how they are found: each has a checksum of its own",
     "plant_bench.data": "writes down what was driven; reads it for data and replays",
     "plant_bench.data_files": "where files lie: towns and routes have checksums of their content",
+    "plant_bench.errors": "texts of messages",
+    "plant_bench.foreign_text": "texts of messages",
     "plant_bench.garbage": "when Python looks for cycles",
     "plant_bench.inference": "tells how long a network takes; goes into timing/ alone",
     "plant_bench.input_files": "how files are read: their content has checksums",

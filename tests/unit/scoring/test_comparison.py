@@ -122,6 +122,18 @@ def test_what_two_repetitions_can_show(episode):
     assert found.difference == pytest.approx(quantiles * math.sqrt(250.0 / 2.0), rel=0.03)
 
 
+@pytest.mark.parametrize("freedom", [1, 2, 3, 4, 8, 35, 72])
+def test_few_repetitions_show_what_scipy_says(episode, freedom):
+    """One route, driven once more than there are degrees of freedom, 10 and 30 DS in turn."""
+    count = freedom + 1
+    scores = [0.1 + 0.2 * (place % 2) for place in range(count)]
+    found = detectable_difference([episode(0, n, completion=s) for n, s in enumerate(scores)])
+    assert found is not None
+    quantiles = stats.t.ppf(0.975, freedom) + stats.t.ppf(0.8, freedom)
+    expected = quantiles * float(np.std(scores, ddof=1)) * 100.0 * math.sqrt(2.0 / count)
+    assert found.difference == pytest.approx(expected, rel=0.01)
+
+
 def test_who_always_scores_the_same_shows_any_difference(episode):
     found = detectable_difference(drives(episode, (0.5, 0.9), 3))
     assert found is not None

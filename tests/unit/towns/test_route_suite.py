@@ -15,7 +15,7 @@ from plant_bench.geometry.polyline import Cursor, distance_to
 from plant_bench.geometry.pose import wrap_angles
 from plant_bench.towns.route_choice import driven_on, share
 from plant_bench.towns.route_making import MANOEUVRES
-from plant_bench.towns.routes import SUITES, build_suite, describe_suite, sample_routes
+from plant_bench.towns.routes import SUITES, build_suite, describe_suite
 from plant_bench.world.route import load_suite
 from plant_bench.world.town import load_town
 
@@ -191,13 +191,3 @@ def test_unknown_names_are_told(tmp_path):
         build_suite("longest7", out=tmp_path)
     with pytest.raises(InputError, match="no town 'town99'"):
         build_suite(towns=["town99"], out=tmp_path)
-
-
-def test_sampled_routes_have_the_length_asked_for():
-    town = TOWNS["town02"]
-    routes = sample_routes(town, 5, np.random.default_rng(1), (200.0, 400.0))
-    again = sample_routes(town, 5, np.random.default_rng(1), (200.0, 400.0))
-    assert [route.checksum for route in routes] == [route.checksum for route in again]
-    assert all(195.0 < route.length < 405.0 for route in routes)
-    with pytest.raises(InputError, match="town02"):
-        sample_routes(town, 1, np.random.default_rng(1), (50_000.0, 60_000.0))

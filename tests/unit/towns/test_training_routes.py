@@ -13,12 +13,12 @@ from plant_bench.towns.training_routes import (
     SHORT_KINDS,
     SHORT_LENGTH,
     benchmark_routes,
-    common_share,
     training_visits,
 )
 from plant_bench.towns.training_towns import training_towns
 from plant_bench.world.hazard import Hazard, HazardKind
 from plant_bench.world.town import load_town
+from tests.unit.towns.common_ways import common_share
 
 TOWNS = ("town01", "town02", "town03", "town04", "town05", "town06")
 

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from plant_bench.reports.page_json import script_json
+from plant_bench.foreign_text import script_json
 from plant_bench.reports.replay.packing import pack, quantised
 from tests.unit.reports.replay.unpacking import unpack
 

@@ -1,0 +1,64 @@
+"""How text of strangers may stand in a message, in a table, on the terminal and inside a page."""
+
+import json
+from collections.abc import Callable
+
+SHOWN = 80  # characters in a line of a message
+LONGEST_CELL = 60  # characters in a table's cell
+_UNSAFE = {"<": "\\u003c", ">": "\\u003e", "&": "\\u0026"}  # of ASCII; the rest is escaped anyway
+
+
+def spelt_out(text: str) -> str:
+    r"""Return text with its control characters spelt, for messages that quote what was found.
+
+    >>> print(spelt_out("a\x1b[31mb"))
+    a\x1b[31mb
+    """
+    return _printable(text, lambda letter: letter.encode("unicode_escape").decode())
+
+
+def one_line(text: str, most: int = SHOWN, *, instead: str = " ") -> str:
+    r"""Return text as one line without control characters, cut where it is too long.
+
+    Args:
+        text: The text.
+        most: Characters of it that are shown.
+        instead: Stands for each control character.
+
+    >>> one_line("a\x1b[31mb"), one_line("a\nb", instead="?"), one_line("abc", 2)
+    ('a [31mb', 'a?b', 'ab...')
+    """
+    return shortened(_printable(text, lambda _: instead), most)
+
+
+def table_cell(text: str, most: int = LONGEST_CELL) -> str:
+    r"""Return text as one line without needless spaces, of `most` characters at the most.
+
+    >>> table_cell("a\nb" + "c" * 9, 6)
+    'a bcc…'
+    """
+    plain = " ".join(_printable(text, lambda _: " ").split())
+    return plain if len(plain) <= most else f"{plain[: most - 1]}…"
+
+
+def shortened(text: str, most: int) -> str:
+    """Return text, cut and with three dots where it is longer than `most` characters."""
+    return text if len(text) <= most else f"{text[:most]}..."
+
+
+def script_json(value: object) -> str:
+    """Return a value as JSON that may stand in any script or page, whatever its texts are.
+
+    Raises:
+        ValueError: It holds NaN or infinity.
+    """
+    text = json.dumps(value, ensure_ascii=True, allow_nan=False, separators=(",", ":"))
+    for character, escape in _UNSAFE.items():
+        text = text.replace(character, escape)
+    return text
+
+
+def _printable(text: str, instead: Callable[[str], str]) -> str:
+    if text.isprintable():
+        return text
+    return "".join(letter if letter.isprintable() else instead(letter) for letter in text)

@@ -12,7 +12,7 @@ from jaxtyping import Bool, Float
 from plant_bench.agent import PATH_POSES, Privileged
 from plant_bench.geometry.box import corners
 from plant_bench.sim.bystanders.roadway import Roadway
-from plant_bench.world.hazard import HazardKind
+from plant_bench.world.hazard_table import HAZARDS
 from plant_bench.world.route import Scenario
 from plant_bench.world.scene import TICK, ActorKind, Actors
 from plant_bench.world.town import Lane, Town
@@ -25,14 +25,6 @@ GAPS = (0.8, 1.6)  # m between two places
 FILLED = 0.7  # share of the places that are taken
 SIZES = ((3.97, 1.75), (4.47, 1.84), (4.86, 1.92), (5.32, 2.01))  # m, as the traffic's cars
 VAN_LENGTH = 5.0  # m from which a car is a van
-# m around a hazard's place that are left free: where it puts actors beside the road, or pulls the
-# ego aside.
-LEFT_FREE = {
-    HazardKind.CROSSING: 15.0,
-    HazardKind.CROSSING_AFTER_TURN: 15.0,
-    HazardKind.BLOCKED_LANE: 15.0,
-    HazardKind.CONTROL_LOSS: 40.0,
-}
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,8 +138,9 @@ def _kept_free(places: Places, scenario: Scenario) -> Bool[np.ndarray, " places"
     free = np.zeros(len(places.poses), dtype=bool)
     route = scenario.route
     for hazard in scenario.played_hazards:
-        if hazard.kind in LEFT_FREE:
+        around = HAZARDS[hazard.kind].kept_free
+        if around:
             x, y = (np.interp(hazard.at, route.along, route.points[:, axis]) for axis in (0, 1))
             away = np.hypot(places.poses[:, 0] - x, places.poses[:, 1] - y)
-            free |= away < LEFT_FREE[hazard.kind] + 0.5 * places.extents[:, 0]
+            free |= away < around + 0.5 * places.extents[:, 0]
     return free

@@ -7,7 +7,7 @@ from typing import NamedTuple, Protocol, runtime_checkable
 import numpy as np
 
 from plant_bench.sim.bystanders.footways import Crossing
-from plant_bench.sim.surprise import SPARE, stopping_distance
+from plant_bench.world.braking import SPARE, stopping_distance
 from plant_bench.world.route import Route
 from plant_bench.world.scene import EGO_LENGTH, EGO_WIDTH, Actors, EgoState, Light
 

@@ -12,12 +12,12 @@ from jaxtyping import Bool, Float
 from plant_bench.agent import PATH_POSES, Privileged
 from plant_bench.geometry.box import corners
 from plant_bench.sim.bystanders.roadway import Roadway
+from plant_bench.world.actor_numbers import PARKED
 from plant_bench.world.hazard_table import HAZARDS
 from plant_bench.world.route import Scenario
 from plant_bench.world.scene import TICK, ActorKind, Actors
 from plant_bench.world.town import Lane, Town
 
-FIRST_PARKED = 1_000_000  # the first parked car's number; the greatest numbers of a scene
 QUIET = 13.9  # m/s: cars are parked where the limit is not above 50 km/h
 FROM_LANE = 0.3  # m between a car and the lane beside it, at least
 FROM_ENDS = 12.0  # m kept free at both ends of an edge
@@ -96,14 +96,14 @@ class ParkedCars:
     """
 
     def __init__(self, places: Places, scenario: Scenario) -> None:
-        draw = random.Random(scenario.seed ^ FIRST_PARKED)
+        draw = random.Random(scenario.seed ^ PARKED.start)
         taken = np.array([draw.random() < FILLED for _ in places.poses], dtype=bool)
         taken &= ~_kept_free(places, scenario)
         kinds = np.where(places.extents[:, 0] > VAN_LENGTH, ActorKind.VAN, ActorKind.CAR)
         count = int(taken.sum())
         self._heights = places.heights[taken]
         self.all = Actors(
-            FIRST_PARKED + np.arange(count),
+            PARKED.start + np.arange(count),
             places.poses[taken].astype(np.float32),
             np.zeros(count, np.float32),
             places.extents[taken].astype(np.float32),
@@ -117,7 +117,7 @@ class ParkedCars:
         poses = self.all.poses
         near = (poses[:, 0] - x) ** 2 + (poses[:, 1] - y) ** 2 < sight**2
         chosen = np.flatnonzero(near & (np.abs(self._heights - z) < level))
-        if not np.array_equal(FIRST_PARKED + chosen, self._seen.ids):
+        if not np.array_equal(PARKED.start + chosen, self._seen.ids):
             self._seen = self.all.only(chosen)
             standing = self._seen.poses[:, None].astype(float)
             self._paths = np.tile(standing, (1, PATH_POSES, 1))

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from plant_bench.sim.bystanders.parking import (
-    FIRST_PARKED,
     FROM_LANE,
     ParkedCars,
     parking_places,
@@ -88,7 +87,7 @@ def test_what_is_in_sight_keeps_its_number_and_stands() -> None:
     both = np.isin(parked.seen.ids, first.ids)
     assert both.any()
     assert len(first) < len(parked.seen)
-    assert first.ids.min() >= FIRST_PARKED
+    assert first.parked.all()
     facts = parked.facts(20)
     assert len(facts.paths) == len(parked.seen)
     assert (facts.paths == facts.paths[:, :1]).all()

@@ -3,7 +3,7 @@
 A new kind is a row here and a script in `sim.hazards`; docs/hazards.md shows it.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 from importlib import import_module
@@ -330,8 +330,8 @@ class HazardKind(StrEnum):
 HAZARDS: dict[HazardKind, HazardRow] = {kind: kind.row for kind in HazardKind}
 
 
-def load_part(kind: HazardKind, column: str) -> Callable[..., Any]:
-    """Return what a kind's row names as "module:name".
+def load_part(kind: HazardKind, column: str) -> Any:
+    """Return the class or function that a kind's row names as "module:name".
 
     Args:
         kind: Of hazard.

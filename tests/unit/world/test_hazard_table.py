@@ -40,7 +40,7 @@ def test_what_a_row_names_is_there(kind: HazardKind, part: str) -> None:
 
 def test_scripts_keep_the_protocol() -> None:
     for kind in HAZARDS:
-        script = load_part(kind, "script")
+        script: type[Script] = load_part(kind, "script")
         assert inspect.isclass(script)
         expected = list(inspect.signature(Script.step).parameters)
         assert list(inspect.signature(script.step).parameters) == expected

@@ -26,7 +26,7 @@ def list_hazards(
     from collections import Counter
 
     from plant_bench.reports.tables import print_rows
-    from plant_bench.world.hazard import HAZARDS
+    from plant_bench.world.hazard_table import HAZARDS
     from plant_bench.world.route import load_suite
 
     counts = Counter(hazard.kind for route in load_suite(suite) for hazard in route.hazards)

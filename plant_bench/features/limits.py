@@ -6,8 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 from plant_bench.agent import RouteAhead
-
-CURVE_BRAKING = 1.8  # m/s2 towards a lower speed limit ahead
+from plant_bench.world.braking import CURVE_BRAKING
 
 
 def allowed_speed(route: RouteAhead) -> float:

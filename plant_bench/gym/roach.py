@@ -18,7 +18,6 @@ from plant_bench.geometry.polyline import distances_to
 from plant_bench.geometry.pose import to_frame, wrap_angle, wrap_angles
 from plant_bench.gym.transition import Transition
 from plant_bench.scoring.infractions import InfractionKind, Status
-from plant_bench.sim.bystanders.parking import FIRST_PARKED
 from plant_bench.sim.ego import STEERING_LIMIT
 from plant_bench.world.scene import EGO_LENGTH, ActorKind, Actors
 
@@ -111,7 +110,7 @@ def _counts(
 ) -> Bool[np.ndarray, " actors"]:
     """Return who is in the way or moves by road: walkers and parked cars only near the route."""
     counts = np.ones(len(actors), bool)
-    beside = (actors.kinds == ActorKind.PEDESTRIAN) | (actors.ids >= FIRST_PARKED)
+    beside = (actors.kinds == ActorKind.PEDESTRIAN) | actors.parked
     asked = np.flatnonzero(beside & candidates)
     if asked.size and len(route.points) > 1:
         counts[asked] = distances_to(route.points, _places(actors, asked)) < BESIDE

@@ -9,7 +9,6 @@ from plant_bench.agent import Control, Privileged
 from plant_bench.geometry.polyline import Cursor
 from plant_bench.geometry.pose import wrap_angle
 from plant_bench.sim.bystanders.bystanders import LEVEL_GAP, Bystanders
-from plant_bench.sim.bystanders.stepping_out import FIRST_WALKER
 from plant_bench.sim.deadlocks import Deadlocks
 from plant_bench.sim.densities import density_of
 from plant_bench.sim.ego import advance
@@ -20,6 +19,7 @@ from plant_bench.sim.places import places_of
 from plant_bench.sim.seeing import join, join_facts, vehicle_actors
 from plant_bench.sim.sumo import Sumo, VehicleState
 from plant_bench.sim.traffic import MANAGE_INTERVAL, SIGHT, Traffic
+from plant_bench.world.actor_numbers import TRAFFIC
 from plant_bench.world.hazard import HazardOutcome
 from plant_bench.world.route import Scenario
 from plant_bench.world.scene import EGO_LENGTH, TICK, Actors, EgoState, Scene
@@ -185,7 +185,7 @@ class Simulation:
         self._states = {
             key: state
             for key, state in sorted(seen.items())
-            if key < FIRST_WALKER and abs(state.z - height) < LEVEL_GAP
+            if key in TRAFFIC and abs(state.z - height) < LEVEL_GAP
         }
         vehicles = vehicle_actors(self._states, self._traffic.types)
         actors = join(vehicles, *self._bystanders.look(ego.x, ego.y, height))

@@ -14,9 +14,10 @@ from plant_bench.sim.sumo_commands import Commands, place_vehicle
 from plant_bench.sim.sumo_library import libsumo
 from plant_bench.sim.sumo_signals import Signals
 from plant_bench.sim.vehicle_types import TYPES_FILE
+from plant_bench.world.actor_numbers import EGO
 from plant_bench.world.scene import EGO_LENGTH, TICK
 
-EGO_ID = "0"
+EGO_ID = str(EGO)
 ACTION_STEP = 0.2  # s between a background driver's decisions: halves the cost of a step
 LANE_CHANGE_DURATION = 3.0  # s: without it a lane change is a jump sideways
 

@@ -15,6 +15,7 @@ from jaxtyping import Int
 from plant_bench.sim.streets import SAMPLE_SPACING, StreetGrid
 from plant_bench.sim.sumo import Sumo
 from plant_bench.sim.vehicle_types import VEHICLE_TYPES, VehicleType
+from plant_bench.world.actor_numbers import TRAFFIC
 from plant_bench.world.scene import EGO_LENGTH, ActorKind
 
 SIGHT = 80.0  # m: what the ego may see, and nothing appears or vanishes in
@@ -51,7 +52,7 @@ class Traffic:
         self._streets = streets
         self._density = density
         self._draw = random.Random(seed)
-        self._number = 0
+        self._next = TRAFFIC.start
         self._looks = 0
         mix = streets.town.life.mix
         self._mix = {ActorKind[name.upper()]: share for name, share in mix.items() if share > 0.0}
@@ -64,8 +65,8 @@ class Traffic:
 
     def number(self) -> int:
         """Return the number of a new vehicle."""
-        self._number += 1
-        return self._number
+        self._next += 1
+        return self._next - 1
 
     def fill(self, x: float, y: float) -> None:
         """Put vehicles on all streets around the ego, before the episode starts."""

@@ -8,6 +8,7 @@ import math
 from dataclasses import dataclass
 from pathlib import Path
 
+from plant_bench.world.crossing import RIDER_LENGTH, WALKER_LENGTH
 from plant_bench.world.scene import EGO_LENGTH, EGO_WIDTH, ActorKind
 
 TYPES_FILE = Path(__file__).with_name("vehicle_types.add.xml")
@@ -81,8 +82,8 @@ _PLACED = """\
     <vType id="ego" vClass="passenger" length="{length:.2f}" width="{width:.2f}" height="1.51" \
 minGap="2.5"/>
     <!-- Placed by hazards. Passenger class: SUMO maps it to a road lane, where drivers see it. -->
-    <vType id="walker" vClass="passenger" length="0.5" width="0.6" minGap="0.5"/>
-    <vType id="rider" vClass="passenger" length="1.8" width="0.65" minGap="0.5"/>
+    <vType id="walker" vClass="passenger" length="{walker}" width="0.6" minGap="0.5"/>
+    <vType id="rider" vClass="passenger" length="{rider}" width="0.65" minGap="0.5"/>
 """
 
 
@@ -96,8 +97,8 @@ def _type(body: _Body, temper: _Temper) -> VehicleType:
 VEHICLE_TYPES = tuple(_type(body, temper) for body in _BODIES for temper in _TEMPERS)
 
 # Whom scripts place or send; their share is of none of the traffic.
-WALKER = VehicleType("walker", 0.5, 0.6, ActorKind.PEDESTRIAN, 0.0)
-RIDER = VehicleType("rider", 1.8, 0.65, ActorKind.BICYCLE, 0.0)
+WALKER = VehicleType("walker", WALKER_LENGTH, 0.6, ActorKind.PEDESTRIAN, 0.0)
+RIDER = VehicleType("rider", RIDER_LENGTH, 0.65, ActorKind.BICYCLE, 0.0)
 CAR = VehicleType("car_medium", 4.47, 1.84, ActorKind.CAR, 0.0)
 VAN = VehicleType("van", 5.32, 2.01, ActorKind.VAN, 0.0)
 
@@ -105,7 +106,9 @@ VAN = VehicleType("van", 5.32, 2.01, ActorKind.VAN, 0.0)
 def types_xml() -> str:
     """Return the text of `vehicle_types.add.xml`."""
     rows = "".join(_row(body, temper) for body in _BODIES for temper in _TEMPERS)
-    placed = _PLACED.format(length=EGO_LENGTH, width=EGO_WIDTH)
+    placed = _PLACED.format(
+        length=EGO_LENGTH, width=EGO_WIDTH, walker=WALKER_LENGTH, rider=RIDER_LENGTH
+    )
     comment = "<!-- Written by plant_bench/sim/vehicle_types.py; edit that. -->"
     return f"{comment}\n<additional>\n{placed}{rows}</additional>\n"
 

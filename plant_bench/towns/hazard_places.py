@@ -1,27 +1,23 @@
-"""Where on a route each kind of hazard can happen."""
+"""Where on a route each kind of hazard can happen.
 
-from collections.abc import Callable, Iterator
+The table's `where` names one of the finders here. A finder is given the kinds that share it, and
+asks what their `fits` name.
+"""
+
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 from plant_bench.towns.hazard_track import MARGIN, MERGE_RUN, Track
-from plant_bench.world.approaches import FITS, approaches
+from plant_bench.world.approaches import approaches
+from plant_bench.world.braking import BRAKING, GRIP, REACTION
 from plant_bench.world.hazard import HazardKind
+from plant_bench.world.hazard_table import HAZARDS, load_part
 from plant_bench.world.route import Route
-from plant_bench.world.town import Town
+from plant_bench.world.town import Lane, Town
 
 CROSSED_LIMIT = 14.0  # m/s: nobody walks across faster roads
 ROOM = 60.0  # m of lane that lane events need
 RUN, LINE_RUN = 60.0, 30.0  # m that who meets the ego in a junction comes, to it and to its line
-SLIPPERY = 2.4  # m/s2 of braking that control losses leave
-# m before the place at which a kind may begin: this time at the speed limit, at least, at most.
-ARMS = {
-    HazardKind.HARD_BRAKE: (11.0, 130.0, 220.0),  # a leader is sent 90 m ahead, and waits
-    HazardKind.CUT_IN: (11.0, 130.0, 220.0),
-    HazardKind.MERGE_PRESSURE: (9.0, 100.0, 180.0),  # vehicles get into place beside the ego
-    HazardKind.BLOCKED_LANE: (12.0, 140.0, 240.0),  # put out beyond the ego's sight
-    HazardKind.QUEUE_TAIL: (12.0, 140.0, 240.0),
-}
-ARM = (10.0, 90.0, 140.0)  # all others, cut off at the start of the route
 UNSEEN = 100.0  # m in a straight line, for those put out beyond the ego's sight
 
 
@@ -51,7 +47,12 @@ class Place:
 def possible_places(town: Town, route: Route) -> list[Place]:
     """Return all places of a route where a hazard can happen, of all kinds."""
     track = Track(town, route)
-    found = [place for finder in _FINDERS for place in finder(track)]
+    sharing: dict[str, list[HazardKind]] = {}
+    for kind, row in HAZARDS.items():
+        sharing.setdefault(row.where, []).append(kind)
+    found = [
+        place for kinds in sharing.values() for place in load_part(kinds[0], "where")(track, kinds)
+    ]
     inner = (place for place in found if MARGIN < place.at < route.length - MARGIN)
     armed = ((place, _arm(track, place)) for place in inner)
     return [replace(place, arm=arm) for place, arm in armed if arm is not None]
@@ -59,94 +60,144 @@ def possible_places(town: Town, route: Route) -> list[Place]:
 
 def _arm(track: Track, place: Place) -> float | None:
     """Return where a place's hazard may begin, None where the route has not the metres it needs."""
-    time, nearest, farthest = ARMS.get(place.kind, ARM)
-    arm = place.at - min(max(nearest, time * place.limit), farthest)
-    if place.kind not in ARMS:
+    need = HAZARDS[place.kind].arm
+    arm = place.at - min(max(need.nearest, need.time * place.limit), need.farthest)
+    if not need.whole:
         return max(arm, 0.0)
-    if place.kind in (HazardKind.BLOCKED_LANE, HazardKind.QUEUE_TAIL):
-        while arm > place.at - farthest and track.apart(arm, place.at) < UNSEEN:
+    if need.unseen:
+        while arm > place.at - need.farthest and track.apart(arm, place.at) < UNSEEN:
             arm -= 5.0
         if track.apart(max(arm, 0.0), place.at) < UNSEEN:
             return None
     return arm if arm >= 0.0 else None
 
 
-def _control_losses(track: Track) -> Iterator[Place]:
+def off_junctions(track: Track, kinds: Sequence[HazardKind]) -> Iterator[Place]:
+    """Find where a driver with little grip need not stop, and keeps its lane."""
     for at in track.places:
         limit, (before, after) = track.limit(at), track.room(at)
         slides = 2.5 * limit
-        stops = 0.5 * limit + limit**2 / (2.0 * SLIPPERY)
+        stops = REACTION * limit + limit**2 / (2.0 * GRIP * BRAKING)
         ample = after > max(slides, stops) + 10.0
         if before > 10.0 and ample and track.keeps_lane(at - 10.0, at + slides):
-            yield Place(HazardKind.CONTROL_LOSS, at, limit)
+            for kind in kinds:
+                yield Place(kind, at, limit)
 
 
-def _crossings(track: Track) -> Iterator[Place]:
+def at_kerbs(track: Track, kinds: Sequence[HazardKind]) -> Iterator[Place]:
+    """Find where one may step onto a street between junctions."""
     sides: dict[str, tuple[int, ...]] = {}
     for at in track.places:
         lane, (before, after) = track.lane(at), track.room(at)
         slow = lane.speed_limit < CROSSED_LIMIT and track.is_kerb(lane)
         if slow and before > 20.0 and after > 15.0 and track.keeps_lane(at - 10.0, at + 10.0):
             known = sides.setdefault(lane.id, track.sides(lane))
-            yield Place(HazardKind.CROSSING, at, track.limit(at), sides=known)
+            for kind in kinds:
+                yield Place(kind, at, track.limit(at), sides=known)
 
 
-def _crossings_after_turns(track: Track) -> Iterator[Place]:
+def behind_turns(track: Track, kinds: Sequence[HazardKind]) -> Iterator[Place]:
+    """Find where one may step onto a street that the ego turns into."""
     for passage in track.route.passages:
         at = passage.exit + 6.0  # give or take two metres
         lane = track.lane(at)
         slow = lane.speed_limit < CROSSED_LIMIT and track.is_kerb(lane)
         if passage.turn != "straight" and slow and track.room(at)[1] > 12.0:
             sides = track.sides(lane)
-            yield Place(HazardKind.CROSSING_AFTER_TURN, at, track.limit(at), sides=sides)
+            for kind in kinds:
+                yield Place(kind, at, track.limit(at), sides=sides)
 
 
-def _at_junctions(track: Track) -> Iterator[Place]:
+def at_junctions(track: Track, kinds: Sequence[HazardKind]) -> Iterator[Place]:
+    """Find where one can come from afar who meets the ego; `fits` is given the way and passage."""
+    known = [(kind, load_part(kind, "fits")) for kind in kinds]
     for passage in track.route.passages:
         at = 0.5 * (passage.entry + passage.exit)
         ways = approaches(track.town, track.route, passage)
-        for kind, fits in FITS.items():
+        for kind, fits in known:
             runs = (way for way in ways if fits(way, passage))
             if any(way.meets > RUN and way.stop > LINE_RUN for way in runs):
                 yield Place(kind, at, track.limit(at))
 
 
-def _lane_events(track: Track) -> Iterator[Place]:
-    """Hard brakes, cut-ins, blocked lanes and tails of queues."""
+@dataclass(frozen=True)
+class Stretch:
+    """A stretch of a lane that the ego keeps, around a place.
+
+    Attributes:
+        track: What lies along the route.
+        at: Arc length of the place, metres.
+        lane: The lane.
+        limit: The ego's speed limit, m/s.
+        before: Metres to the junction behind.
+        after: Metres to the junction ahead.
+        room: Metres of the same lane ahead.
+        straight: Whether it leads straight on.
+    """
+
+    track: Track
+    at: float
+    lane: Lane
+    limit: float
+    before: float
+    after: float
+    room: float
+    straight: bool
+
+
+def on_lanes(track: Track, kinds: Sequence[HazardKind]) -> Iterator[Place]:
+    """Find where something may happen on the ego's lane.
+
+    `fits` is given a `Stretch`, and returns the parameters of each hazard that can happen there.
+    """
+    known = [(kind, load_part(kind, "fits")) for kind in kinds]
     for at in track.places:
-        lane, (before, after), limit = track.lane(at), track.room(at), track.limit(at)
+        lane, (before, after) = track.lane(at), track.room(at)
         if lane.junction is not None or not track.keeps_lane(at - ROOM, at + 0.5 * ROOM):
             continue
         straight = track.is_straight(at - 0.5 * ROOM, at + 0.5 * ROOM)
-        if before > 0.5 * ROOM and after > 0.5 * ROOM:
-            yield Place(HazardKind.HARD_BRAKE, at, limit)
-        if straight and before > ROOM and after > 0.5 * ROOM:
-            for side, beside in ((-1.0, lane.right), (1.0, lane.left)):
-                if beside is not None and not track.town.lanes[beside].acceleration:
-                    yield Place(HazardKind.CUT_IN, at, limit, parameters={"side": side})
-        passable = lane.left is not None or (limit < CROSSED_LIMIT and track.has_oncoming(lane))
-        roomy = before > ROOM and after > ROOM and track.keeps_lane(at - ROOM, at + ROOM)
-        if straight and roomy and track.is_kerb(lane) and passable:
-            yield Place(HazardKind.BLOCKED_LANE, at, limit)
-        if before > ROOM and min(after, track.span(at).end - at) > 0.5 * ROOM:
-            yield Place(HazardKind.QUEUE_TAIL, at, limit, room=track.span(at).end - at)
+        limit, room = track.limit(at), track.span(at).end - at
+        stretch = Stretch(track, at, lane, limit, before, after, room, straight)
+        for kind, fits in known:
+            for parameters in fits(stretch):
+                yield Place(kind, at, limit, room=room, parameters=parameters)
 
 
-def _merges(track: Track) -> Iterator[Place]:
+def for_braking(stretch: Stretch) -> list[dict[str, float]]:
+    """Have room for one who brakes and one who follows."""
+    return [{}] if stretch.before > 0.5 * ROOM and stretch.after > 0.5 * ROOM else []
+
+
+def for_cutting_in(stretch: Stretch) -> list[dict[str, float]]:
+    """Have a lane beside a straight stretch; one place for each side."""
+    if not (stretch.straight and stretch.before > ROOM and stretch.after > 0.5 * ROOM):
+        return []
+    lanes, sides = stretch.track.town.lanes, ((-1.0, stretch.lane.right), (1.0, stretch.lane.left))
+    return [{"side": side} for side, name in sides if name and not lanes[name].acceleration]
+
+
+def for_blocking(stretch: Stretch) -> list[dict[str, float]]:
+    """Have a kerb on a straight stretch, and a lane by which one could pass."""
+    track, at, lane = stretch.track, stretch.at, stretch.lane
+    slow = stretch.limit < CROSSED_LIMIT
+    passable = lane.left is not None or (slow and track.has_oncoming(lane))
+    roomy = stretch.before > ROOM and stretch.after > ROOM
+    keeps = roomy and track.keeps_lane(at - ROOM, at + ROOM)
+    return [{}] if stretch.straight and keeps and track.is_kerb(lane) and passable else []
+
+
+def for_queues(stretch: Stretch) -> list[dict[str, float]]:
+    """Have room on the same lane for those who stand."""
+    ample = min(stretch.after, stretch.room) > 0.5 * ROOM
+    return [{}] if stretch.before > ROOM and ample else []
+
+
+def at_lane_changes(track: Track, kinds: Sequence[HazardKind]) -> Iterator[Place]:
+    """Find where one can come from afar on the lane that the ego changes to."""
     for change in track.route.lane_changes:
         at = 0.5 * (change.start + change.end)
         side = 1.0 if change.direction == "left" else -1.0
         beyond = next((span.start for span in track.route.lanes if span.start >= at), None)
         if beyond is not None and track.run_to(beyond) > MERGE_RUN:
-            parameters = {"side": side}
-            yield Place(HazardKind.MERGE_PRESSURE, at, track.limit(at), parameters=parameters)
-
-
-_FINDERS: tuple[Callable[[Track], Iterator[Place]], ...] = (
-    _control_losses,
-    _crossings,
-    _crossings_after_turns,
-    _at_junctions,
-    _lane_events,
-    _merges,
-)
+            for kind in kinds:
+                yield Place(kind, at, track.limit(at), parameters={"side": side})

@@ -12,7 +12,7 @@ from PIL import Image
 from plant_bench.geometry.polyline import arc_lengths
 from plant_bench.towns.picture import draw_town
 from plant_bench.whole_files import whole_file
-from plant_bench.world.hazard import HAZARDS
+from plant_bench.world.hazard_table import HAZARDS
 from plant_bench.world.route import Route
 from plant_bench.world.town import Town, load_town
 

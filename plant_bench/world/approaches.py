@@ -1,7 +1,6 @@
 """Ways through a junction that meet the ego's, and where the boxes of both touch."""
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -11,7 +10,6 @@ from jaxtyping import Float
 from plant_bench.geometry.box import overlap
 from plant_bench.geometry.polyline import arc_lengths, without_repeats
 from plant_bench.geometry.pose import wrap_angle
-from plant_bench.world.hazard import HazardKind
 from plant_bench.world.route import Passage, Route
 from plant_bench.world.scene import EGO_EXTENT, EGO_LENGTH
 from plant_bench.world.town import Lane, Link, Town
@@ -204,11 +202,3 @@ def is_oncoming(way: Approach, passage: Passage) -> bool:
     """Tell whether a way is oncoming, and need not wait for the ego that turns left."""
     opposite = abs(way.angle) > ONCOMING and way.link.turn != "left"
     return passage.turn == "left" and passage.signal is not None and opposite
-
-
-FITS: dict[HazardKind, Callable[[Approach, Passage], bool]] = {
-    HazardKind.RED_LIGHT_RUNNER: crosses,
-    HazardKind.RIGHT_TURN: joins_from_left,
-    HazardKind.UNSIGNALLED_CROSSING: is_unsignalled,
-    HazardKind.UNPROTECTED_LEFT: is_oncoming,
-}

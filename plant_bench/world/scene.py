@@ -4,7 +4,9 @@ from dataclasses import dataclass
 from enum import IntEnum
 
 import numpy as np
-from jaxtyping import Float, Int, UInt8
+from jaxtyping import Bool, Float, Int, UInt8
+
+from plant_bench.world.actor_numbers import PARKED, TRAFFIC
 
 TICK = 0.05  # s: 20 Hz, as the CARLA leaderboard
 EGO_LENGTH = 4.90  # m, CARLA's lincoln.mkz2017 (PlanT, carla_agent_files/PlanT_agent.py)
@@ -115,6 +117,16 @@ class Actors:
 
     def __len__(self) -> int:
         return len(self.ids)
+
+    @property
+    def parked(self) -> Bool[np.ndarray, " actors"]:
+        """Who is a parked car."""
+        return self.ids >= PARKED.start
+
+    @property
+    def in_traffic(self) -> Bool[np.ndarray, " actors"]:
+        """Who takes part in SUMO's traffic, or was put out by a hazard."""
+        return self.ids < TRAFFIC.stop
 
     def only(self, keep: np.ndarray) -> "Actors":
         """Return the actors that a boolean mask or an index array selects."""

@@ -11,9 +11,7 @@ from plant_bench.agents.loading.registry import load_agent
 from plant_bench.geometry.box import overlap_one
 from plant_bench.scoring.referee import Referee
 from plant_bench.sensing.observe import observe
-from plant_bench.sim.bystanders.parking import FIRST_PARKED
 from plant_bench.sim.bystanders.roadway import Roadway
-from plant_bench.sim.bystanders.stepping_out import FIRST_WALKER
 from plant_bench.sim.places import places_of
 from plant_bench.sim.simulation import Simulation
 from plant_bench.sim.traffic import SIGHT
@@ -28,7 +26,7 @@ def route(name: str) -> Route:
 
 
 def on_foot(scene: Scene) -> Actors:
-    return scene.actors.only((scene.actors.ids >= FIRST_WALKER) & (scene.actors.ids < FIRST_PARKED))
+    return scene.actors.only(~scene.actors.in_traffic & ~scene.actors.parked)
 
 
 def drive(scenario: Scenario, ticks: int, stand_at: float = np.inf) -> list[Scene]:
@@ -96,7 +94,7 @@ def test_same_seed_same_scenes_and_facts_in_the_order_of_actors() -> None:
     assert len(facts.paths) == len(facts.stopped_for) == len(one)
     starts = np.hypot(*(facts.paths[:, 0, :2] - one.poses[:, :2]).T)
     assert np.quantile(starts, 0.9) < 0.6
-    parked = one.ids >= FIRST_PARKED
+    parked = one.parked
     assert parked.any()
     assert (facts.desired_speeds[parked] == 0.0).all()
 

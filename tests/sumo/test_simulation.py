@@ -16,7 +16,6 @@ from plant_bench.errors import InputError, SimulationError
 from plant_bench.runner.episode.jobs import Job
 from plant_bench.runner.episode.loop import run_episode
 from plant_bench.scoring.referee import Referee
-from plant_bench.sim.bystanders.stepping_out import FIRST_WALKER
 from plant_bench.sim.ego import advance
 from plant_bench.sim.simulation import LEVEL_GAP, Simulation
 from plant_bench.sim.traffic import SIGHT
@@ -84,8 +83,8 @@ def away(scene: Scene) -> np.ndarray:
     halves = 0.5 * np.append(actors.extents[:, 0], EGO_LENGTH)[:, None]
     centres = np.vstack((actors.poses[:, :2], (ego.x, ego.y)))
     fronts = centres + halves * np.stack((np.cos(yaws), np.sin(yaws)), axis=1)
-    points = np.where(actors.ids[:, None] < FIRST_WALKER, fronts[:-1], centres[:-1])
-    origins = np.where(actors.ids[:, None] < FIRST_WALKER, fronts[-1], centres[-1])
+    points = np.where(actors.in_traffic[:, None], fronts[:-1], centres[:-1])
+    origins = np.where(actors.in_traffic[:, None], fronts[-1], centres[-1])
     return np.hypot(*(points - origins).T)
 
 

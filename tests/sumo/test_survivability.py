@@ -5,8 +5,8 @@ from collections import Counter
 
 import pytest
 
-from plant_bench.sim.hazards.director import SCRIPTS
 from plant_bench.world.hazard import Hazard, HazardKind
+from plant_bench.world.hazard_table import HAZARDS
 from plant_bench.world.route import Route, load_suite
 from tests.sumo import oracle
 
@@ -18,7 +18,7 @@ NO_ACTORS = (HazardKind.CONTROL_LOSS,)
 MOST_ASIDE = 1.2  # m from the route that a control loss may carry a driver who steers
 ROUTES = load_suite("longest6")
 
-every_kind = pytest.mark.parametrize("kind", list(SCRIPTS), ids=[kind.value for kind in SCRIPTS])
+every_kind = pytest.mark.parametrize("kind", list(HAZARDS), ids=[kind.value for kind in HAZARDS])
 
 
 def places(kind: HazardKind) -> list[tuple[Route, Hazard]]:

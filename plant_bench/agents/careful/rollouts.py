@@ -9,7 +9,7 @@ from plant_bench.agent import RouteAhead
 from plant_bench.agents.careful.forecast import STEP, STEPS
 from plant_bench.agents.idm import IDM_ACCELERATION
 from plant_bench.compiled import REAL, REALS, REALS_2D, WHOLE, compiled
-from plant_bench.features.limits import CURVE_BRAKING
+from plant_bench.world.braking import CURVE_BRAKING
 
 SLOWER = 0.85  # share of its pace that the ego surely reaches
 LEAST_PACE = 0.1  # m/s

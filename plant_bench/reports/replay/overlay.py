@@ -12,7 +12,7 @@ from plant_bench.reports.replay.source import ReplaySource
 from plant_bench.runner.review.expert_view import EXPERT, ExpertView, told_by_expert
 from plant_bench.scoring.infractions import Infraction
 from plant_bench.scoring.results import EpisodeResult, HazardRecord
-from plant_bench.world.hazard import HAZARDS
+from plant_bench.world.hazard_table import HAZARDS
 from plant_bench.world.route import Passage, Route
 from plant_bench.world.route_progress import RouteProgress
 from plant_bench.world.scene import EGO_WIDTH, TICK

@@ -14,7 +14,8 @@ from plant_bench.reports.replay.moments import Moment, moment_of
 from plant_bench.reports.replay.overlay import place_at, stop_line
 from plant_bench.reports.replay.page import palette
 from plant_bench.reports.replay.shapes import BODIES, GLASS, Polygon, placed, shown_extent
-from plant_bench.world.hazard import HAZARDS, Phase
+from plant_bench.world.hazard import Phase
+from plant_bench.world.hazard_table import HAZARDS
 from plant_bench.world.scene import EGO_EXTENT, ActorKind, Light
 
 BOXES = {  # metres wider than the actor, points, style

@@ -8,9 +8,9 @@ from plant_bench.runner.review.moments import Window
 from plant_bench.scoring.endings import BLOCKED_TIME
 from plant_bench.scoring.infractions import Infraction, InfractionKind
 from plant_bench.scoring.results import EpisodeResult
+from plant_bench.world.actor_numbers import is_parked
 from plant_bench.world.scene import TICK, ActorKind
 
-FIRST_PARKED = 1_000_000  # ids from here on are those of parked cars
 KIND_NAMES: dict[InfractionKind, str] = {
     InfractionKind.COLLISION_PEDESTRIAN: "collision with a pedestrian",
     InfractionKind.COLLISION_VEHICLE: "collision with a vehicle",
@@ -95,5 +95,5 @@ def actor_name(actor: int, kind: ActorKind | None) -> str:
     >>> actor_name(17, ActorKind.CAR), actor_name(1000002, ActorKind.VAN)
     ('car 17', 'parked van 1000002')
     """
-    parked = "parked " if actor >= FIRST_PARKED else ""
+    parked = "parked " if is_parked(actor) else ""
     return f"{parked}{'actor' if kind is None else kind.name.lower()} {actor}"

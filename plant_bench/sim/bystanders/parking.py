@@ -12,12 +12,12 @@ from jaxtyping import Bool, Float
 from plant_bench.agent import PATH_POSES, Privileged
 from plant_bench.geometry.box import corners
 from plant_bench.sim.bystanders.roadway import Roadway
-from plant_bench.world.hazard import HazardKind
+from plant_bench.world.actor_numbers import PARKED
+from plant_bench.world.hazard_table import HAZARDS
 from plant_bench.world.route import Scenario
 from plant_bench.world.scene import TICK, ActorKind, Actors
 from plant_bench.world.town import Lane, Town
 
-FIRST_PARKED = 1_000_000  # the first parked car's number; the greatest numbers of a scene
 QUIET = 13.9  # m/s: cars are parked where the limit is not above 50 km/h
 FROM_LANE = 0.3  # m between a car and the lane beside it, at least
 FROM_ENDS = 12.0  # m kept free at both ends of an edge
@@ -25,14 +25,6 @@ GAPS = (0.8, 1.6)  # m between two places
 FILLED = 0.7  # share of the places that are taken
 SIZES = ((3.97, 1.75), (4.47, 1.84), (4.86, 1.92), (5.32, 2.01))  # m, as the traffic's cars
 VAN_LENGTH = 5.0  # m from which a car is a van
-# m around a hazard's place that are left free: where it puts actors beside the road, or pulls the
-# ego aside.
-LEFT_FREE = {
-    HazardKind.CROSSING: 15.0,
-    HazardKind.CROSSING_AFTER_TURN: 15.0,
-    HazardKind.BLOCKED_LANE: 15.0,
-    HazardKind.CONTROL_LOSS: 40.0,
-}
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,14 +96,14 @@ class ParkedCars:
     """
 
     def __init__(self, places: Places, scenario: Scenario) -> None:
-        draw = random.Random(scenario.seed ^ FIRST_PARKED)
+        draw = random.Random(scenario.seed ^ PARKED.start)
         taken = np.array([draw.random() < FILLED for _ in places.poses], dtype=bool)
         taken &= ~_kept_free(places, scenario)
         kinds = np.where(places.extents[:, 0] > VAN_LENGTH, ActorKind.VAN, ActorKind.CAR)
         count = int(taken.sum())
         self._heights = places.heights[taken]
         self.all = Actors(
-            FIRST_PARKED + np.arange(count),
+            PARKED.start + np.arange(count),
             places.poses[taken].astype(np.float32),
             np.zeros(count, np.float32),
             places.extents[taken].astype(np.float32),
@@ -125,7 +117,7 @@ class ParkedCars:
         poses = self.all.poses
         near = (poses[:, 0] - x) ** 2 + (poses[:, 1] - y) ** 2 < sight**2
         chosen = np.flatnonzero(near & (np.abs(self._heights - z) < level))
-        if not np.array_equal(FIRST_PARKED + chosen, self._seen.ids):
+        if not np.array_equal(PARKED.start + chosen, self._seen.ids):
             self._seen = self.all.only(chosen)
             standing = self._seen.poses[:, None].astype(float)
             self._paths = np.tile(standing, (1, PATH_POSES, 1))
@@ -146,8 +138,9 @@ def _kept_free(places: Places, scenario: Scenario) -> Bool[np.ndarray, " places"
     free = np.zeros(len(places.poses), dtype=bool)
     route = scenario.route
     for hazard in scenario.played_hazards:
-        if hazard.kind in LEFT_FREE:
+        around = HAZARDS[hazard.kind].kept_free
+        if around:
             x, y = (np.interp(hazard.at, route.along, route.points[:, axis]) for axis in (0, 1))
             away = np.hypot(places.poses[:, 0] - x, places.poses[:, 1] - y)
-            free |= away < LEFT_FREE[hazard.kind] + 0.5 * places.extents[:, 0]
+            free |= away < around + 0.5 * places.extents[:, 0]
     return free

@@ -3,8 +3,8 @@
 from plant_bench.sim.sumo_commands import Commands
 from plant_bench.sim.traffic import Traffic
 from plant_bench.sim.vehicle_types import WALKER
+from plant_bench.world.actor_numbers import STAND_INS
 
-FIRST_STAND_IN = 700_000  # the first stand-in's number: greater than those of all in scenes on foot
 INTERVAL = 4  # ticks between two placements: the action step of SUMO's drivers
 
 
@@ -20,7 +20,7 @@ class StandIns:
     def __init__(self, commands: Commands, traffic: Traffic, edge: str) -> None:
         self._commands, self._traffic, self._edge = commands, traffic, edge
         self._vehicles: dict[int, int] = {}  # by the walker's number
-        self._next = FIRST_STAND_IN
+        self._next = STAND_INS.start
 
     def show(self, tick: int, walker: int, pose: tuple[float, float, float], speed: float) -> None:
         """Show a walker, by its box centre; call at every tick."""

@@ -7,11 +7,10 @@ from typing import NamedTuple, Protocol, runtime_checkable
 import numpy as np
 
 from plant_bench.sim.bystanders.footways import Crossing
-from plant_bench.sim.surprise import SPARE, stopping_distance
+from plant_bench.world.braking import SPARE, stopping_distance
 from plant_bench.world.route import Route
 from plant_bench.world.scene import EGO_LENGTH, EGO_WIDTH, Actors, EgoState, Light
 
-FIRST_WALKER = 500_000  # numbers from here on are those of people on foot and parked cars
 SPARE_TIME = 1.0  # s between a walker's way over the road and who comes next
 CLEARANCE_TIME = 2.0  # s of a walk over the road that may fall after the light has changed
 LEAST_GREEN = 4.0  # s of green that are enough for any crossing
@@ -47,7 +46,7 @@ class Moving(NamedTuple):
 
 def moving(actors: Actors) -> list[Moving]:
     """Return the vehicles of a scene; parked cars and those on foot are left out."""
-    vehicles = actors.only(actors.ids < FIRST_WALKER)
+    vehicles = actors.only(actors.in_traffic)
     columns = np.column_stack((vehicles.poses, vehicles.speeds, vehicles.extents))
     return [Moving(*row) for row in columns.tolist()]
 

@@ -18,8 +18,9 @@ from plant_bench.agent import PATH_POSES, PATH_STEP, Privileged
 from plant_bench.geometry.pose import wrap_angles
 from plant_bench.sim.bystanders.bumping import BODY, blocked
 from plant_bench.sim.bystanders.footways import Crossing, Footways, Heading
-from plant_bench.sim.bystanders.stepping_out import FIRST_WALKER, Moving, moving
+from plant_bench.sim.bystanders.stepping_out import Moving, moving
 from plant_bench.sim.bystanders.walks import SAMPLE, SAMPLES, WALK, Kerb, Walk, random_walk
+from plant_bench.world.actor_numbers import PEDESTRIANS
 from plant_bench.world.scene import TICK, ActorKind, Actors, EgoState
 
 ENTRY_RADIUS = 90.0  # m: walkers come in no nearer to the ego; nobody on foot is fast
@@ -87,9 +88,9 @@ class Walkers:
     ) -> None:
         self._ways, self._rules, self._stand_ins = ways, rules, stand_ins
         self._density = density
-        self._draw = random.Random(seed ^ FIRST_WALKER)
+        self._draw = random.Random(seed ^ PEDESTRIANS.start)
         self._headings, self._spots = ways.places(SPACING)
-        self._number = FIRST_WALKER
+        self._number = PEDESTRIANS.start
         # One row a walker, in the order of their numbers.
         self.ids = np.zeros(0, np.int64)
         self._at, self._pace, self._speed, self._wanted, self._stop, self._since = np.zeros((6, 0))

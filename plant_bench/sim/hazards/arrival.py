@@ -5,11 +5,11 @@ import math
 import numpy as np
 
 from plant_bench.sim.hazards.stage import Stage
+from plant_bench.world.braking import CURVE_BRAKING
 from plant_bench.world.route import Passage, Route
 from plant_bench.world.scene import EGO_LENGTH, EgoState
 
 PULL = 2.5  # m/s2 with which a vehicle under command gains speed
-CURVE_BRAKING = 1.8  # m/s2 that the ego is thought to brake with before a bend
 GAIN = 2.0  # m/s2 that the ego is thought to speed up with
 START = 0.3  # s until the ego goes when it may
 QUEUE_TIME, QUEUE_ROOM = 1.2, 7.5  # s and m for each that stands before the ego

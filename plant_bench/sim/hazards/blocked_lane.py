@@ -6,6 +6,7 @@ sight and shortly before it arrives, so that few others must queue behind it.
 
 import random
 
+from plant_bench.sim.hazards.script import number_of
 from plant_bench.sim.hazards.stage import Stage
 from plant_bench.sim.vehicle_types import VAN
 from plant_bench.world.hazard import Hazard, Phase
@@ -29,7 +30,7 @@ class BlockedLane:
         self.phase = Phase.ARMED
         self.reason = ""
         self._at = hazard.at
-        self._wait = hazard.parameters.get("wait", draw.uniform(15.0, 30.0))
+        self._wait = number_of(hazard, "wait", draw)
         self._lane = stage.lane_at(hazard.at)
         self._van: int | None = None
         self._placed = 0.0

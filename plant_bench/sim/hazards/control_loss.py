@@ -6,11 +6,10 @@ import random
 from plant_bench.agent import Control
 from plant_bench.sim.hazards.hard_brake import gap_to, leader_of
 from plant_bench.sim.hazards.stage import Stage
-from plant_bench.sim.surprise import BRAKING, REACTION
+from plant_bench.world.braking import BRAKING, GRIP, REACTION
 from plant_bench.world.hazard import Hazard, Phase
 from plant_bench.world.scene import EgoState
 
-GRIP = 0.6  # share of acceleration and braking that is left
 LEAST_SPEED = 3.0  # m/s, below which nothing slips
 # The lateral error of a driver who steers back is 0.02 s/m * pull * speed^2 * duration (measured
 # with the expert from 8 to 21 m/s): the pull is kept to what leaves 0.8 m.

@@ -15,12 +15,12 @@ from plant_bench.geometry.polyline import distance_to
 from plant_bench.sim.hazards.stage import Stage
 from plant_bench.sim.sumo import VehicleState
 from plant_bench.sim.vehicle_types import RIDER, VAN, WALKER
+from plant_bench.world.crossing import FARTHEST_START, SPEED_SPREAD, meets_at, needed_start
 from plant_bench.world.hazard import Hazard, Phase
 from plant_bench.world.scene import EGO_WIDTH, TICK, EgoState
 
 AHEAD_OF_TIME = 0.3  # s by which the walker is early: the ego meets it, not its trail
 STANDS = 3.0  # s for which the walker is there before it moves, at least
-FARTHEST_START = 9.0  # m beside the ego's path, unless the road is wider
 FARTHEST_KERB = 16.0  # m beside the ego's path at which a road's end is looked for
 FROM_KERB = 0.7  # m beside the road where the walker stands
 HASTE = 1.35  # times its speed that a walker goes who had to let others pass
@@ -46,15 +46,15 @@ class Crossing:
         self.reason = ""
         self._at = hazard.at
         self._kind = RIDER if parameters.get("rider", 0.0) else WALKER
-        self._speed = parameters.get("speed", 1.4) * draw.uniform(0.9, 1.1)
+        self._speed = parameters.get("speed", 1.4)
+        self._speed *= draw.uniform(1.0 - SPEED_SPREAD, 1.0 + SPEED_SPREAD)
         self._side = 1.0 if parameters.get("side", -1.0) > 0 else -1.0
         self._hidden = bool(parameters.get("hidden", 0.0))
         limit = stage.speed_limit_at(hazard.at)
-        needed = 0.5 + limit / 8.0 + 1.5 / max(limit, 1.0)  # s from first sight, as `Stage.slack`
-        self._enters = 0.5 * EGO_WIDTH + 0.5 * self._kind.length
+        self._enters = meets_at(self._kind.length)
         reach = 0.5 * self._kind.length + FROM_KERB
         self._near, far = (_kerb(stage, hazard.at, side) for side in (self._side, -self._side))
-        wanted = min(self._enters + self._speed * needed * 1.15, FARTHEST_START)
+        wanted = min(needed_start(self._speed, limit, self._kind.length), FARTHEST_START)
         self._offset = max(wanted, self._near + reach)
         self._speed *= min(max(self._offset / wanted, 1.0), HURRY)
         self._fastest = self._speed * HASTE

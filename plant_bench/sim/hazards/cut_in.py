@@ -11,10 +11,10 @@ import numpy as np
 
 from plant_bench.geometry.polyline import arc_lengths
 from plant_bench.sim.hazards.hard_brake import LANE_HALF, Neighbour, along_route
-from plant_bench.sim.hazards.script import HoldsTraffic
+from plant_bench.sim.hazards.script import HoldsTraffic, number_of
 from plant_bench.sim.hazards.stage import Stage
-from plant_bench.sim.surprise import BRAKING, REACTION
 from plant_bench.sim.vehicle_types import CAR
+from plant_bench.world.braking import BRAKING, REACTION
 from plant_bench.world.hazard import Hazard, Phase
 from plant_bench.world.scene import EGO_LENGTH, TICK, ActorKind, EgoState
 from plant_bench.world.town import Lane
@@ -49,13 +49,12 @@ class CutIn(HoldsTraffic):
     """
 
     def __init__(self, hazard: Hazard, stage: Stage, draw: random.Random) -> None:
-        parameters = hazard.parameters
         self.phase = Phase.ARMED
         self.reason = ""
         self._at = hazard.at
-        self._gap = parameters.get("gap", draw.uniform(6.0, 8.0))
-        self._duration = parameters.get("duration", draw.uniform(2.2, 2.5))
-        self._braking = parameters.get("braking", draw.uniform(2.5, 3.5))
+        self._gap = number_of(hazard, "gap", draw)
+        self._duration = number_of(hazard, "duration", draw)
+        self._braking = number_of(hazard, "braking", draw)
         self._neighbour, self._side = _neighbour(stage, hazard, draw)
         self._other: int | None = None
         self._sent = 0.0  # arc length of the front of one that SUMO has yet to take

@@ -2,39 +2,23 @@
 
 import random
 from collections.abc import Callable
-from importlib import import_module
 
 from plant_bench.agent import Control
 from plant_bench.sim.hazards.script import HoldsTraffic, Script
 from plant_bench.sim.hazards.stage import Stage
 from plant_bench.world.hazard import Hazard, HazardKind, HazardOutcome, Phase
+from plant_bench.world.hazard_table import HAZARDS, load_part
 from plant_bench.world.scene import TICK, EgoState
 
-SCRIPTS: dict[HazardKind, str] = {
-    HazardKind.CONTROL_LOSS: "plant_bench.sim.hazards.control_loss:ControlLoss",
-    HazardKind.CROSSING: "plant_bench.sim.hazards.crossing:Crossing",
-    HazardKind.CROSSING_AFTER_TURN: "plant_bench.sim.hazards.crossing:Crossing",
-    HazardKind.RED_LIGHT_RUNNER: "plant_bench.sim.hazards.meeting:Meeting",
-    HazardKind.UNPROTECTED_LEFT: "plant_bench.sim.hazards.unprotected_left:UnprotectedLeft",
-    HazardKind.RIGHT_TURN: "plant_bench.sim.hazards.meeting:Meeting",
-    HazardKind.UNSIGNALLED_CROSSING: "plant_bench.sim.hazards.meeting:Meeting",
-    HazardKind.HARD_BRAKE: "plant_bench.sim.hazards.hard_brake:HardBrake",
-    HazardKind.CUT_IN: "plant_bench.sim.hazards.cut_in:CutIn",
-    HazardKind.BLOCKED_LANE: "plant_bench.sim.hazards.blocked_lane:BlockedLane",
-    HazardKind.MERGE_PRESSURE: "plant_bench.sim.hazards.merge_pressure:MergePressure",
-    HazardKind.QUEUE_TAIL: "plant_bench.sim.hazards.queue_tail:QueueTail",
-}
 ENDED = (Phase.DONE, Phase.VOID)
 PATIENCE = 60.0  # s, longer than a red light, that vehicles wait for an ego that stands
 STANDING = 0.1  # m/s
 ARMED_INTERVAL = 2  # ticks between two looks of a script that only prepares
-PLACES_WHILE_ARMED = (HazardKind.CUT_IN,)  # prepare by placing a vehicle: at every tick
 
 
 def load_script(kind: HazardKind) -> Callable[[Hazard, Stage, random.Random], Script]:
     """Return what makes the script of a kind of hazard."""
-    module, _, name = SCRIPTS[kind].partition(":")
-    return getattr(import_module(module), name)
+    return load_part(kind, "script")
 
 
 class Director:
@@ -44,11 +28,15 @@ class Director:
         stage: The world as hazards handle it.
         hazards: In order of place.
         seed: The scenario's: timing differs from repetition to repetition.
+
+    Raises:
+        InputError: A kind of hazard has no script.
     """
 
     def __init__(self, stage: Stage, hazards: tuple[Hazard, ...], seed: int) -> None:
         self._stage = stage
         self._waiting = sorted(hazards, key=lambda hazard: hazard.arm)
+        self._scripts = {hazard.kind: load_script(hazard.kind) for hazard in hazards}
         self._seed = seed
         self._playing: list[tuple[Hazard, Script]] = []
         self._stood = 0.0
@@ -73,7 +61,7 @@ class Director:
         while self._waiting and self._waiting[0].arm <= self._stage.progress:
             hazard = self._waiting.pop(0)
             draw = random.Random(f"{hazard.seed}|{self._seed}")
-            self._playing.append((hazard, load_script(hazard.kind)(hazard, self._stage, draw)))
+            self._playing.append((hazard, self._scripts[hazard.kind](hazard, self._stage, draw)))
         self._stood = self._stood + TICK if ego.speed < STANDING else 0.0
         for hazard, script in self._playing:
             waits = self._stood > PATIENCE and script.phase is Phase.ARMED
@@ -86,7 +74,7 @@ class Director:
 
     def _is_due(self, hazard: Hazard, script: Script) -> bool:
         """Tell whether a script is asked at this tick; SUMO drives who is not placed at a tick."""
-        always = script.phase is Phase.COMMITTED or hazard.kind in PLACES_WHILE_ARMED
+        always = script.phase is Phase.COMMITTED or HAZARDS[hazard.kind].always_asked
         return always or self._stage.tick % ARMED_INTERVAL == 0
 
     def disturb(self, control: Control) -> Control:

@@ -11,10 +11,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from plant_bench.sim.hazards.script import HoldsTraffic
+from plant_bench.sim.hazards.script import HoldsTraffic, number_of
 from plant_bench.sim.hazards.stage import Stage
-from plant_bench.sim.surprise import BRAKING, REACTION, SPARE
 from plant_bench.sim.vehicle_types import CAR
+from plant_bench.world.braking import BRAKING, REACTION, SPARE
 from plant_bench.world.hazard import Hazard, Phase
 from plant_bench.world.scene import EGO_LENGTH, ActorKind, EgoState
 
@@ -61,9 +61,9 @@ class HardBrake(HoldsTraffic):
         self.phase = Phase.ARMED
         self.reason = ""
         self._at = hazard.at
-        self._braking = parameters.get("braking", draw.uniform(GENTLEST, 8.0))
+        self._braking = number_of(hazard, "braking", draw)
         self._headway = parameters.get("headway", draw.uniform(1.4, 1.7))
-        self._wait = parameters.get("wait", draw.uniform(2.0, 4.0))
+        self._wait = number_of(hazard, "wait", draw)
         self._leader: int | None = None
         self._stood: float | None = None
 

@@ -12,9 +12,10 @@ from plant_bench.sim.hazards.arrival import expected_arrival, speed_to_arrive, t
 from plant_bench.sim.hazards.rival import Rival, first_on, place_on, put_out, reroute
 from plant_bench.sim.hazards.script import HoldsTraffic
 from plant_bench.sim.hazards.stage import Stage
-from plant_bench.sim.surprise import SPARE
-from plant_bench.world.approaches import FITS, Approach, approaches, passage_at
+from plant_bench.world.approaches import Approach, approaches, passage_at
+from plant_bench.world.braking import SPARE
 from plant_bench.world.hazard import Hazard, Phase
+from plant_bench.world.hazard_table import load_part
 from plant_bench.world.route import Passage
 from plant_bench.world.scene import EgoState, Light
 
@@ -63,7 +64,7 @@ class Meeting(HoldsTraffic):
         self._pace = self._speed
         self._begun = math.inf
         if self._passage is not None:
-            fits, passage = FITS[hazard.kind], self._passage
+            fits, passage = load_part(hazard.kind, "fits"), self._passage
             ways = approaches(stage.town, stage.route, passage)
             self._ways = [way for way in ways if fits(way, passage)]
             draw.shuffle(self._ways)

@@ -15,8 +15,8 @@ from plant_bench.sim.hazards.arrival import expected_arrival, speed_to_arrive, t
 from plant_bench.sim.hazards.rival import Rival, place_on, put_out
 from plant_bench.sim.hazards.script import HoldsTraffic
 from plant_bench.sim.hazards.stage import Stage
-from plant_bench.sim.surprise import SPARE
 from plant_bench.world.approaches import Approach, clear_place, joined_line, lane_starts
+from plant_bench.world.braking import SPARE
 from plant_bench.world.hazard import Hazard, Phase
 from plant_bench.world.scene import EGO_EXTENT, EGO_LENGTH, EgoState
 from plant_bench.world.town import Lane, Link, Town

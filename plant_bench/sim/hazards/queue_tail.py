@@ -6,6 +6,7 @@ after some seconds.
 
 import random
 
+from plant_bench.sim.hazards.script import number_of
 from plant_bench.sim.hazards.stage import Stage
 from plant_bench.sim.vehicle_types import CAR
 from plant_bench.world.hazard import Hazard, Phase
@@ -34,8 +35,8 @@ class QueueTail:
         self.reason = ""
         self._at = hazard.at
         self._speed = parameters.get("speed", 0.0)
-        self._wait = parameters.get("wait", draw.uniform(12.0, 18.0))
-        self._pause = parameters.get("pause", draw.uniform(1.5, 3.0))
+        self._wait = number_of(hazard, "wait", draw)
+        self._pause = number_of(hazard, "pause", draw)
         count = int(parameters.get("cars", draw.randint(3, 6)))
         self._fronts = [hazard.at + CAR.length + k * (CAR.length + GAP) for k in range(count)]
         self._lane = stage.lane_at(hazard.at)

@@ -5,6 +5,7 @@ from typing import Protocol, runtime_checkable
 
 from plant_bench.sim.hazards.stage import Stage
 from plant_bench.world.hazard import Hazard, Phase
+from plant_bench.world.hazard_table import HAZARDS
 from plant_bench.world.scene import EgoState
 
 
@@ -48,3 +49,9 @@ class HoldsTraffic:
         """Let the vehicles go, and end as DONE or VOID."""
         self.let_go(stage)
         self.phase, self.reason = phase, reason
+
+
+def number_of(hazard: Hazard, name: str, draw: random.Random) -> float:
+    """Return a parameter of a hazard; one that it does not have is drawn from its kind's range."""
+    drawn = draw.uniform(*HAZARDS[hazard.kind].ranges[name])
+    return hazard.parameters.get(name, drawn)

@@ -10,9 +10,9 @@ from jaxtyping import Float
 from plant_bench.agent import PATH_POSES, PATH_STEP
 from plant_bench.geometry.polyline import resample, value_at
 from plant_bench.sim.sumo import EGO_ID, Sumo, VehicleState
-from plant_bench.sim.surprise import SPARE, stopping_distance
 from plant_bench.sim.traffic import SIGHT, Traffic
 from plant_bench.sim.vehicle_types import VehicleType
+from plant_bench.world.braking import SPARE, stopping_distance
 from plant_bench.world.route import Passage, Route
 from plant_bench.world.scene import EGO_LENGTH, TICK, ActorKind, EgoState, Light
 from plant_bench.world.town import Lane, Link, Town
@@ -102,7 +102,7 @@ class Stage:
     def slack(self, ego: EgoState, along: float) -> float:
         """Return the metres left before an arc length if a surprised driver brakes now.
 
-        The criterion of avoidability; see `surprise`.
+        The criterion of avoidability; see `world.braking`.
         """
         limit = self.speed_limit_at(self.progress)
         return self.distance_to(along) - stopping_distance(ego, limit)

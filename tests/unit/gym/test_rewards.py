@@ -12,7 +12,7 @@ from plant_bench.gym.rewards import ProgressReward, reward_of
 from plant_bench.gym.roach import RoachReward, desired_speed
 from plant_bench.gym.transition import Transition
 from plant_bench.scoring.infractions import Infraction, InfractionKind, Status
-from plant_bench.sim.bystanders.parking import FIRST_PARKED
+from plant_bench.world.actor_numbers import PARKED
 from plant_bench.world.scene import EGO_LENGTH, ActorKind, Actors, EgoState, Light, Scene
 
 TOP = 6.0
@@ -74,8 +74,8 @@ def test_vehicles_ahead_lower_the_desired_speed(
 
 def test_who_is_parked_or_walks_beside_the_route_does_not() -> None:
     beside, on_it = (7.0, 2.5, 0.0), (7.0, 0.5, 0.0)
-    assert desired_speed(seen(beside, first=FIRST_PARKED), TOP) == TOP
-    assert desired_speed(seen(on_it, first=FIRST_PARKED), TOP) == 0.0
+    assert desired_speed(seen(beside, first=PARKED.start), TOP) == TOP
+    assert desired_speed(seen(on_it, first=PARKED.start), TOP) == 0.0
     assert desired_speed(seen(beside, kind=ActorKind.PEDESTRIAN), TOP) == TOP
     assert desired_speed(seen(on_it, kind=ActorKind.PEDESTRIAN), TOP) < 2.0
 

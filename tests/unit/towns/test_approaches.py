@@ -5,12 +5,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from plant_bench.world.approaches import FITS, STEP, SWEPT, approaches, clear_place, passage_at
+from plant_bench.world.approaches import STEP, SWEPT, approaches, clear_place, passage_at
 from plant_bench.world.hazard import HazardKind
+from plant_bench.world.hazard_table import HAZARDS, load_part
 from plant_bench.world.route import load_suite
 from plant_bench.world.scene import EGO_WIDTH
 from plant_bench.world.town import load_town
 
+FITS = {
+    kind: load_part(kind, "fits")
+    for kind, row in HAZARDS.items()
+    if row.where.endswith(":at_junctions")
+}
 ROUTES = {route.id: route for route in load_suite("longest6")}
 AHEAD = np.arange(101.0)
 EAST = replace(
@@ -81,3 +87,4 @@ def test_a_kind_s_ways_suit_it():
                 if HazardKind.UNSIGNALLED_CROSSING in kinds:
                     assert passage.signal is None
     assert seen == set(FITS)
+    assert len(FITS) == 4

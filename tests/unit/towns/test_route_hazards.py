@@ -5,14 +5,15 @@ from itertools import pairwise
 
 import pytest
 
-from plant_bench.sim.hazards import crossing
 from plant_bench.sim.vehicle_types import RIDER, WALKER
-from plant_bench.towns import route_hazards
-from plant_bench.towns.hazard_picture import SKETCHES, save_hazard_pictures
+from plant_bench.towns.hazard_numbers import crossing_speeds
+from plant_bench.towns.hazard_picture import save_hazard_pictures
 from plant_bench.towns.hazard_places import MARGIN, possible_places
-from plant_bench.towns.route_hazards import SPACING, crossing_speeds, needed_start, place_hazards
+from plant_bench.towns.route_hazards import SPACING, place_hazards
 from plant_bench.towns.routes import SUITES
-from plant_bench.world.hazard import HAZARDS, HazardKind
+from plant_bench.world.crossing import FARTHEST_START, meets_at, needed_start
+from plant_bench.world.hazard import HazardKind
+from plant_bench.world.hazard_table import HAZARDS
 from plant_bench.world.route import load_suite
 from plant_bench.world.scene import EGO_WIDTH
 from plant_bench.world.town import load_town
@@ -50,9 +51,9 @@ def test_crossings_are_on_slow_kerb_lanes_and_can_be_survived(route):
             assert lane.right is None
             assert hazard.parameters["side"] < 0 or lane.left is None
             limit = float(route.speed_limits[int(hazard.at)])
-            rider = bool(hazard.parameters["rider"])
+            who = RIDER if hazard.parameters["rider"] else WALKER
             fastest = hazard.parameters["speed"] * 1.1
-            assert needed_start(fastest, limit, rider=rider) < crossing.FARTHEST_START + 0.5
+            assert needed_start(fastest, limit, who.length) < FARTHEST_START + 0.5
 
 
 @every_route
@@ -93,11 +94,11 @@ def test_possible_places_keep_to_the_route():
     assert all(0.0 <= place.arm < place.at for place in places)
 
 
-def test_numbers_agree_with_those_of_the_scripts():
-    assert route_hazards.FARTHEST_START == crossing.FARTHEST_START
-    for rider, kind in ((False, WALKER), (True, RIDER)):
-        wide = 0.5 * (EGO_WIDTH + kind.length)
-        assert route_hazards.HALF_WIDTHS[rider] == pytest.approx(wide)
+def test_a_crossing_starts_where_a_surprised_driver_can_still_stop():
+    assert meets_at(WALKER.length) == pytest.approx(0.5 * (EGO_WIDTH + WALKER.length))
+    seconds = 0.5 + 10.0 / 8.0 + 1.5 / 10.0  # reaction, braking with 4 m/s2, 1.5 m left over
+    expected = meets_at(RIDER.length) + 2.0 * 1.15 * seconds
+    assert needed_start(2.0, 10.0, RIDER.length) == pytest.approx(expected)
 
 
 def test_who_comes_from_the_left_is_faster_and_a_fast_road_allows_less():
@@ -109,8 +110,8 @@ def test_who_comes_from_the_left_is_faster_and_a_fast_road_allows_less():
     assert low > high, "nobody could survive that"
 
 
-def test_each_kind_has_facts_and_a_sketch(tmp_path):
-    assert set(HAZARDS) == set(SKETCHES) == set(HazardKind)
+def test_each_kind_has_a_letter_and_a_picture(tmp_path):
+    assert set(HAZARDS) == set(HazardKind)
     assert len({facts.letter for facts in HAZARDS.values()}) == len(HAZARDS)
     files = save_hazard_pictures(tmp_path)
     assert len(files) == len(HazardKind)

@@ -4,15 +4,14 @@ import numpy as np
 import pytest
 
 from plant_bench.sim.bystanders.parking import (
-    FIRST_PARKED,
     FROM_LANE,
-    LEFT_FREE,
     ParkedCars,
     parking_places,
 )
 from plant_bench.sim.bystanders.roadway import Roadway
 from plant_bench.sim.seeing import join
 from plant_bench.world.hazard import Hazard, HazardKind
+from plant_bench.world.hazard_table import HAZARDS
 from plant_bench.world.route import LaneSpan, Route, Scenario
 from plant_bench.world.scene import Actors
 from plant_bench.world.town import CARS_ONLY, Lane, Life, Town
@@ -72,10 +71,10 @@ def test_some_places_are_left_empty_and_which_depends_on_the_seed() -> None:
     assert np.array_equal(taken[0].poses, cars(0).poses)
 
 
-@pytest.mark.parametrize("kind", sorted(LEFT_FREE))
+@pytest.mark.parametrize("kind", [kind for kind in HAZARDS if HAZARDS[kind].kept_free])
 def test_hazards_have_room(kind: HazardKind) -> None:
     near = cars(3, Hazard(kind, 100.0, 40.0, 1)).poses[:, 0] - 100.0
-    assert np.abs(near).min() > LEFT_FREE[kind]
+    assert np.abs(near).min() > HAZARDS[kind].kept_free
     assert len(near) < len(cars(3).ids)
 
 
@@ -88,7 +87,7 @@ def test_what_is_in_sight_keeps_its_number_and_stands() -> None:
     both = np.isin(parked.seen.ids, first.ids)
     assert both.any()
     assert len(first) < len(parked.seen)
-    assert first.ids.min() >= FIRST_PARKED
+    assert first.parked.all()
     facts = parked.facts(20)
     assert len(facts.paths) == len(parked.seen)
     assert (facts.paths == facts.paths[:, :1]).all()

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from plant_bench.sim.bystanders.footways import Crossing, Footways, Heading, Turn
-from plant_bench.sim.bystanders.stepping_out import FIRST_WALKER, Moving
+from plant_bench.sim.bystanders.stepping_out import Moving
 from plant_bench.sim.bystanders.walkers import ENTRY_RADIUS, EXIT_RADIUS, Walkers
 from plant_bench.sim.bystanders.walks import SAMPLE, random_walk
+from plant_bench.world.actor_numbers import PEDESTRIANS
 from plant_bench.world.scene import TICK, Actors, EgoState
 
 OVER = Crossing("c", ((40.0, 1.0, 0.0), (40.0, 8.0, 0.0)), 4.0)
@@ -141,7 +142,7 @@ def test_facts_follow_the_actors_and_tell_the_way_and_the_wait(far_ego: EgoState
     rows = crowd.seen(0.0, 0.0, 0.0, 200.0, 4.0)
     actors, facts = crowd.actors(rows), crowd.facts(1800, rows)
     assert (np.diff(actors.ids) > 0).all()
-    assert actors.ids[0] >= FIRST_WALKER
+    assert actors.ids[0] in PEDESTRIANS
     starts = np.hypot(*(facts.paths[:, 0, :2] - actors.poses[:, :2]).T)
     assert starts.max() < 0.3
     waiting = actors.speeds == 0.0

@@ -100,7 +100,7 @@ def ablation_csv(rows: Sequence[AblationRow]) -> str:
 
 
 def _cells(row: AblationRow, base: float) -> list[str]:
-    scores = [_spread(row.scores[metric.name], metric.digits) for metric in headline_metrics()]
+    scores = [row.scores[metric.name].text(metric.digits) for metric in headline_metrics()]
     scores.insert(1, f"{row.scores[RANKED].mean - base:+.1f}")
     same = " (base)" if row.variant != row.training else ""
     return [
@@ -110,8 +110,3 @@ def _cells(row: AblationRow, base: float) -> list[str]:
         "-" if math.isnan(row.inference_ms) else f"{row.inference_ms:.2f}",
         row.paper,
     ]
-
-
-def _spread(spread: Spread, digits: int) -> str:
-    mean = f"{spread.mean:.{digits}f}"
-    return mean if math.isnan(spread.std) else f"{mean} ± {spread.std:.{digits}f}"

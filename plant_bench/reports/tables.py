@@ -13,7 +13,7 @@ from plant_bench.runner.run.speed import Speed
 from plant_bench.scoring.comparison import LEAST_ROUTES, Detectable, PairedDifference
 from plant_bench.scoring.infractions import InfractionKind
 from plant_bench.scoring.laws import Law
-from plant_bench.scoring.metrics import Scores, Spread, Summary
+from plant_bench.scoring.metrics import Scores, Summary
 from plant_bench.scoring.metrics_table import Metric, Shown, score_metrics, shown_metrics
 from plant_bench.world.hazard import Phase
 
@@ -191,12 +191,7 @@ def print_rows(title: str, heads: Sequence[str], rows: Sequence[Sequence[object]
 
 
 def _cells(scores: Scores) -> list[str]:
-    return [_spread(scores[metric.name], metric.digits) for metric in score_metrics()]
-
-
-def _spread(spread: Spread, digits: int) -> str:
-    mean = f"{spread.mean:.{digits}f}"
-    return mean if math.isnan(spread.std) else f"{mean} ± {spread.std:.{digits}f}"
+    return [scores[metric.name].text(metric.digits) for metric in score_metrics()]
 
 
 def _kind_name(kind: InfractionKind) -> str:

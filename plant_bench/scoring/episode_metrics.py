@@ -45,7 +45,7 @@ class EpisodeMetric:
     @property
     def whole(self) -> bool:
         """Whether it is a count, by what its function says that it returns."""
-        return self.of.__annotations__["return"] is int
+        return getattr(self.of, "__annotations__", {}).get("return") in (int, "int")
 
 
 EPISODE_METRICS: dict[str, EpisodeMetric] = {}  # by name, in the order of records

@@ -44,6 +44,17 @@ class Spread:
         std = float(np.std(values, ddof=1)) if len(values) > 1 else math.nan
         return cls(float(np.mean(values)), std)
 
+    def text(self, digits: int) -> str:
+        """Return both as text, "-" where the mean is not known.
+
+        >>> Spread(81.356, 6.54).text(1), Spread(math.nan, math.nan).text(1)
+        ('81.4 ± 6.5', '-')
+        """
+        if math.isnan(self.mean):
+            return "-"
+        mean = f"{self.mean:.{digits}f}"
+        return mean if math.isnan(self.std) else f"{mean} ± {self.std:.{digits}f}"
+
 
 Scores = dict[str, Spread]  # by name of `metrics_table`, in its order
 

@@ -5,7 +5,7 @@ called, how it is shown and how it is summed up. A figure that only a run has ne
 docs/metrics.md shows how to add one. No record and no episode's key depends on this module.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -116,7 +116,7 @@ def measure_row(
     unit: str,
     digits: int,
     better: Better,
-    over_run: OverRun,
+    sum_up: Callable[[str], OverRun],
     about: str,
     *,
     name: str = "",
@@ -131,7 +131,7 @@ def measure_row(
         unit: Of the run's value.
         digits: Of it.
         better: Which values are.
-        over_run: Sums it up.
+        sum_up: Of `scoring.over_run`: how a measure is summed up over a run.
         about: What it is.
         name: Of the run's value, if not that of the measure.
         title: Its name in full.
@@ -144,7 +144,7 @@ def measure_row(
         digits,
         better,
         about,
-        over_run,
+        sum_up(measure),
         shown,
         title,
         measure,
@@ -235,7 +235,7 @@ METRICS: tuple[Metric, ...] = (
         "s",
         1,
         HIGHER,
-        median("ttc_vehicle"),
+        median,
         "Least time to collision, to 0.1 s and up to 5 s: boxes at full size overlap if both keep "
         "their speed on the paths that they then took. Who follows the ego does not count.",
         title=_LEAST_TTC,
@@ -246,7 +246,7 @@ METRICS: tuple[Metric, ...] = (
         "s",
         1,
         HIGHER,
-        median("ttc_vulnerable"),
+        median,
         "The same, with pedestrians and cyclists.",
         title=_LEAST_TTC,
     ),
@@ -256,7 +256,7 @@ METRICS: tuple[Metric, ...] = (
         "s",
         1,
         HIGHER,
-        median("pet_vehicle"),
+        median,
         "Least post-encroachment time, to 0.2 s and up to 5 s: the least shift in time at which "
         "the boxes of the ego and of an actor that crosses its path (headings 60 degrees apart or "
         "more) would have overlapped. 0 is contact.",
@@ -268,7 +268,7 @@ METRICS: tuple[Metric, ...] = (
         "s",
         1,
         HIGHER,
-        median("pet_vulnerable"),
+        median,
         "The same, with pedestrians and cyclists.",
         title=_LEAST_PET,
     ),
@@ -278,7 +278,7 @@ METRICS: tuple[Metric, ...] = (
         "per km",
         2,
         LOWER,
-        per_km("hard_brakes"),
+        per_km,
         "Events below -4 m/s2, those less than 1 s apart being one (Bench2Drive calls -4.05 "
         "uncomfortable).",
         name="hard_brakes_per_km",
@@ -290,7 +290,7 @@ METRICS: tuple[Metric, ...] = (
         "share",
         2,
         LOWER,
-        share_of_time("hard_brake_share"),
+        share_of_time,
         "Share of time below -4 m/s2.",
         shown=Shown.NOWHERE,
     ),
@@ -300,7 +300,7 @@ METRICS: tuple[Metric, ...] = (
         "m/s³",
         1,
         LOWER,
-        mean("jerk_p95"),
+        mean,
         "95th percentile of longitudinal jerk, either way, while moving: change of mean "
         "acceleration from one half-second to the next (Bench2Drive: 4.13 m/s3).",
     ),
@@ -310,7 +310,7 @@ METRICS: tuple[Metric, ...] = (
         "m/s²",
         1,
         LOWER,
-        mean("lateral_acceleration_p95"),
+        mean,
         "95th percentile of speed times rate of turn over half a second, while moving "
         "(Bench2Drive: 4.89 m/s2).",
     ),
@@ -320,7 +320,7 @@ METRICS: tuple[Metric, ...] = (
         "",
         2,
         NEITHER,
-        mean("relative_speed"),
+        mean,
         "The ego's mean speed over that of the vehicles within 50 m, in any direction and waiting "
         "ones too, as leaderboard 2.0 does over the whole map; not those parked, nor those that "
         "follow the ego, since it sets their speed.",
@@ -331,7 +331,7 @@ METRICS: tuple[Metric, ...] = (
         "share",
         2,
         NEITHER,
-        share_of_time("standing_share"),
+        share_of_time,
         "Share of time below 0.1 m/s.",
     ),
     measure_row(
@@ -340,7 +340,7 @@ METRICS: tuple[Metric, ...] = (
         "km per km",
         3,
         LOWER,
-        km_per_km("off_lane_distance"),
+        km_per_km,
         "Metres driven off all lanes, a part of those outside the lanes.",
         name="off_lane_per_km",
         title="off all lanes (km)",
@@ -352,7 +352,7 @@ METRICS: tuple[Metric, ...] = (
         "km per km",
         3,
         LOWER,
-        km_per_km("wrong_lane_distance"),
+        km_per_km,
         "Metres driven on lanes of the other direction, the other part.",
         name="wrong_lane_per_km",
         title="on the wrong lane (km)",

@@ -10,7 +10,6 @@ from plant_bench.reports.leaderboard.texts import (
     board_title,
     columns,
     one_line,
-    spread_text,
 )
 from plant_bench.scoring.metrics_table import Better
 
@@ -93,7 +92,7 @@ def _latex_cells(line: Line, best: Sequence[float]) -> list[str]:
     cells = [latex_escaped(line.planner), latex_escaped(inputs)]
     for column, top in zip(columns(), best, strict=True):
         spread = column.value(line)
-        text = spread_text(spread, column.digits).replace(" ± ", r"{\scriptsize$\pm$") + "}" * (
+        text = spread.text(column.digits).replace(" ± ", r"{\scriptsize$\pm$") + "}" * (
             not math.isnan(spread.std) and not math.isnan(spread.mean)
         )
         cells.append(rf"\textbf{{{text}}}" if spread.mean == top else text)

@@ -12,7 +12,6 @@ from plant_bench.reports.leaderboard.texts import (
     columns,
     one_line,
     p_text,
-    spread_text,
 )
 
 
@@ -71,7 +70,7 @@ def _markdown_cells(line: Line) -> list[str]:
         markdown_escaped(line.planner),
         line.track or "-",
         markdown_escaped(" + ".join(line.inputs)) or "-",
-        *(spread_text(column.value(line), column.digits) for column in columns()),
+        *(column.value(line).text(column.digits) for column in columns()),
         parameters,
         count,
     ]

@@ -86,18 +86,6 @@ def board_title(board: Board) -> str:
     return title if board.world == HERE else f"Another world: {title} in {board.world}"
 
 
-def spread_text(spread: Spread, digits: int) -> str:
-    """Return mean and deviation as text, "-" where there is none.
-
-    >>> spread_text(Spread(81.356, 6.54), 1), spread_text(Spread(math.nan, math.nan), 1)
-    ('81.4 ± 6.5', '-')
-    """
-    if math.isnan(spread.mean):
-        return "-"
-    mean = f"{spread.mean:.{digits}f}"
-    return mean if math.isnan(spread.std) else f"{mean} ± {spread.std:.{digits}f}"
-
-
 def p_text(p: float) -> str:
     """Return a p-value as text.
 

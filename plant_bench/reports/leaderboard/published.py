@@ -15,7 +15,12 @@ _CAMERAS = ("camera", "lidar")
 _RASTER = ("rasterised objects", "HD map")
 _UNKNOWN_TIME = math.nan
 
-_SCORES = ("driving_score", "route_completion", "infraction_score", "vehicle_collisions")
+_SCORES: tuple[str, ...] = (
+    "driving_score",
+    "route_completion",
+    "infraction_score",
+    "vehicle_collisions",
+)
 # Planner, track, inputs, then mean and standard deviation of each of `_SCORES`, then IT in ms.
 # TransFuser's deviation of IS is printed as 0.60.
 _TABLE_1 = (

@@ -389,16 +389,12 @@ def metrics_markdown(metrics: Sequence[Metric]) -> str:
     |---|---|---|---|---|
     | `hard_brake_share` | Share of time below -4 m/s2. | share | lower | share of all time |
     """
-    rows = [["name", "is", "unit", "better", "over a run"], ["---"] * 5]
-    rows += [
-        [_documented(item), item.about, item.unit or "-", item.better or "-", item.over_run.words]
+    rows = [
+        (_documented(item), item.about, item.unit or "-", item.better or "-", item.over_run.words)
         for item in metrics
     ]
-    return (
-        "\n".join(f"| {' | '.join(row)} |" for row in rows)
-        .replace("| --- ", "|---")
-        .replace("--- |", "---|")
-    )
+    head = ["| name | is | unit | better | over a run |", "|---|---|---|---|---|"]
+    return "\n".join([*head, *(f"| {' | '.join(row)} |" for row in rows)])
 
 
 def _documented(metric: Metric) -> str:

@@ -83,6 +83,12 @@ def import_closure(*roots: str, without: Collection[str] = ()) -> frozenset[str]
     return frozenset(found)
 
 
+def modules_below(package: str) -> list[str]:
+    """Return a package of this one and all modules in it."""
+    folder = module_file(package).parent
+    return sorted(filter(None, map(module_name, folder.rglob("*.py"))))
+
+
 def is_part(name: str, modules: Iterable[str]) -> bool:
     """Tell whether a module is one of some modules, or below one of them."""
     return any(name == other or name.startswith(f"{other}.") for other in modules)

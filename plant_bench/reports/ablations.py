@@ -2,11 +2,12 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import pandas as pd
 
 from plant_bench.scoring.metrics import Scores, Spread, summarise
+from plant_bench.scoring.metrics_table import RANKED, headline_metrics, score_metrics
 from plant_bench.scoring.results import EpisodeResult
 
 
@@ -49,16 +50,18 @@ def pooled_scores(runs: Sequence[Sequence[EpisodeResult]]) -> tuple[Scores, int]
         if (part := [item for item in run if item.repetition == number])
     ]
     spreads = {
-        item.name: Spread.of([getattr(part, item.name).mean for part in parts])
-        for item in fields(Scores)
+        metric.name: Spread.of([part[metric.name].mean for part in parts])
+        for metric in score_metrics()
     }
-    return Scores(**spreads), len(parts)
+    return spreads, len(parts)
 
 
 def ablation_markdown(rows: Sequence[AblationRow], facts: dict[str, str]) -> str:
     """Return the table as Markdown, after what all rows have in common; the base comes first."""
-    base = rows[0].scores.driving_score.mean
-    heads = ("ablation", "variant", "DS", "to base", "RC %", "IS", "CV /km", "IT ms", "paper's DS")
+    base = rows[0].scores[RANKED].mean
+    scores = [f"{metric.label} {metric.unit}".strip() for metric in headline_metrics()]
+    scores.insert(1, "to base")
+    heads = ("ablation", "variant", *scores, "IT ms", "paper's DS")
     return "\n".join(
         [
             "# Ablations",
@@ -85,8 +88,8 @@ def ablation_csv(rows: Sequence[AblationRow]) -> str:
             "training": row.training,
             "drives": row.drives,
             **{
-                f"{item.name}_{part}": getattr(getattr(row.scores, item.name), part)
-                for item in fields(Scores)
+                f"{metric.name}_{part}": getattr(row.scores[metric.name], part)
+                for metric in score_metrics()
                 for part in ("mean", "std")
             },
             "inference_ms": row.inference_ms,
@@ -97,21 +100,13 @@ def ablation_csv(rows: Sequence[AblationRow]) -> str:
 
 
 def _cells(row: AblationRow, base: float) -> list[str]:
-    scores = row.scores
+    scores = [row.scores[metric.name].text(metric.digits) for metric in headline_metrics()]
+    scores.insert(1, f"{row.scores[RANKED].mean - base:+.1f}")
     same = " (base)" if row.variant != row.training else ""
     return [
         row.ablation,
         row.variant + same,
-        _spread(scores.driving_score, 1),
-        f"{scores.driving_score.mean - base:+.1f}",
-        _spread(scores.route_completion, 1),
-        _spread(scores.infraction_score, 2),
-        _spread(scores.vehicle_collisions, 2),
+        *scores,
         "-" if math.isnan(row.inference_ms) else f"{row.inference_ms:.2f}",
         row.paper,
     ]
-
-
-def _spread(spread: Spread, digits: int) -> str:
-    mean = f"{spread.mean:.{digits}f}"
-    return mean if math.isnan(spread.std) else f"{mean} ± {spread.std:.{digits}f}"

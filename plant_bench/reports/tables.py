@@ -2,6 +2,7 @@
 
 import math
 import sys
+import unicodedata
 from collections.abc import Sequence
 
 from rich.box import SIMPLE_HEAD
@@ -9,11 +10,11 @@ from rich.console import Console
 from rich.table import Table
 
 from plant_bench.runner.run.speed import Speed
-from plant_bench.scoring.beyond import Beyond
 from plant_bench.scoring.comparison import LEAST_ROUTES, Detectable, PairedDifference
 from plant_bench.scoring.infractions import InfractionKind
 from plant_bench.scoring.laws import Law
-from plant_bench.scoring.metrics import Scores, Spread, Summary
+from plant_bench.scoring.metrics import Scores, Summary
+from plant_bench.scoring.metrics_table import Metric, Shown, score_metrics, shown_metrics
 from plant_bench.world.hazard import Phase
 
 DEADLINE = "50 ms"  # a tick: 20 decisions a second
@@ -31,8 +32,8 @@ def print_summary(summary: Summary) -> None:
     _console.print(f"given: {', '.join(summary.inputs) or 'nothing but its own state'}")
     table = Table()
     table.add_column("town")
-    for head in ("DS", "RC %", "IS", "CV /km", "NDS"):
-        table.add_column(head, justify="right")
+    for metric in score_metrics():
+        table.add_column(f"{metric.label} {metric.unit}".strip(), justify="right")
     for town, scores in summary.towns.items():
         table.add_row(town, *_cells(scores))
     table.add_section()
@@ -43,7 +44,7 @@ def print_summary(summary: Summary) -> None:
     print_rows(f"Infractions ({summary.km:.1f} km)", ["kind", "per km"], _rates(summary))
     count = f" ({summary.beyond.episodes} of {summary.episodes} episodes)"
     title = "Beyond the score" + count * (summary.beyond.episodes < summary.episodes)
-    print_rows(title, ["measure", "value"], _beyond(summary.beyond, summary.ego_share))
+    print_rows(title, ["measure", "value"], _beyond(summary))
     endings = [f"{count} {status}" for status, count in summary.statuses.items()]
     _console.print(f"Episodes: {'; '.join(endings)}")
     if summary.hazards:
@@ -67,35 +68,32 @@ def _least_difference(detectable: Detectable) -> str:
 
 def _rates(summary: Summary) -> list[list[str]]:
     rates = {_kind_name(kind): rate for kind, rate in summary.infractions_per_km.items()}
-    rates |= {
-        "of the vehicles, bicycles": summary.cyclists_per_km,
-        "off all lanes (km)": summary.beyond.off_lane_per_km,
-        "on the wrong lane (km)": summary.beyond.wrong_lane_per_km,
-    }
+    rates["of the vehicles, bicycles"] = summary.cyclists_per_km
+    for metric in shown_metrics(Shown.INFRACTION):
+        rates[metric.full] = summary.beyond[metric.name]
     return [[name, f"{rate:.3f}"] for name, rate in rates.items() if rate > 0.0]
 
 
-def _beyond(beyond: Beyond, ego_share: float) -> list[list[str]]:
-    """Return what is measured but not scored, as text."""
-    if not beyond.episodes:
+def _beyond(summary: Summary) -> list[list[str]]:
+    """Return what is measured but not scored, as text; metrics of one title share a row."""
+    if not summary.beyond.episodes:
         return []
-    to_collision = f"{_least(beyond.ttc_vehicle)} / {_least(beyond.ttc_vulnerable)}"
-    encroachment = f"{_least(beyond.pet_vehicle)} / {_least(beyond.pet_vulnerable)}"
-    rows = [
-        ["least time to collision, vehicles / walkers and cyclists", to_collision],
-        ["least post-encroachment time, the same", encroachment],
-        ["hard brakes per km", f"{beyond.hard_brakes_per_km:.2f}"],
-        ["jerk, 95th percentile", f"{beyond.jerk_p95:.1f} m/s3"],
-        ["lateral acceleration, 95th percentile", f"{beyond.lateral_acceleration_p95:.1f} m/s2"],
-        ["speed relative to traffic", f"{beyond.relative_speed:.2f}"],
-        ["time standing", f"{beyond.standing_share:.0%}"],
-        ["collisions that the ego caused", f"{ego_share:.0%}"],
-    ]
-    return [[name, "-" if "nan" in text else text] for name, text in rows]
+    rows: dict[str, list[str]] = {}
+    for metric in shown_metrics(Shown.MEASURE):
+        rows.setdefault(metric.full, []).append(_measured(metric, summary.beyond[metric.name]))
+    share = "-" if math.isnan(summary.ego_share) else f"{summary.ego_share:.0%}"
+    rows["collisions that the ego caused"] = [share]
+    return [[title, " / ".join(texts)] for title, texts in rows.items()]
 
 
-def _least(seconds: float) -> str:
-    return f"{seconds:.1f} s" if math.isfinite(seconds) else "none"
+def _measured(metric: Metric, value: float) -> str:
+    """Return a measure as text; a least time is infinite where nothing was near."""
+    if not math.isfinite(value):
+        return "-" if math.isnan(value) else "none"
+    if metric.unit == "share":
+        return f"{value:.{max(metric.digits - 2, 0)}%}"
+    unit = "" if "per km" in metric.unit else metric.unit  # the title says it
+    return unicodedata.normalize("NFKC", f"{value:.{metric.digits}f} {unit}").strip()
 
 
 def print_planner_time(speed: Speed) -> None:
@@ -193,18 +191,7 @@ def print_rows(title: str, heads: Sequence[str], rows: Sequence[Sequence[object]
 
 
 def _cells(scores: Scores) -> list[str]:
-    return [
-        _spread(scores.driving_score, 1),
-        _spread(scores.route_completion, 1),
-        _spread(scores.infraction_score, 2),
-        _spread(scores.vehicle_collisions, 2),
-        _spread(scores.normalised_score, 1),
-    ]
-
-
-def _spread(spread: Spread, digits: int) -> str:
-    mean = f"{spread.mean:.{digits}f}"
-    return mean if math.isnan(spread.std) else f"{mean} ± {spread.std:.{digits}f}"
+    return [scores[metric.name].text(metric.digits) for metric in score_metrics()]
 
 
 def _kind_name(kind: InfractionKind) -> str:

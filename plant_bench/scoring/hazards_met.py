@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from plant_bench.scoring.beyond import COLLISIONS
+from plant_bench.scoring.infractions import COLLISIONS
 from plant_bench.scoring.results import EpisodeResult, HazardRecord
 from plant_bench.world.hazard import HazardKind, Phase
 

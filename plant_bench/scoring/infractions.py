@@ -20,6 +20,12 @@ class InfractionKind(StrEnum):
     TIMEOUT = "timeout"
 
 
+COLLISIONS = (
+    InfractionKind.COLLISION_PEDESTRIAN,
+    InfractionKind.COLLISION_VEHICLE,
+    InfractionKind.COLLISION_STATIC,
+)
+
 PENALTIES: dict[InfractionKind, float] = {
     # CARLA leaderboard 1.0, leaderboard/utils/statistics_manager.py; Longest6 keeps these factors
     # and does not penalise stop signs (PlanT, section 4; protocol of TransFuser's Longest6).

@@ -12,23 +12,18 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
+from pydantic import model_serializer
 
 from plant_bench.errors import InputError
-from plant_bench.scoring.beyond import (
-    COLLISIONS,
-    Beyond,
-    beyond_the_score,
-    collisions_with,
-    measure_row,
-)
 from plant_bench.scoring.comparison import Detectable, detectable_difference
-from plant_bench.scoring.infractions import InfractionKind, Status
+from plant_bench.scoring.infractions import COLLISIONS, InfractionKind, Status
 from plant_bench.scoring.laws import Law
+from plant_bench.scoring.measures import Number
+from plant_bench.scoring.metrics_table import RANKED, Metric, measure_metrics, score_metrics
 from plant_bench.scoring.normalised import (
     LEAST_KM,
     counts_per_km,
     kilometres,
-    normalised_score,
     outside_metres,
 )
 from plant_bench.scoring.results import EpisodeResult
@@ -49,24 +44,40 @@ class Spread:
         std = float(np.std(values, ddof=1)) if len(values) > 1 else math.nan
         return cls(float(np.mean(values)), std)
 
+    def text(self, digits: int) -> str:
+        """Return both as text, "-" where the mean is not known.
+
+        >>> Spread(81.356, 6.54).text(1), Spread(math.nan, math.nan).text(1)
+        ('81.4 ± 6.5', '-')
+        """
+        if math.isnan(self.mean):
+            return "-"
+        mean = f"{self.mean:.{digits}f}"
+        return mean if math.isnan(self.std) else f"{mean} ± {self.std:.{digits}f}"
+
+
+Scores = dict[str, Spread]  # by name of `metrics_table`, in its order
+
 
 @dataclass(frozen=True)
-class Scores:
-    """The scores of a table row, each over repetitions.
+class Beyond:
+    """The measures of a run, which are no part of any score.
 
     Attributes:
-        driving_score: DS, 0 to 100.
-        route_completion: RC in percent.
-        infraction_score: IS, 0 to 1.
-        vehicle_collisions: CV, collisions with vehicles per kilometre driven along the routes.
-        normalised_score: NDS, 0 to 100: DS with infractions taken per kilometre.
+        episodes: Number of episodes with measures.
+        values: By name of `metrics_table`; nan where there was nothing to measure.
     """
 
-    driving_score: Spread
-    route_completion: Spread
-    infraction_score: Spread
-    vehicle_collisions: Spread
-    normalised_score: Spread
+    episodes: int
+    values: dict[str, float]
+
+    def __getitem__(self, name: str) -> float:
+        """Return a measure."""
+        return self.values[name]
+
+    @model_serializer
+    def _flat(self) -> dict[str, int | float]:
+        return {"episodes": self.episodes, **self.values}
 
 
 @dataclass(frozen=True)
@@ -118,6 +129,11 @@ class Summary:
         """True if no episode is missing."""
         return self.episodes == self.expected
 
+    @property
+    def driving_score(self) -> Spread:
+        """DS, by which leaderboards are sorted."""
+        return self.scores[RANKED]
+
 
 def summarise(results: Sequence[EpisodeResult], *, expected: int, law: Law = Law.LB1_0) -> Summary:
     """Sum up the episodes of one agent.
@@ -148,7 +164,7 @@ def summarise(results: Sequence[EpisodeResult], *, expected: int, law: Law = Law
             for town in sorted({item.town for item in results})
         },
         infractions_per_km=_rates(results),
-        cyclists_per_km=sum(collisions_with(item, ActorKind.BICYCLE) for item in results)
+        cyclists_per_km=sum(_collisions_with(item, ActorKind.BICYCLE) for item in results)
         / max(kilometres(results), LEAST_KM),
         statuses={
             status: count
@@ -163,7 +179,7 @@ def summarise(results: Sequence[EpisodeResult], *, expected: int, law: Law = Law
         km=kilometres(results),
         episodes=len(results),
         expected=expected,
-        beyond=beyond_the_score(results),
+        beyond=_beyond(results, law),
         detectable=detectable_difference(results, law=law),
     )
 
@@ -189,42 +205,50 @@ def _row(result: EpisodeResult, law: Law) -> dict[str, object]:
         "scenario": result.scenario,
         "status": result.status.value,
         "law": law.value,
-        "driving_score": result.driving_score_by(law),
-        "route_completion": result.route_completion,
-        "infraction_score": result.infraction_score_by(law),
-        "normalised_score": normalised_score([result], law),
+        **_columns(score_metrics(), result, law),
         "route_length": result.route_length,
         "distance": result.distance,
         "duration": result.duration,
         **{kind.value: counts[kind] for kind in events},
-        "collisions_cyclist": collisions_with(result, ActorKind.BICYCLE),
-        "collisions_motorcyclist": collisions_with(result, ActorKind.MOTORCYCLE),
+        "collisions_cyclist": _collisions_with(result, ActorKind.BICYCLE),
+        "collisions_motorcyclist": _collisions_with(result, ActorKind.MOTORCYCLE),
         "outside_share": sum(outside),
         "caused_by_ego": sum(item.cause == "ego" for item in result.infractions),
         "caused_by_other": sum(item.cause == "other" for item in result.infractions),
-        **measure_row(result.measures),
+        **_columns(measure_metrics(), result, law),
         "reason": result.reason,
     }
 
 
+def _columns(
+    metrics: Iterable[Metric], result: EpisodeResult, law: Law
+) -> dict[str, Number | None]:
+    """Return an episode's values by column; None, an empty cell, where there is none."""
+    return {item.column: item.episode(result, law) for item in metrics if item.episode is not None}
+
+
 def _scores(results: Sequence[EpisodeResult], law: Law) -> Scores:
     parts = _repetitions(results)
-    return Scores(
-        Spread.of([_mean(item.driving_score_by(law) for item in part) for part in parts]),
-        Spread.of([_mean(item.route_completion for item in part) for part in parts]),
-        Spread.of([_mean(item.infraction_score_by(law) for item in part) for part in parts]),
-        Spread.of([_rates(part)[InfractionKind.COLLISION_VEHICLE] for part in parts]),
-        Spread.of([normalised_score(part, law) for part in parts]),
+    return {
+        metric.name: Spread.of([metric.over_run.of(part, law) for part in parts])
+        for metric in score_metrics()
+    }
+
+
+def _beyond(results: Sequence[EpisodeResult], law: Law) -> Beyond:
+    return Beyond(
+        episodes=sum(item.measures is not None for item in results),
+        values={metric.name: metric.over_run.of(results, law) for metric in measure_metrics()},
     )
+
+
+def _collisions_with(result: EpisodeResult, kind: ActorKind) -> int:
+    return sum(item.actor_kind == kind for item in result.infractions if item.kind in COLLISIONS)
 
 
 def _repetitions(results: Sequence[EpisodeResult]) -> list[list[EpisodeResult]]:
     numbers = sorted({item.repetition for item in results})
     return [[item for item in results if item.repetition == number] for number in numbers]
-
-
-def _mean(values: Iterable[float]) -> float:
-    return float(np.mean(list(values)))
 
 
 def _rates(results: Sequence[EpisodeResult]) -> dict[InfractionKind, float]:

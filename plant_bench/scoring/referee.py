@@ -112,9 +112,9 @@ class Referee:
             self._note(InfractionKind.OUTSIDE_LANES, share=share)
         if len(self._track):
             self.measures = measure(
-                self._track.track(),
-                off_lane=self.off_lane_distance,
-                wrong_lane=self.wrong_lane_distance,
+                self._track.track(
+                    off_lane=self.off_lane_distance, wrong_lane=self.wrong_lane_distance
+                )
             )
 
     def _stay_in_lane(self, ego: EgoState, step: float) -> None:

@@ -7,12 +7,13 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from plant_bench.errors import InputError, in_one_line
 from plant_bench.input_files import read_text
+from plant_bench.scoring.episode_metrics import EPISODE_METRICS
 from plant_bench.scoring.infractions import Infraction, Status
 from plant_bench.scoring.laws import Law, score_of
 from plant_bench.scoring.measures import Measures
 from plant_bench.world.hazard import HazardKind, Phase
 
-RESULT_FORMAT = 2  # 1 had no measures
+RESULT_FORMAT = max(item.since for item in EPISODE_METRICS.values())  # 1 had no measures
 MOST_REPETITIONS = 10_000  # of a route; more are a mistake, and would never end
 LARGEST_NUMBER = 1e12  # metres or seconds: so that sums of them are finite
 LARGEST_RECORD = 16_000_000  # bytes
@@ -139,7 +140,9 @@ class EpisodeResult(EpisodeHeader):
         """Return the record as an earlier version would have written it."""
         if version >= RESULT_FORMAT:
             return self
-        return self.model_copy(update={"format": version, "measures": None})
+        measures = self.measures and self.measures.up_to(version)
+        known = measures if measures and measures.root else None
+        return self.model_copy(update={"format": version, "measures": known})
 
     def to_json(self) -> str:
         """Return the record as text; equal records give equal text."""

@@ -41,6 +41,8 @@ class Track:
         accelerations: As above.
         sample_ticks: At which of these rows the others were looked at.
         seen: The others.
+        off_lane: Metres driven off all lanes.
+        wrong_lane: Metres driven on lanes of the other direction.
     """
 
     poses: Float[np.ndarray, "steps 3"]
@@ -48,6 +50,8 @@ class Track:
     accelerations: Float[np.ndarray, " steps"]
     sample_ticks: Int[np.ndarray, " samples"]
     seen: Sightings
+    off_lane: float = 0.0
+    wrong_lane: float = 0.0
 
     def of_kinds(self, kinds: tuple[ActorKind, ...]) -> Sightings:
         """Return the sightings of actors of these kinds."""
@@ -82,8 +86,13 @@ class TrackRecorder:
     def __len__(self) -> int:
         return len(self._egos)
 
-    def track(self) -> Track:
-        """Return what was kept."""
+    def track(self, *, off_lane: float = 0.0, wrong_lane: float = 0.0) -> Track:
+        """Return what was kept.
+
+        Args:
+            off_lane: Metres driven off all lanes.
+            wrong_lane: Metres driven on lanes of the other direction.
+        """
         rows = [(*ego.pose, ego.speed, ego.acceleration) for ego in self._egos]
         ego = np.array(rows, dtype=float).reshape(-1, 5)
         counts = [len(actors) for actors in self._others]
@@ -93,6 +102,8 @@ class TrackRecorder:
             accelerations=ego[:, 4],
             sample_ticks=np.array(self._ticks, dtype=np.int64),
             seen=Sightings(np.repeat(np.arange(len(counts)), counts), _joined(self._others)),
+            off_lane=off_lane,
+            wrong_lane=wrong_lane,
         )
 
 

@@ -53,7 +53,7 @@ def closed_loop_score(weights: Path, out: Path, drive: ClosedLoop) -> float:
         run_suite(
             run.missing, run.folder, workers=drive.workers, recordings=False, on_event=_not_shown
         )
-    return write_summary(run.folder).scores.driving_score.mean
+    return write_summary(run.folder).driving_score.mean
 
 
 def check_suite(suite: str) -> None:

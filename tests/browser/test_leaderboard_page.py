@@ -8,7 +8,10 @@ from plant_bench.reports.carla_checkpoint_writing import checkpoint
 from plant_bench.reports.leaderboard.boards import make_leaderboard
 from plant_bench.reports.leaderboard.page import write_page
 from plant_bench.reports.leaderboard.sources import find_sources, read_run
+from plant_bench.scoring import metrics_table
 from plant_bench.scoring.laws import Law
+from plant_bench.scoring.metrics_table import LOWER, METRICS, measure_row, score_row
+from plant_bench.scoring.over_run import OverRun, median
 
 HOSTILE = "</script><img src=x onerror=alert(1)><b>😀 \u202e" + "x" * 10_000
 DRILL_DOWNS = 9  # with own runs and without rankings
@@ -40,6 +43,17 @@ def foreign_checkpoint(run, path):
         del item["plant_bench"]
     path.write_text(json.dumps(content), encoding="utf-8")
     return path
+
+
+@pytest.fixture
+def more_metrics(monkeypatch):
+    """A score and a measure more: their rows alone, the measure under another name."""
+    seconds = measure_row(
+        "jerk_p95", "least jerk", "m/s³", 2, LOWER, median, "Least jerk.", name="least_jerk"
+    )
+    count = OverRun("episodes", lambda results, _: float(len(results)))
+    episodes = score_row("count", "COUNT", "", 0, LOWER, count, "How many episodes.")
+    monkeypatch.setattr(metrics_table, "METRICS", (*METRICS, episodes, seconds))
 
 
 def planners(page, section=0):
@@ -75,6 +89,39 @@ def test_any_column_sorts_both_ways(board, open_page):
     names = planners(page)
     heads.nth(0).click()
     assert planners(page) == names[::-1] != names
+
+
+def test_new_metrics_are_columns(more_metrics, board, open_page):
+    page = open_page(board)
+    table = page.locator("section.board").first.locator("table").first
+    heads = [text.strip("↑↓\n") for text in table.locator("thead th").all_inner_texts()]
+    place = heads.index("COUNT")
+    assert heads[place - 1] == "CV"
+    button = table.locator("button.sort").nth(place)
+    assert button.get_attribute("title") == "How many episodes."
+    button.click()
+    assert table.locator("th[aria-sort]").get_attribute("aria-sort") == "ascending"
+    assert table.locator("tbody tr").first.locator("th, td").nth(place).inner_text() == "8 ± 0"
+    elsewhere = page.locator("section.elsewhere tbody tr").first.locator("th, td").nth(place)
+    assert elsewhere.inner_text() == "–"
+    assert "How many episodes." in page.locator("#legend").inner_text()
+    page.locator("#board-0-comfort > summary").click()
+    comfort = page.locator("#board-0-comfort table")
+    assert comfort.locator("thead th").last.inner_text().split("\n") == ["least jerk", "m/s³"]
+    assert comfort.locator("tbody tr").first.locator("td").last.inner_text() == "3.25"
+
+
+def test_the_columns_are_those_of_the_table(board, open_page):
+    page = open_page(board)
+    table = page.locator("section.board").first.locator("table").first
+    heads = [text.strip("↑↓\n") for text in table.locator("thead th").all_inner_texts()]
+    assert heads[1:7] == ["DS", "RC", "IS", "CV", "IT ms", "RFDS"]
+    page.get_by_role("button", name="careless").first.click()
+    episodes = page.locator("#board-0-episodes table")
+    heads = episodes.locator("thead th").all_inner_texts()
+    assert heads[2:6] == ["DS", "RC", "IS", "Time"]
+    worst = episodes.locator("tbody tr").first.locator("th, td").all_inner_texts()
+    assert worst[2:6] == ["60.0", "100.0", "0.60", "1:40"]
 
 
 def test_filters_by_text_track_town_and_table(board, open_page):

@@ -35,5 +35,5 @@ def test_format_1():
 def test_format_2():
     result = EpisodeResult.load(RECORDS / "format_2.json")
     assert result.measures is not None
-    assert (result.measures.ttc_vehicle, result.measures.ttc_vulnerable) == (1.7, None)
-    assert result.measures.hard_brakes == 4
+    assert (result.measures["ttc_vehicle"], result.measures["ttc_vulnerable"]) == (1.7, None)
+    assert result.measures["hard_brakes"] == 4

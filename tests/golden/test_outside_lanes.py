@@ -101,5 +101,5 @@ def test_off_lane_and_wrong_lane_are_told_apart(stage):
     both = verdict.off_lane_distance + verdict.wrong_lane_distance
     assert verdict.outside_distance == pytest.approx(both)
     assert verdict.measures is not None
-    assert verdict.measures.off_lane_distance == pytest.approx(15.0)
-    assert verdict.measures.wrong_lane_distance == pytest.approx(18.5)
+    assert verdict.measures["off_lane_distance"] == pytest.approx(15.0)
+    assert verdict.measures["wrong_lane_distance"] == pytest.approx(18.5)

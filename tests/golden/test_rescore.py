@@ -73,8 +73,8 @@ def test_measures_are_rescored_too(eventful, header, tmp_path):
     again = rescore(Recording.load(tmp_path / "episode.parquet"), eventful.town, eventful.route)
     assert again.measures == original.measures
     assert again.measures is not None
-    assert (again.measures.ttc_vehicle, again.measures.ttc_vulnerable) == (0.0, 0.0)
-    assert again.measures.relative_speed is not None
+    assert (again.measures["ttc_vehicle"], again.measures["ttc_vulnerable"]) == (0.0, 0.0)
+    assert again.measures["relative_speed"] is not None
 
 
 def test_a_recording_of_the_first_format_gives_its_record_and_measures(eventful, header, tmp_path):

@@ -114,8 +114,8 @@ def test_records_survive_their_text(result):
 def test_summaries_stay_within_their_bounds(drawn):
     episodes = [item.model_copy(update={"scenario": str(i)}) for i, item in enumerate(drawn)]
     summary = summarise(episodes, expected=len(episodes))
-    assert 0.0 <= summary.scores.driving_score.mean <= 100.0
-    assert 0.0 <= summary.scores.infraction_score.mean <= 1.0
-    assert 0.0 <= summary.scores.normalised_score.mean <= 100.0
+    assert 0.0 <= summary.scores["driving_score"].mean <= 100.0
+    assert 0.0 <= summary.scores["infraction_score"].mean <= 1.0
+    assert 0.0 <= summary.scores["normalised_score"].mean <= 100.0
     assert all(rate >= 0.0 for rate in summary.infractions_per_km.values())
     assert sum(summary.statuses.values()) == len(episodes)

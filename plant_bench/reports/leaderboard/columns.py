@@ -8,8 +8,8 @@ import pandas as pd
 from plant_bench.reports.leaderboard.board import Board, Difference, Entry, Leaderboard
 from plant_bench.reports.leaderboard.lines import Line
 from plant_bench.scoring.metrics import Spread, summary_frame
+from plant_bench.scoring.metrics_table import score_metrics
 
-_SPREADS = [item.name for item in fields(Line) if item.type in (Spread, "Spread")]
 _LISTS = ("infractions", "hazards")
 
 
@@ -79,10 +79,17 @@ def _line(line: Line) -> dict[str, object]:
     columns: dict[str, object] = {}
     for item in fields(Line):
         value = getattr(line, item.name)
-        if item.name in _SPREADS:
-            columns |= {f"{item.name}_mean": value.mean, f"{item.name}_std": value.std}
+        if item.name == "scores":
+            for metric in score_metrics():
+                columns |= _spread(metric.name, line.score(metric.name))
+        elif isinstance(value, Spread):
+            columns |= _spread(item.name, value)
         elif item.name == "rates":
             columns |= {f"{kind}_per_km": rate for kind, rate in value.items()}
         else:
             columns[item.name] = " + ".join(value) if isinstance(value, tuple) else value
     return columns
+
+
+def _spread(name: str, spread: Spread) -> dict[str, object]:
+    return {f"{name}_mean": spread.mean, f"{name}_std": spread.std}

@@ -12,6 +12,7 @@ from plant_bench.scoring.metrics import Spread
 from plant_bench.scoring.normalised import LEAST_KM
 
 VEHICLES = NAMES[InfractionKind.COLLISION_VEHICLE]
+_SCORES = ("driving_score", "route_completion", "infraction_score")  # that each record tells
 _KINDS = {name: kind.value for kind, name in NAMES.items()}
 
 
@@ -24,10 +25,8 @@ def imported_line(run: ImportedRun, *, id: str, planner: str) -> Line:
         planner=planner,
         track="",
         inputs=(),
-        driving_score=_spread(parts, "driving_score"),
-        route_completion=_spread(parts, "route_completion"),
-        infraction_score=_spread(parts, "infraction_score"),
-        vehicle_collisions=Spread.of([_rate(part) for part in parts]),
+        scores={name: _spread(parts, name) for name in _SCORES}
+        | {"vehicle_collisions": Spread.of([_rate(part) for part in parts])},
         repetitions=len(parts),
         episodes=len(run.records),
         expected=run.expected,

@@ -7,11 +7,11 @@ from plant_bench.foreign_text import table_cell
 from plant_bench.reports.leaderboard.board import Board, Leaderboard
 from plant_bench.reports.leaderboard.lines import Line
 from plant_bench.reports.leaderboard.texts import (
-    COLUMNS,
     Column,
     board_title,
-    spread_text,
+    columns,
 )
+from plant_bench.scoring.metrics_table import Better
 
 _LATEX = {
     "\\": r"\textbackslash{}",
@@ -35,16 +35,19 @@ _LATEX = {
 }
 
 
+_ARROWS = {Better.HIGHER: r" $\uparrow$", Better.LOWER: r" $\downarrow$", Better.NEITHER: ""}
+
+
 def latex_text(leaderboard: Leaderboard) -> str:
     """Return all boards as LaTeX tables, to be read in by a document that uses booktabs."""
     parts = [r"% Needs \usepackage{booktabs} and \usepackage[T1]{fontenc}.", ""]
     for board in leaderboard.boards:
-        best = [_best(column, board.lines) for column in COLUMNS]
-        heads = ["Method", "Input", *(_latex_head(column) for column in COLUMNS)]
+        best = [_best(column, board.lines) for column in columns()]
+        heads = ["Method", "Input", *(_latex_head(column) for column in columns())]
         parts += [
             r"\begin{table}[t]",
             r"  \centering\small",
-            rf"  \begin{{tabular}}{{ll{'r' * len(COLUMNS)}}}",
+            rf"  \begin{{tabular}}{{ll{'r' * len(best)}}}",
             r"    \toprule",
             f"    {' & '.join(heads)} \\\\",
             r"    \midrule",
@@ -74,22 +77,22 @@ def latex_escaped_long(text: str) -> str:
 
 def _best(column: Column, lines: Sequence[Line]) -> float:
     values = [value for line in lines if not math.isnan(value := column.value(line).mean)]
-    if not values or column.highest is None:
+    if not values or column.better is Better.NEITHER:
         return math.nan
-    return max(values) if column.highest else min(values)
+    return max(values) if column.better is Better.HIGHER else min(values)
 
 
 def _latex_head(column: Column) -> str:
-    arrow = {True: r" $\uparrow$", False: r" $\downarrow$", None: ""}[column.highest]
+    arrow = _ARROWS[column.better]
     return rf"\multicolumn{{1}}{{c}}{{\textbf{{{column.head}}}{arrow}}}"
 
 
 def _latex_cells(line: Line, best: Sequence[float]) -> list[str]:
     inputs = " + ".join(line.inputs) or "-"
     cells = [latex_escaped(line.planner), latex_escaped(inputs)]
-    for column, top in zip(COLUMNS, best, strict=True):
+    for column, top in zip(columns(), best, strict=True):
         spread = column.value(line)
-        text = spread_text(spread, column.digits).replace(" ± ", r"{\scriptsize$\pm$") + "}" * (
+        text = spread.text(column.digits).replace(" ± ", r"{\scriptsize$\pm$") + "}" * (
             not math.isnan(spread.std) and not math.isnan(spread.mean)
         )
         cells.append(rf"\textbf{{{text}}}" if spread.mean == top else text)

@@ -9,7 +9,8 @@ from plant_bench.agent import Input
 from plant_bench.reports.leaderboard.sources import RankingSource, RunSource
 from plant_bench.reports.leaderboard.weights import parameter_count
 from plant_bench.runner.run.speed import read_timings, speed_of
-from plant_bench.scoring.metrics import Spread, Summary
+from plant_bench.scoring.metrics import Scores, Spread, Summary
+from plant_bench.scoring.metrics_table import RANKED
 
 PRIVILEGED, SENSOR = "privileged", "sensor"  # the tracks of PlanT's Table 1
 UNKNOWN = Spread(math.nan, math.nan)
@@ -26,11 +27,7 @@ class Line:
         planner: Its name, as shown.
         track: `PRIVILEGED` or `SENSOR`; empty where not known.
         inputs: What it was given.
-        driving_score: DS, 0 to 100.
-        route_completion: RC in percent.
-        infraction_score: IS, 0 to 1.
-        vehicle_collisions: CV, collisions with vehicles per kilometre.
-        normalised_score: NDS, 0 to 100.
+        scores: By name of `scoring.metrics_table`; those not known may be missing.
         inference_ms: IT, time of one forward pass.
         inference_tokens: As IT, of the tokens of a pass.
         processor: What IT was measured on.
@@ -52,11 +49,7 @@ class Line:
     planner: str
     track: str
     inputs: tuple[str, ...]
-    driving_score: Spread
-    route_completion: Spread
-    infraction_score: Spread
-    vehicle_collisions: Spread
-    normalised_score: Spread = UNKNOWN
+    scores: Scores
     inference_ms: float = math.nan
     inference_tokens: float = math.nan
     processor: str = ""
@@ -72,23 +65,27 @@ class Line:
     rates: Mapping[str, float] = field(default_factory=dict)
     km: float = math.nan
 
+    @property
+    def driving_score(self) -> Spread:
+        """DS, by which boards are sorted."""
+        return self.score(RANKED)
+
+    def score(self, name: str) -> Spread:
+        """Return a score, `UNKNOWN` where it is not known."""
+        return self.scores.get(name, UNKNOWN)
+
 
 def run_line(
     run: RunSource, summary: Summary, ranking: RankingSource | None, *, id: str, planner: str
 ) -> Line:
     """Return the line of a run of ours."""
     speed = speed_of(read_timings(run.folder, (item.name for item in run.episodes)))
-    scores = summary.scores
     return Line(
         id=id,
         planner=planner,
         track=track_of(summary.inputs),
         inputs=summary.inputs,
-        driving_score=scores.driving_score,
-        route_completion=scores.route_completion,
-        infraction_score=scores.infraction_score,
-        vehicle_collisions=scores.vehicle_collisions,
-        normalised_score=scores.normalised_score,
+        scores=summary.scores,
         inference_ms=speed.inference_ms,
         inference_tokens=speed.inference_tokens,
         processor="; ".join(speed.processors),

@@ -8,28 +8,28 @@ from plant_bench.foreign_text import table_cell
 from plant_bench.reports.leaderboard.board import Board, Difference, Leaderboard
 from plant_bench.reports.leaderboard.lines import Line
 from plant_bench.reports.leaderboard.texts import (
-    COLUMNS,
     LEVEL,
     board_title,
+    columns,
     p_text,
-    spread_text,
-)
-
-_LEGEND = (
-    "DS driving score (0 to 100), RC route completion (%), IS infraction score, CV collisions with "
-    "vehicles per km, IT one forward pass (ms), RFDS relative filtered driving score (%): mean ± "
-    "standard deviation over repetitions. Tables of different rules cannot be compared."
 )
 
 
 def markdown_text(leaderboard: Leaderboard) -> str:
     """Return all boards as Markdown."""
-    parts = ["# Leaderboard", "", _LEGEND, ""]
+    parts = ["# Leaderboard", "", _legend(), ""]
     for board in leaderboard.boards:
         parts += [f"## {markdown_escaped(board_title(board))}", ""]
         if board.source:
             parts += [f"Source: {markdown_escaped_long(board.source)}.", ""]
-        heads = ["planner", "track", "inputs", *_heads(), "parameters", "episodes"]
+        heads = [
+            "planner",
+            "track",
+            "inputs",
+            *(column.head for column in columns()),
+            "parameters",
+            "episodes",
+        ]
         parts += [_row(heads), "|---|---|---|" + "---:|" * (len(heads) - 3)]
         parts += [_row(_markdown_cells(line)) for line in board.lines]
         parts += ["", *_markdown_differences(board)]
@@ -51,8 +51,12 @@ def markdown_escaped_long(text: str) -> str:
     return " ".join(markdown_escaped(word) for word in text.split())
 
 
-def _heads() -> list[str]:
-    return [column.head for column in COLUMNS]
+def _legend() -> str:
+    titles = ", ".join(f"{column.head} {column.title}" for column in columns())
+    return (
+        f"{titles}: mean ± standard deviation over repetitions. Tables of different rules cannot "
+        "be compared."
+    )
 
 
 def _row(cells: Sequence[str]) -> str:
@@ -66,7 +70,7 @@ def _markdown_cells(line: Line) -> list[str]:
         markdown_escaped(line.planner),
         line.track or "-",
         markdown_escaped(" + ".join(line.inputs)) or "-",
-        *(spread_text(column.value(line), column.digits) for column in COLUMNS),
+        *(column.value(line).text(column.digits) for column in columns()),
         parameters,
         count,
     ]

@@ -1,7 +1,6 @@
 """What the page shows, as compact JSON: lines, differences, breakdowns, every episode."""
 
 from collections.abc import Sequence
-from dataclasses import asdict
 
 from plant_bench.foreign_text import script_json
 from plant_bench.reports.leaderboard.board import Board, Difference, Entry, Leaderboard
@@ -9,10 +8,20 @@ from plant_bench.reports.leaderboard.exports import without_nan
 from plant_bench.reports.leaderboard.lines import Line
 from plant_bench.reports.leaderboard.sources import Episode
 from plant_bench.reports.leaderboard.texts import board_title
-from plant_bench.scoring.beyond import COLLISIONS
 from plant_bench.scoring.hazards_met import hazard_counts, survived
-from plant_bench.scoring.infractions import Infraction, InfractionKind, Status
+from plant_bench.scoring.infractions import COLLISIONS, Infraction, InfractionKind, Status
+from plant_bench.scoring.laws import Law
+from plant_bench.scoring.measures import Number
 from plant_bench.scoring.metrics import Scores, Spread
+from plant_bench.scoring.metrics_table import (
+    RANKED,
+    Metric,
+    Shown,
+    headline_metrics,
+    score_metrics,
+    shown_metrics,
+)
+from plant_bench.scoring.results import EpisodeResult
 from plant_bench.world.hazard import HazardKind, Phase
 from plant_bench.world.scene import ActorKind
 
@@ -28,6 +37,9 @@ def page_json(leaderboard: Leaderboard, *, replays: bool) -> str:
         replays: Whether episodes with a recording have a replay beside the page.
     """
     payload = {
+        "scores": [_column(metric) for metric in headline_metrics()],
+        "measures": [_column(metric) for metric in shown_metrics(Shown.MEASURE)],
+        "ranked": RANKED,
         "kinds": [kind.value for kind in KINDS],
         "hazards": [kind.value for kind in HAZARD_KINDS],
         "statuses": [status.value for status in STATUSES],
@@ -74,19 +86,26 @@ def _board(board: Board, replays: bool) -> dict[str, object]:
     }
 
 
+def _column(metric: Metric) -> dict[str, object]:
+    """Return what the page needs to know of a metric."""
+    return {
+        "name": metric.name,
+        "label": metric.label,
+        "unit": metric.unit,
+        "digits": metric.digits,
+        "better": metric.better,
+        "about": metric.about,
+        "ofEpisode": metric.episode is not None,
+    }
+
+
 def _line(line: Line) -> dict[str, object]:
     return {
         "id": line.id,
         "planner": line.planner,
         "track": line.track,
         "inputs": line.inputs,
-        "scores": [
-            _spread(line.driving_score, 3),
-            _spread(line.route_completion, 3),
-            _spread(line.infraction_score, 4),
-            _spread(line.vehicle_collisions, 4),
-        ],
-        "nds": _spread(line.normalised_score, 3),
+        "scores": _scores(line.scores),
         "it": line.inference_ms,
         "tokens": line.inference_tokens,
         "processor": line.processor,
@@ -136,17 +155,17 @@ def _detail(entry: Entry) -> dict[str, object]:
             for kind, count in hazard_counts(entry.run.results).items()
         },
         "causes": [sum(item.cause == cause for item in collisions) for cause in ("ego", "other")],
-        "comfort": {name: round(value, 4) for name, value in asdict(summary.beyond).items()},
+        "measures": {name: round(value, 4) for name, value in summary.beyond.values.items()},
     }
 
 
-def _scores(scores: Scores) -> list[list[float]]:
-    return [
-        _spread(scores.driving_score, 3),
-        _spread(scores.route_completion, 3),
-        _spread(scores.infraction_score, 4),
-        _spread(scores.vehicle_collisions, 4),
-    ]
+def _scores(scores: Scores) -> dict[str, list[float]]:
+    """Return scores by name, more exact by two digits than they are shown."""
+    return {
+        metric.name: _spread(scores[metric.name], metric.digits + 2)
+        for metric in score_metrics()
+        if metric.name in scores
+    }
 
 
 def _spread(spread: Spread, digits: int) -> list[float]:
@@ -168,9 +187,7 @@ def _episode(
         result.repetition,
         scenarios[result.scenario],
         STATUSES.index(result.status),
-        round(result.driving_score_by(law), 2),
-        round(result.route_completion, 2),
-        round(result.infraction_score_by(law), 4),
+        _episode_scores(result, law),
         round(result.duration, 1),
         [_infraction(infraction) for infraction in result.infractions],
         [
@@ -181,6 +198,19 @@ def _episode(
         int(replays and item.recording is not None),
         result.reason,
     ]
+
+
+def _episode_scores(result: EpisodeResult, law: Law) -> list[Number | None]:
+    """Return the scores that an episode has, in the order of the page's `scores`.
+
+    They have twice the digits that are shown: pages hold many episodes.
+    """
+    found = []
+    for metric in headline_metrics():
+        if metric.episode is not None:
+            value = metric.episode(result, law)
+            found.append(None if value is None else round(value, 2 * metric.digits))
+    return found
 
 
 def _infraction(item: Infraction) -> list[object]:

@@ -15,7 +15,13 @@ _CAMERAS = ("camera", "lidar")
 _RASTER = ("rasterised objects", "HD map")
 _UNKNOWN_TIME = math.nan
 
-# Planner, track, inputs, then mean and standard deviation of DS, RC, IS and CV, then IT in ms.
+_SCORES: tuple[str, ...] = (
+    "driving_score",
+    "route_completion",
+    "infraction_score",
+    "vehicle_collisions",
+)
+# Planner, track, inputs, then mean and standard deviation of each of `_SCORES`, then IT in ms.
 # TransFuser's deviation of IS is printed as 0.60.
 _TABLE_1 = (
     ("LAV", SENSOR, _CAMERAS, "32.74 1.45 70.36 3.14 0.51 0.02 0.84 0.11", _UNKNOWN_TIME),
@@ -56,17 +62,18 @@ def paper_lines() -> tuple[Line, ...]:
 
 
 def _line(
-    planner: str, track: str, inputs: tuple[str, ...], scores: str, inference_ms: float
+    planner: str, track: str, inputs: tuple[str, ...], figures: str, inference_ms: float
 ) -> Line:
-    values = [float(text) for text in scores.split()]
+    values = [float(text) for text in figures.split()]
     spreads = [Spread(*pair) for pair in zip(values[::2], values[1::2], strict=True)]
+    scores = dict(zip(_SCORES, spreads, strict=True))
     rfds, ranker = _RFDS.get(planner, (UNKNOWN, ""))
     return Line(
-        f"paper-{planner.lower().replace('/', '').replace(' ', '-')}",
-        planner,
-        track,
-        inputs,
-        *spreads,
+        id=f"paper-{planner.lower().replace('/', '').replace(' ', '-')}",
+        planner=planner,
+        track=track,
+        inputs=inputs,
+        scores=scores,
         inference_ms=inference_ms,
         rfds=rfds,
         ranker=ranker,

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from plant_bench.reports.leaderboard.board import HERE, Board
 from plant_bench.reports.leaderboard.lines import Line
 from plant_bench.scoring.metrics import Spread
+from plant_bench.scoring.metrics_table import Better, Metric, headline_metrics
 
 LEVEL = 0.05  # of a corrected p-value
 
@@ -17,25 +18,46 @@ class Column:
 
     Attributes:
         head: Its name.
+        title: The name in full.
         digits: After the point.
+        better: Which values are the better ones.
         value: What it tells of a line.
-        highest: Whether the highest value is the best; None where none is.
     """
 
     head: str
+    title: str
     digits: int
+    better: Better
     value: Callable[[Line], Spread]
-    highest: bool | None = None
 
 
-COLUMNS = (
-    Column("DS", 1, lambda line: line.driving_score, highest=True),
-    Column("RC", 1, lambda line: line.route_completion, highest=True),
-    Column("IS", 2, lambda line: line.infraction_score, highest=True),
-    Column("CV", 2, lambda line: line.vehicle_collisions, highest=False),
-    Column("IT", 2, lambda line: Spread(line.inference_ms, math.nan), highest=False),
-    Column("RFDS", 1, lambda line: line.rfds, highest=True),
-)
+def columns() -> tuple[Column, ...]:
+    """Return the headline scores, and what is known of a planner beside its episodes."""
+    return (
+        *map(_column, headline_metrics()),
+        Column("IT", "one forward pass (ms)", 2, Better.LOWER, _inference_time),
+        Column(
+            "RFDS",
+            "relative filtered driving score (%)",
+            1,
+            Better.HIGHER,
+            lambda line: line.rfds,
+        ),
+    )
+
+
+def _column(metric: Metric) -> Column:
+    return Column(
+        metric.label,
+        metric.full,
+        metric.digits,
+        metric.better,
+        lambda line: line.score(metric.name),
+    )
+
+
+def _inference_time(line: Line) -> Spread:
+    return Spread(line.inference_ms, math.nan)
 
 
 def board_title(board: Board) -> str:
@@ -49,18 +71,6 @@ def board_title(board: Board) -> str:
         words.append(f"law {board.law}")
     title = ", ".join(words)
     return title if board.world == HERE else f"Another world: {title} in {board.world}"
-
-
-def spread_text(spread: Spread, digits: int) -> str:
-    """Return mean and deviation as text, "-" where there is none.
-
-    >>> spread_text(Spread(81.356, 6.54), 1), spread_text(Spread(math.nan, math.nan), 1)
-    ('81.4 ± 6.5', '-')
-    """
-    if math.isnan(spread.mean):
-        return "-"
-    mean = f"{spread.mean:.{digits}f}"
-    return mean if math.isnan(spread.std) else f"{mean} ± {spread.std:.{digits}f}"
 
 
 def p_text(p: float) -> str:

@@ -10,8 +10,7 @@ from plant_bench.runner.collect.takeover import Takeover
 from plant_bench.runner.episode.loop import Override, run_episode
 from plant_bench.runner.episode.timing import Timing
 from plant_bench.runner.workers.worker import Report
-from plant_bench.scoring.beyond import COLLISIONS
-from plant_bench.scoring.infractions import InfractionKind, Status
+from plant_bench.scoring.infractions import COLLISIONS, InfractionKind, Status
 from plant_bench.scoring.results import EpisodeResult
 from plant_bench.towns.training_routes import training_visits
 from plant_bench.towns.training_towns import TrainingTown, build_training_town

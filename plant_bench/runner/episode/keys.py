@@ -14,9 +14,11 @@ from plant_bench.source_code import (
     imported_packages,
     library_versions,
     module_file,
+    modules_below,
 )
 
 LOOP = "plant_bench.runner.episode.loop"
+WORLD = "plant_bench.sim"
 COLLECTING = "plant_bench.runner.collect.work"
 
 HARMLESS = {
@@ -37,14 +39,19 @@ HARMLESS = {
     "plant_bench.runner.workers": "which process drives",
     "plant_bench.scoring.laws": "turns records into scores when they are read",
     "plant_bench.source_code": "makes the keys",
+    "plant_bench.towns": "makes towns and routes: their content has checksums",
     "plant_bench.whole_files": "how files are written",
+    "plant_bench.world.hazard_sketch": "how hazards are drawn in tables and pages",
 }
 
 
 @cache
 def rules_modules() -> frozenset[str]:
-    """Return the modules that move and judge the world and decide what planners are shown."""
-    return import_closure(LOOP, without=HARMLESS)
+    """Return the modules that move and judge the world and decide what planners are shown.
+
+    The room of the simulator is taken as a whole: it looks scripts up by their names.
+    """
+    return import_closure(LOOP, *modules_below(WORLD), without=HARMLESS)
 
 
 @cache
@@ -60,7 +67,8 @@ def collecting_checksum() -> str:
     That is also how towns and routes are made, who drives instead of the expert and what is
     executed instead of its answers.
     """
-    return _hash(import_closure(COLLECTING, without=HARMLESS))
+    without = {name for name in HARMLESS if name != "plant_bench.towns"}
+    return _hash(rules_modules() | import_closure(COLLECTING, without=without))
 
 
 def _hash(modules: frozenset[str]) -> str:

@@ -43,23 +43,11 @@ function endingTable(lines) {
   return el("table", {}, el("caption", { class: "hidden-text" }, "How episodes ended, and who caused collisions"), el("thead", {}, head), el("tbody", {}, rows));
 }
 
-const COMFORT = [
-  ["ttc_vehicle", "time to collision, vehicles", "s", 1],
-  ["ttc_vulnerable", "time to collision, walkers and cyclists", "s", 1],
-  ["pet_vehicle", "post-encroachment time, vehicles", "s", 1],
-  ["pet_vulnerable", "post-encroachment time, walkers and cyclists", "s", 1],
-  ["hard_brakes_per_km", "hard brakes", "per km", 2],
-  ["jerk_p95", "jerk, 95th percentile", "m/s³", 1],
-  ["lateral_acceleration_p95", "lateral acceleration, 95th percentile", "m/s²", 1],
-  ["relative_speed", "speed relative to traffic", "", 2],
-  ["standing_share", "time standing", "share", 2],
-];
-
 function comfortTable(lines) {
-  const head = el("tr", {}, el("th", { scope: "col" }, "Planner"), COMFORT.map(([, title, unit]) =>
-    el("th", { scope: "col", class: "kind" }, title, unit ? el("span", { class: "of" }, unit) : null)));
+  const head = el("tr", {}, el("th", { scope: "col" }, "Planner"), DATA.measures.map(({ label, unit }) =>
+    el("th", { scope: "col", class: "kind" }, label, unit ? el("span", { class: "of" }, unit) : null)));
   const rows = lines.map((line) => el("tr", {}, el("th", { scope: "row" }, nameOf(line.planner, 28)),
-    COMFORT.map(([name, , , digits]) => el("td", { class: "number" }, fixed(line.detail.comfort[name], digits)))));
+    DATA.measures.map(({ name, digits }) => el("td", { class: "number" }, fixed(line.detail.measures[name], digits)))));
   return el("table", {}, el("caption", { class: "hidden-text" }, "Near misses and comfort"), el("thead", {}, head), el("tbody", {}, rows));
 }
 

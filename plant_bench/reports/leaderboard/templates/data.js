@@ -2,13 +2,14 @@
 
 const DATA = JSON.parse(document.getElementById("data").textContent);
 const LEVEL = 0.05; // of p corrected: below it two planners are told apart
-const SCORES = ["ds", "rc", "is", "cv"];
+const RANKED = DATA.ranked; // the score that tables are sorted by
+const EPISODE_SCORES = DATA.scores.filter((score) => score.ofEpisode);
 
 /** What the filters say; changed by main.js alone. */
 const FILTER = { text: "", track: "", town: "", board: "" };
 
 function unpackEpisode(packed, line, board) {
-  const [name, route, repetition, scenario, status, ds, rc, is, duration, infractions, hazards, replay, reason] = packed;
+  const [name, route, repetition, scenario, status, scores, duration, infractions, hazards, replay, reason] = packed;
   const [routeName, town] = board.routes[route];
   return {
     id: `${line.id}/${name}`,
@@ -18,9 +19,7 @@ function unpackEpisode(packed, line, board) {
     repetition,
     scenario,
     status: DATA.statuses[status],
-    ds,
-    rc,
-    is,
+    scores: Object.fromEntries(EPISODE_SCORES.map((score, place) => [score.name, scores[place]])),
     duration,
     infractions: infractions.map(([kind, time, actor, cause, share]) => ({
       kind: DATA.kinds[kind],
@@ -70,11 +69,10 @@ function unpackBoard(board, place) {
 
 const BOARDS = DATA.boards.map(unpackBoard);
 
-/** A line's scores, in the chosen town if there is one. */
-function scoresOf(line) {
+/** One of a line's scores, mean and deviation, in the chosen town if there is one. */
+function scoreOf(line, name) {
   const scores = FILTER.town ? line.detail?.towns[FILTER.town] : line.scores;
-  const missing = [null, null];
-  return Object.fromEntries(SCORES.map((name, place) => [name, scores?.[place] ?? missing]));
+  return scores?.[name] ?? [null, null];
 }
 
 /** The difference of one line from another, seen from the first; null where none is known. */

@@ -8,10 +8,11 @@ function episodeList(board, chosen, redraw) {
   const found = board.allEpisodes()
     .filter((item) => (!planner || item.line === planner) && (!route || item.route === route) &&
       (!known(scenario) || item.scenario === scenario) && (!FILTER.town || item.town === FILTER.town))
-    .sort((a, b) => a.ds - b.ds || a.route.localeCompare(b.route) || a.repetition - b.repetition);
+    .sort((a, b) => a.scores[RANKED] - b.scores[RANKED] || a.route.localeCompare(b.route) || a.repetition - b.repetition);
   const shown = found.slice(0, chosen.most ?? AT_ONCE);
-  const head = el("tr", {}, ["Planner", "Route", "DS", "RC", "IS", "Time", "Ended", "What happened", "Replay"].map((name) =>
-    el("th", { scope: "col", class: ["DS", "RC", "IS", "Time"].includes(name) ? "number" : null }, name)));
+  const numbers = [...EPISODE_SCORES.map((score) => score.label), "Time"];
+  const head = el("tr", {}, ["Planner", "Route", ...numbers, "Ended", "What happened", "Replay"].map((name) =>
+    el("th", { scope: "col", class: numbers.includes(name) ? "number" : null }, name)));
   const table = el("table", { class: "episodes" }, el("caption", { class: "hidden-text" }, "Episodes, the lowest driving score first"),
     el("thead", {}, head), el("tbody", {}, shown.map((item) => episodeRow(board, item))));
   const more = shown.length < found.length
@@ -35,7 +36,7 @@ function episodeChoice(board, chosen, redraw) {
 
 function episodeRow(board, item) {
   const failed = item.status !== "Completed";
-  const cells = [fixed(item.ds, 1), fixed(item.rc, 1), fixed(item.is, 2), clock(item.duration)];
+  const cells = [...EPISODE_SCORES.map((score) => fixed(item.scores[score.name], score.digits)), clock(item.duration)];
   return el("tr", {},
     el("th", { scope: "row" }, nameOf(item.line.planner, 28)),
     el("td", {}, nameOf(item.route, 28), el("span", { class: "of" }, `repetition ${item.repetition + 1}`)),

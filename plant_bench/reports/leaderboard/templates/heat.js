@@ -11,7 +11,7 @@ function townHeat(board, lines) {
   const head = el("tr", {}, el("th", { scope: "col" }, "Planner"), board.towns.map((town) => el("th", { scope: "col", class: "number" }, nameOf(town, 20))));
   const rows = lines.map((line) =>
     el("tr", {}, el("th", { scope: "row" }, nameOf(line.planner, 28)), board.towns.map((town) => {
-      const score = line.detail.towns[town]?.[0];
+      const score = line.detail.towns[town]?.[RANKED];
       return known(score?.[0]) ? heatCell(1 - score[0] / 100, spreadCell(score, 1), { class: "heat number" }) : el("td", { class: "number" }, "–");
     })),
   );
@@ -24,7 +24,7 @@ function routeHeat(board, lines, openEpisodes) {
   for (const item of board.allEpisodes()) {
     const key = `${item.line.place} ${item.route}`;
     const known = means.get(key) ?? [0, 0];
-    means.set(key, [known[0] + item.ds, known[1] + 1]);
+    means.set(key, [known[0] + item.scores[RANKED], known[1] + 1]);
   }
   const routes = board.routes.map(([name, town]) => ({ name, town: board.towns[town] })).filter((route) => !FILTER.town || route.town === FILTER.town);
   const towns = [...new Set(routes.map((route) => route.town))];

@@ -1,10 +1,7 @@
 // Puts the page together, and draws it anew when the filters change.
 
 const LEGEND = [
-  ["DS", "Driving score, 0 to 100: the mean over episodes of route completion times infraction score. Mean ± standard deviation over repetitions."],
-  ["RC", "Route completion: the share of the route that was driven, in percent."],
-  ["IS", "Infraction score: 1 without any infraction, less with each."],
-  ["CV", "Collisions with vehicles per kilometre: all of them over all kilometres."],
+  ...DATA.scores.map((score) => [score.label, score.about]),
   ["IT", "Inference time: one forward pass of the planner's network, in milliseconds; point at it for the processor."],
   ["RFDS", "The driving score of the expert that sees only the vehicle the planner ranks first, in percent of the expert that sees all."],
   ["Track", "Privileged planners are told the ground truth of objects; sensor planners see through cameras or LiDAR."],

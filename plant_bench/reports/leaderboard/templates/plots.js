@@ -76,7 +76,7 @@ const BIN = 5; // DS of a bin of episodes
 function episodePlot(board, lines, width) {
   const names = axisNames(lines, width < 560 ? 14 : 24);
   const rows = lines.flatMap((line, place) => episodeBins(board, line, names[place]));
-  const means = lines.map((line, place) => ({ name: names[place], ds: scoresOf(line).ds[0] })).filter((row) => known(row.ds));
+  const means = lines.map((line, place) => ({ name: names[place], ds: scoreOf(line, RANKED)[0] })).filter((row) => known(row.ds));
   return Plot.plot({
     width,
     height: 56 + 34 * lines.length,
@@ -96,7 +96,7 @@ function episodePlot(board, lines, width) {
 }
 
 function episodeBins(board, line, name) {
-  const scores = board.allEpisodes().filter((item) => item.line === line && (!FILTER.town || item.town === FILTER.town)).map((item) => item.ds);
+  const scores = board.allEpisodes().filter((item) => item.line === line && (!FILTER.town || item.town === FILTER.town)).map((item) => item.scores[RANKED]);
   const bins = new Map();
   for (const score of scores) {
     const low = BIN * Math.min(Math.floor(score / BIN), 100 / BIN - 1);

@@ -11,14 +11,14 @@ function drivingScoreCell(spread) {
   return el("span", { class: "scored" }, el("span", {}, spreadCell(spread, 1)), bar);
 }
 
-function scoreColumn(head, name, digits, start, title) {
+function scoreColumn({ name, label, digits, better, about }) {
   return {
-    head,
-    title,
-    start,
+    head: label,
+    title: about,
+    start: better === "lower" ? 1 : -1,
     numeric: true,
-    value: (line) => scoresOf(line)[name][0],
-    cell: (line) => (name === "ds" ? drivingScoreCell : (spread) => spreadCell(spread, digits))(scoresOf(line)[name]),
+    value: (line) => scoreOf(line, name)[0],
+    cell: (line) => (name === RANKED ? drivingScoreCell(scoreOf(line, name)) : spreadCell(scoreOf(line, name), digits)),
   };
 }
 
@@ -30,10 +30,7 @@ function scoreColumns(board, openEpisodes) {
       value: (line) => line.planner.toLowerCase(),
       cell: (line) => plannerCell(board, line, openEpisodes),
     },
-    scoreColumn("DS", "ds", 1, -1, "Driving score, 0 to 100: mean ± standard deviation over repetitions"),
-    scoreColumn("RC", "rc", 1, -1, "Route completion, percent"),
-    scoreColumn("IS", "is", 2, -1, "Infraction score, 0 to 1"),
-    scoreColumn("CV", "cv", 2, 1, "Collisions with vehicles per kilometre"),
+    ...DATA.scores.map(scoreColumn),
     {
       head: "IT ms",
       title: "Inference time: one forward pass of the network",
@@ -106,7 +103,7 @@ function verdict(board) {
   if (!board.pairs.length) return null;
   const lead = differenceOf(board, first, second);
   const sentences = [
-    el("p", { class: "lead" }, el("strong", {}, nameOf(first.planner)), ` leads with a driving score of ${fixed(first.scores[0][0], 1)}.`),
+    el("p", { class: "lead" }, el("strong", {}, nameOf(first.planner)), ` leads with a driving score of ${fixed(first.scores[RANKED][0], 1)}.`),
   ];
   if (lead) {
     const told = lead.told ? "The difference is real" : "The two cannot be told apart";

@@ -34,7 +34,7 @@ def test_rates_are_all_counts_over_all_kilometres(tmp_path):
         ImportedRun("x", "carla-lb1.0", tmp_path / "x.json", 2, records), id="x", planner="x"
     )
     assert line.driving_score.mean == pytest.approx(70.0)
-    assert line.vehicle_collisions.mean == pytest.approx(0.2)
+    assert line.score("vehicle_collisions").mean == pytest.approx(0.2)
     assert line.rates["collision_vehicle"] == pytest.approx(0.2)
     assert line.rates["stop_infraction"] == pytest.approx(0.2)
 

@@ -50,10 +50,10 @@ def test_nothing_is_fetched(page):
 def test_episodes_have_a_replay_only_where_they_were_recorded(
     page, tmp_path, write_run, leaderboard
 ):
-    assert all(item[11] for item in data_of(page)["boards"][0]["episodes"][0])
+    assert all(item[9] for item in data_of(page)["boards"][0]["episodes"][0])
     made = leaderboard([write_run(tmp_path / "b", recorded=True)])
     without = data_of(page_html(made, replays=False))
-    assert not any(item[11] for item in without["boards"][0]["episodes"][0])
+    assert not any(item[9] for item in without["boards"][0]["episodes"][0])
 
 
 def test_the_page_is_written_whole(tmp_path, write_run, leaderboard):

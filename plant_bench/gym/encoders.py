@@ -11,12 +11,17 @@ from plant_bench.errors import InputError
 from plant_bench.features.raster import Rasteriser, RasterSpec
 from plant_bench.gym.object_encoder import ObjectEncoder
 from plant_bench.gym.token_encoder import TokenEncoder
+from plant_bench.sensing.inputs import PERCEIVED, UNSHARED
 from plant_bench.world.town import Town
 
 
 @runtime_checkable
 class Encoder(Protocol):
-    """Turns what is seen into arrays; may remember the episode."""
+    """Turns what is seen into arrays; may remember the episode.
+
+    One with an attribute `inputs` is given these, as a planner that declares them, else what
+    `plant_bench.sensing.inputs.PERCEIVED` lists.
+    """
 
     @property
     def space(self) -> spaces.Space[Any]:
@@ -82,4 +87,14 @@ def encoder_of(wanted: object) -> Encoder:
     if not isinstance(wanted, Encoder):
         message = f"{wanted!r} is no observation: space, reset and encode are wanted, or a name."
         raise InputError(message)
+    if refused := encoder_inputs(wanted) & UNSHARED:
+        message = (
+            f"{wanted!r} asks for {' and '.join(sorted(refused))}: nothing privileged is given."
+        )
+        raise InputError(message)
     return wanted
+
+
+def encoder_inputs(encoder: Encoder) -> frozenset[str]:
+    """Return what an encoder is to be given, as planners declare it."""
+    return frozenset(getattr(encoder, "inputs", PERCEIVED))

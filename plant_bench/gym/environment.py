@@ -10,7 +10,7 @@ from gymnasium.utils import EzPickle
 from plant_bench.agent import MOST_INTERVAL, Observation
 from plant_bench.errors import InputError
 from plant_bench.gym.actions import action_kind, inside
-from plant_bench.gym.encoders import Encoder, encoder_of
+from plant_bench.gym.encoders import Encoder, encoder_inputs, encoder_of
 from plant_bench.gym.episode import DrivenEpisode
 from plant_bench.gym.picture import picture
 from plant_bench.gym.rewards import reward_of
@@ -101,7 +101,7 @@ class PlantBenchEnv(gymnasium.Env[Any, np.ndarray], EzPickle):
         job = self._job(options or {})
         take_seat(self)
         self.leave()
-        self._episode = DrivenEpisode(job)
+        self._episode = DrivenEpisode(job, encoder_inputs(self._encoder))
         self._encoder.reset(self._episode.town)
         info = {"route": job.route.id, "seed": job.seed, **self._facts(self._episode)}
         return self._encoder.encode(self._episode.observation), info

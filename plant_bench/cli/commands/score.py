@@ -1,37 +1,38 @@
 """`plant-bench score`."""
 
+import time
 from contextlib import nullcontext
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from plant_bench.cli.executing import (
-    AddressOption,
-    ExecutorOption,
-    ManyWorkersOption,
-    Where,
-    chosen_executor,
-)
-from plant_bench.cli.isolating import (
-    IsolateOption,
-    MemoryLimitOption,
-    StartUpLimitOption,
-    TickLimitOption,
-    isolation_for,
-)
 from plant_bench.cli.options import (
     CORES,
+    AddressOption,
     DensityOption,
+    ExecutorOption,
+    IsolateOption,
     LawOption,
+    ManyWorkersOption,
+    MemoryLimitOption,
     OverwriteOption,
     RepetitionsOption,
     RoutesOption,
+    StartUpLimitOption,
     SuiteOption,
+    TickLimitOption,
+    Where,
+    chosen_executor,
+    isolation_for,
 )
 from plant_bench.garbage import collect_rarely
 from plant_bench.runner.workers.executors import LocalExecutor
 from plant_bench.runner.workers.loading import loading
+
+if TYPE_CHECKING:
+    from plant_bench.api.score import Driving
+    from plant_bench.runner.run.score_run import ScoreRequest
 
 
 def score(
@@ -92,7 +93,7 @@ def score(
     here = LocalExecutor(workers or CORES, loading(agent, isolate=isolate))
     # First of all, since its workers load what they need while this process does.
     with here.connected() if cluster is None else nullcontext():
-        from plant_bench.cli.drive import Driving, drive
+        from plant_bench.api.score import Driving
         from plant_bench.runner.run.lock import Shard
         from plant_bench.runner.run.score_run import ScoreRequest
         from plant_bench.scoring.laws import law_of
@@ -113,5 +114,39 @@ def score(
             ),
         )
         request = ScoreRequest(agent, suite, routes, repetitions, seed, density, hazards)
-        code = drive(request, out, how)
+        code = _drive(request, out, how)
     raise typer.Exit(code)
+
+
+def _drive(request: "ScoreRequest", out: Path | None, how: "Driving") -> int:
+    """Drive a run to its end, or until Ctrl-C, and print what it scores.
+
+    Returns:
+        The exit code: 2 if the agent failed in an episode, 1 if the simulator did.
+    """
+    from plant_bench.api.score import drive_missing
+    from plant_bench.cli.run_progress import Watch, say_crashes
+
+    start = time.monotonic()
+    watch = Watch(how.law)
+    with watch.ending_at_ctrl_c():
+        run = drive_missing(request, out, how, watch)
+    from plant_bench.reports.tables import print_planner_time, print_speed, print_summary
+    from plant_bench.runner.episode.jobs import episode_name
+    from plant_bench.runner.run.speed import read_timings, speed_of, write_speed
+    from plant_bench.runner.run.summary import write_summary
+
+    if left := run.unfinished_by_others():
+        typer.echo(
+            f"Shard {how.shard} is finished: {len(run.jobs)} episodes. Of the other shards' "
+            f"{len(run.others)}, {left} have no record yet; who ends last writes the summary."
+        )
+    else:
+        print_summary(write_summary(run.folder, law=how.law))
+        print_planner_time(write_speed(run.folder, map(episode_name, [*run.jobs, *run.others])))
+    now = speed_of(read_timings(run.folder, map(episode_name, run.missing)))
+    print_speed(now, wall_s=time.monotonic() - start, workers=str(how))
+    if not run.missing:
+        typer.echo("Nothing was left to drive: these episodes were finished before.")
+    typer.echo(f"Records: {run.folder.path}")
+    return say_crashes(run)

@@ -1,20 +1,25 @@
 """`plant-bench verify`."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from plant_bench.cli.interrupts import ending_at_ctrl_c
-from plant_bench.cli.isolating import (
+from plant_bench.cli.options import (
+    CORES,
     IsolateOption,
     MemoryLimitOption,
     StartUpLimitOption,
     TickLimitOption,
     isolation_for,
 )
-from plant_bench.cli.options import CORES
+from plant_bench.cli.progress import ending_at_ctrl_c, progress_bars
 from plant_bench.errors import InputError
+from plant_bench.whole_files import write_whole_text
+
+if TYPE_CHECKING:
+    from plant_bench.api.verify import VerifyRequest
+    from plant_bench.reports.verification import Verification
 
 
 def verify_run(
@@ -65,7 +70,7 @@ def verify_run(
 
         plant-bench verify submitted --agent their_agent.py:Agent --isolate --all
     """
-    from plant_bench.cli.verifying import VerifyRequest, verify
+    from plant_bench.api.verify import VerifyRequest
 
     if isolate and agent is None:
         message = "--isolate keeps the planner apart that --agent names: give --agent, too."
@@ -83,5 +88,31 @@ def verify_run(
         isolation=isolation,
     )
     with ending_at_ctrl_c():
-        confirmed = verify(request, suite=suite, routes=routes, repetitions=repetitions, out=json)
-    raise typer.Exit(0 if confirmed else 1)
+        found = _verify(request, suite=suite, routes=routes, repetitions=repetitions)
+        if json is not None:
+            write_whole_text(json, found.to_json())
+    raise typer.Exit(0 if found.confirmed else 1)
+
+
+def _verify(
+    request: "VerifyRequest", *, suite: str | None, routes: str | None, repetitions: int | None
+) -> "Verification":
+    """Verify a run, and print what is found as it is found."""
+    from rich.progress import TaskProgressColumn
+
+    from plant_bench.api import verify
+    from plant_bench.reports.verification import print_submission, print_verification
+
+    run = verify.read_run(request, suite=suite, routes=routes, repetitions=repetitions)
+    print_submission(run)
+    driver = verify.choose_driver(request, run.provenance)
+    if driver.note:
+        typer.echo(driver.note)
+    sample = verify.choose_sample(request, run)
+    with progress_bars(18, TaskProgressColumn()) as bars:
+        task = bars.add_task(f"{len(sample[0])} episodes", total=1.0)
+        found = verify.simulate_sample(
+            request, run, driver, sample, lambda share: bars.update(task, completed=share)
+        )
+    print_verification(found)
+    return found

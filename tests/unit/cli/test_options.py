@@ -1,7 +1,7 @@
 import pytest
 
-from plant_bench.cli import executing
-from plant_bench.cli.executing import Where, chosen_executor
+from plant_bench.cli import options
+from plant_bench.cli.options import Where, chosen_executor
 from plant_bench.errors import InputError
 
 
@@ -16,7 +16,7 @@ def test_ray_drives_where_it_is_asked_for():
 
 
 def test_without_ray_one_line_says_what_to_install(monkeypatch):
-    monkeypatch.setattr(executing, "find_spec", lambda name: None)
+    monkeypatch.setattr(options, "find_spec", lambda name: None)
 
     with pytest.raises(InputError, match=r"pip install 'plant-bench\[ray\]'"):
         chosen_executor(Where.RAY, None, None)

@@ -1,10 +1,10 @@
-"""What `plant-bench rfds` does: drive the expert with and without filters, relate the scores."""
+"""RFDS: drive the expert with and without a planner's filter on its sight, relate the scores."""
 
-from collections.abc import Iterator, Sequence
+import os
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import typer
 from pydantic import TypeAdapter
 
 from plant_bench.agents.loading.registry import agent_checksum, load_agent
@@ -15,13 +15,14 @@ from plant_bench.agents.ranking.expert_filtered import (
     RANKERS,
     ranks_itself,
 )
-from plant_bench.cli.drive import Driving, drive_missing, say_crashes
-from plant_bench.cli.options import EXIT_INTERRUPTED
+from plant_bench.api.planners import PlannerLike, spec_of
+from plant_bench.api.score import Driving, Listener, Watch, cores, drive_missing, quietly
 from plant_bench.errors import InputError
-from plant_bench.reports.relevance import print_relative_scores
 from plant_bench.runner.episode.jobs import episode_name
-from plant_bench.runner.run.score_run import Run, ScoreRequest
+from plant_bench.runner.run.score_run import Run as OpenRun
+from plant_bench.runner.run.score_run import ScoreRequest
 from plant_bench.runner.run.summary import write_summary
+from plant_bench.scoring.laws import law_of
 from plant_bench.scoring.relevance import RelativeScore, relative_score
 from plant_bench.scoring.results import EpisodeResult
 
@@ -73,14 +74,84 @@ class RelevanceRequest:
         return None if self.out is None else self.out / name
 
 
-def score_relevance(request: RelevanceRequest, how: Driving) -> int:
-    """Drive the expert with everybody in sight and with each ranking, and print RFDS.
+@dataclass(frozen=True)
+class Relevance:
+    """What was found.
 
-    Returns:
-        The exit code, as `drive`.
+    Attributes:
+        scores: RFDS by ranker.
+        runs: What was driven, the expert that sees everybody first.
+    """
+
+    scores: Mapping[str, RelativeScore]
+    runs: Sequence[OpenRun]
+
+
+def rfds(
+    planner: PlannerLike | None = None,
+    *,
+    rankers: Sequence[str] = (),
+    suite: str | os.PathLike[str] = "longest6",
+    routes: str | None = None,
+    repetitions: int = 3,
+    seed: int = 0,
+    density: str = "dense",
+    hazards: bool = True,
+    workers: int | None = None,
+    out: str | os.PathLike[str] | None = None,
+    overwrite: bool = False,
+    law: str = "lb1.0",
+    on_event: Listener | None = None,
+) -> dict[str, RelativeScore]:
+    """Return how well a planner knows which vehicle matters, by ranker: RFDS, in percent.
+
+    The expert drives seeing, of all vehicles, only the one that ranks highest at each decision; its
+    driving score is given in percent of that of the expert that sees everybody.
+
+    Args:
+        planner: Whose ranking is scored: a name, "file.py:Class", or a class of a module or file;
+            None where all rankers need no planner.
+        rankers: "attention", "masking", "distance", "random", "oracle", "none"; without any the
+            planner's own ranking, or masking where it has none.
+        suite: As of `score`, and so are all others.
+        routes: Which of them.
+        repetitions: Episodes on each.
+        seed: Base seed of the traffic.
+        density: Of the traffic.
+        hazards: Whether the routes' hazards are played.
+        workers: Processes.
+        out: Folder of the runs, one sub-folder each.
+        overwrite: Drive again what is finished.
+        law: Makes infractions a score.
+        on_event: Told of episodes that start, go on and end.
+
+    Raises:
+        InputError: The request cannot be met.
+        SimulationError: Worker processes do not start.
+    """
+    agent = None if planner is None else spec_of(planner, "rfds")
+    drives = ScoreRequest(EXPERT, os.fspath(suite), routes, repetitions, seed, density, hazards)
+    request = RelevanceRequest(agent, rankers, drives, None if out is None else Path(out))
+    how = Driving(
+        cores() if workers is None else workers,
+        overwrite=overwrite,
+        recordings=False,
+        law=law_of(law),
+    )
+    return dict(score_relevance(request, how, quietly(on_event)).scores)
+
+
+def score_relevance(request: RelevanceRequest, how: Driving, watch: Watch) -> Relevance:
+    """Drive the expert with everybody in sight and with each ranking, and write each RFDS.
+
+    Args:
+        request: What is asked for.
+        how: Who drives it.
+        watch: Follows each of the runs, as of `drive_missing`.
 
     Raises:
         PlantBenchError: A run cannot be started or cannot go on.
+        KeyboardInterrupt: It was stopped; what is finished is kept.
     """
     rankings = request.rankings()
     agents = {EXPERT: EXPERT} | {
@@ -88,12 +159,9 @@ def score_relevance(request: RelevanceRequest, how: Driving) -> int:
     }
     for agent in agents.values():
         load_agent(agent)  # better now than after the first run
-    runs: dict[str, Run] = {}
+    runs: dict[str, OpenRun] = {}
     for name, agent in agents.items():
-        typer.echo(f"{agent}:", err=True)
-        run = drive_missing(replace(request.drives, agent=agent), request.folder(name), how)
-        if run is None:
-            return EXIT_INTERRUPTED
+        run = drive_missing(replace(request.drives, agent=agent), request.folder(name), how, watch)
         write_summary(run.folder, law=how.law)
         runs[name] = run
     whole = list(_results(runs[EXPERT]))
@@ -107,17 +175,14 @@ def score_relevance(request: RelevanceRequest, how: Driving) -> int:
     for name, run in filtered.items():
         text = TypeAdapter(RelativeScore).dump_json(scores[name], indent=1).decode()
         run.folder.write("rfds.json", text + "\n")
-    print_relative_scores(scores)
-    for run in runs.values():
-        typer.echo(f"Records: {run.folder.path}")
-    return max(say_crashes(run) for run in runs.values())
+    return Relevance(scores, list(runs.values()))
 
 
 def _best_ranker(agent: str) -> str:
     return ATTENTION if ranks_itself(load_agent(agent)) else MASKING
 
 
-def _results(run: Run) -> Iterator[EpisodeResult]:
+def _results(run: OpenRun) -> Iterator[EpisodeResult]:
     """Return the records of what was asked for; the folder may hold more."""
     found = (run.folder.record(episode_name(job)) for job in run.jobs)
     return (result for result in found if result is not None)

@@ -6,7 +6,7 @@ import pytest
 
 from plant_bench.agent import Agent
 from plant_bench.agents.loading.registry import load_agent
-from plant_bench.cli.planner_project import Kind, write_project
+from plant_bench.api.planner_project import Kind, write_project
 from plant_bench.errors import InputError
 
 

@@ -1,7 +1,7 @@
 """What `plant-bench rfds` is asked for."""
 
 from plant_bench.agents.loading.registry import agent_checksum
-from plant_bench.cli.relevance import RelevanceRequest
+from plant_bench.api.rfds import RelevanceRequest
 from plant_bench.runner.run.score_run import ScoreRequest
 
 

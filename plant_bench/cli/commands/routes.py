@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from plant_bench.cli.towns import refuse_overwriting
+from plant_bench.cli.options import refuse_overwriting
 
 routes_app = typer.Typer(no_args_is_help=True, help="Build, check and list the routes.")
 

@@ -1,75 +1,10 @@
-"""What `plant-bench collect` does: drive, show it, and sum up the data that is there then."""
-
-import json
-import time
-from pathlib import Path
+"""Live progress of `plant-bench collect` on standard error."""
 
 import typer
 from rich.progress import TaskID, TextColumn
 
-from plant_bench.cli.bars import progress_bars
-from plant_bench.cli.options import EXIT_INTERRUPTED
-from plant_bench.data.statistics import describe_data
-from plant_bench.reports.data_card import count_left_out, data_card
-from plant_bench.reports.data_tables import print_data
-from plant_bench.reports.tables import print_rows
-from plant_bench.runner.collect.collection import (
-    Began,
-    CollectEvent,
-    Ended,
-    TownsPrepared,
-    Went,
-    collect,
-)
-from plant_bench.runner.collect.data_folder import DataFolder
-from plant_bench.runner.collect.request import CollectRequest
-
-
-def collect_data(request: CollectRequest, out: Path, *, workers: int) -> int:
-    """Collect data, or go on with it, until there is enough or until Ctrl-C.
-
-    Returns:
-        The exit code.
-
-    Raises:
-        PlantBenchError: It cannot be started or cannot go on.
-    """
-    start = time.monotonic()
-    progress = CollectProgress(request.frames)
-    try:
-        with progress.bars:
-            collect(request, out, workers=workers, on_event=progress)
-    except KeyboardInterrupt:
-        typer.echo(
-            f"Stopped. {progress.frames:,} of {request.frames:,} frames are kept in {out}. The "
-            "same command again goes on.",
-            err=True,
-        )
-        return EXIT_INTERRUPTED
-    progress.say_speed(time.monotonic() - start, workers)
-    _sum_up(request, DataFolder(out))
-    return 0
-
-
-def _sum_up(request: CollectRequest, folder: DataFolder) -> None:
-    """Write and print what the folder holds now."""
-    data, notes = describe_data(folder.path), folder.notes()
-    left_out = count_left_out(notes)
-    summary = {
-        "request": vars(request),
-        "data": data.model_dump(mode="json"),
-        "episodes_driven": len(notes),
-        "left_out": left_out,
-        "collisions" if request.driver else "collisions_by_others": sum(
-            note.collisions for note in notes if not note.left_out
-        ),
-    }
-    folder.write("data.json", json.dumps(summary, indent=1) + "\n")
-    folder.write("README.md", data_card(data, request, notes, folder.path.resolve().name))
-    print_data(data, answers=bool(request.driver))
-    rows = [(reason, str(number)) for reason, number in left_out.items()]
-    print_rows(f"Left out of {len(notes)} episodes", ["why", "episodes"], rows)
-    typer.echo(f"Data: {folder.path}")
+from plant_bench.cli.progress import progress_bars
+from plant_bench.runner.collect.collection import Began, CollectEvent, Ended, TownsPrepared, Went
 
 
 class CollectProgress:

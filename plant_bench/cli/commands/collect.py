@@ -1,11 +1,12 @@
 """`plant-bench collect`."""
 
+import time
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from plant_bench.cli.options import CORES, DensityOption
+from plant_bench.cli.options import CORES, EXIT_INTERRUPTED, DensityOption
 
 
 def collect(
@@ -53,8 +54,11 @@ def collect(
 
         plant-bench collect --out data/own-mistakes --units 0.3 --driver plant --seed 1
     """
-    from plant_bench.cli.collecting import collect_data
+    from plant_bench.api.collect import collect_data
+    from plant_bench.cli.collect_progress import CollectProgress
     from plant_bench.errors import InputError
+    from plant_bench.reports.data_tables import print_data
+    from plant_bench.reports.tables import print_rows
     from plant_bench.runner.collect.request import UNIT, CollectRequest
 
     if units is not None and frames is not None:
@@ -62,4 +66,20 @@ def collect(
         raise InputError(message)
     wanted = frames if frames is not None else round(UNIT * (1.0 if units is None else units))
     request = CollectRequest(wanted, seed, density, perturb, driver)
-    raise typer.Exit(collect_data(request, out, workers=workers))
+    start = time.monotonic()
+    progress = CollectProgress(request.frames)
+    try:
+        with progress.bars:
+            found = collect_data(request, out, workers=workers, on_event=progress)
+    except KeyboardInterrupt:
+        typer.echo(
+            f"Stopped. {progress.frames:,} of {request.frames:,} frames are kept in {out}. The "
+            "same command again goes on.",
+            err=True,
+        )
+        raise typer.Exit(EXIT_INTERRUPTED) from None
+    progress.say_speed(time.monotonic() - start, workers)
+    print_data(found.data, answers=bool(request.driver))
+    rows = [(reason, str(number)) for reason, number in found.left_out.items()]
+    print_rows(f"Left out of {len(found.notes)} episodes", ["why", "episodes"], rows)
+    typer.echo(f"Data: {found.path}")

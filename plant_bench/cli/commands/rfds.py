@@ -5,15 +5,19 @@ from typing import Annotated
 
 import typer
 
-from plant_bench.cli.executing import AddressOption, ExecutorOption, ManyWorkersOption, Where
 from plant_bench.cli.options import (
     CORES,
+    AddressOption,
     DensityOption,
+    ExecutorOption,
     LawOption,
+    ManyWorkersOption,
     OverwriteOption,
     RepetitionsOption,
     RoutesOption,
     SuiteOption,
+    Where,
+    chosen_executor,
 )
 
 RANKER_HELP = (
@@ -63,9 +67,10 @@ def score_rfds(
 
         plant-bench rfds --agent rule-based --ranker masking
     """
-    from plant_bench.cli.drive import Driving
-    from plant_bench.cli.executing import chosen_executor
-    from plant_bench.cli.relevance import RelevanceRequest, score_relevance
+    from plant_bench.api.rfds import RelevanceRequest, score_relevance
+    from plant_bench.api.score import Driving
+    from plant_bench.cli.run_progress import Watch, say_crashes
+    from plant_bench.reports.relevance import print_relative_scores
     from plant_bench.runner.run.score_run import ScoreRequest
     from plant_bench.scoring.laws import law_of
 
@@ -78,4 +83,10 @@ def score_rfds(
     )
     drives = ScoreRequest("expert", suite, routes, repetitions, seed, density, hazards)
     request = RelevanceRequest(agent, ranker or (), drives, out)
-    raise typer.Exit(score_relevance(request, how))
+    watch = Watch(how.law, named=True)
+    with watch.ending_at_ctrl_c():
+        found = score_relevance(request, how, watch)
+    print_relative_scores(found.scores)
+    for run in found.runs:
+        typer.echo(f"Records: {run.folder.path}")
+    raise typer.Exit(max(say_crashes(run) for run in found.runs))

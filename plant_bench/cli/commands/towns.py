@@ -6,6 +6,8 @@ from typing import Annotated
 
 import typer
 
+from plant_bench.cli.options import refuse_overwriting
+
 towns_app = typer.Typer(no_args_is_help=True, help="Build, check and list the towns.")
 
 
@@ -79,22 +81,6 @@ def list_towns(
         for town in towns:
             save_town_picture(str(town["name"]), pictures / f"{town['name']}.png")
         typer.echo(f"Pictures are in {pictures}.")
-
-
-def refuse_overwriting(seed: int | None, out: Path | None, *, check: bool) -> None:
-    """Keep another seed's layout from replacing what the benchmark is made of.
-
-    Raises:
-        InputError: The options do not go together.
-    """
-    from plant_bench.errors import InputError
-
-    if check and (seed is not None or out is not None):
-        message = "--check looks at what is there: it goes with neither --seed nor --out."
-        raise InputError(message)
-    if seed is not None and out is None:
-        message = "--seed makes something new: say with --out where it is to go."
-        raise InputError(message)
 
 
 def _words(name: str) -> str:

@@ -1,4 +1,4 @@
-"""`plant-bench replay` and `plant-bench serve`."""
+"""`plant-bench replay`."""
 
 import dataclasses
 from pathlib import Path
@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from plant_bench.cli.interrupts import ending_at_ctrl_c
+from plant_bench.cli.progress import ending_at_ctrl_c
 
 if TYPE_CHECKING:
     from plant_bench.reports.replay.movie import Wanted
@@ -87,30 +87,10 @@ def replay(
             _write_files(sources, files, wanted)
 
 
-def serve(
-    folder: Annotated[Path, typer.Argument(help="A folder of pages.")],
-    port: Annotated[int, typer.Option(help="0 takes any that is free.", min=0, max=65535)] = 8000,
-) -> None:
-    """Serve a folder of pages to browsers on this machine, until Ctrl-C.
-
-    The pages work from disk as well; this is for browsers that do not let them.
-
-    For instance:
-
-        plant-bench serve reports/leaderboard
-    """
-    from plant_bench.reports.replay.serving import address_of, file_server
-
-    with file_server(folder, port) as server:
-        typer.echo(f"Serving {folder} at {address_of(server, folder)} (Ctrl-C ends it).")
-        with ending_at_ctrl_c():
-            server.serve_forever()
-
-
 def _write_page(sources: "list[ReplaySource]", out: Path) -> None:
     from rich.progress import MofNCompleteColumn
 
-    from plant_bench.cli.bars import progress_bars
+    from plant_bench.cli.progress import progress_bars
     from plant_bench.reports.replay.site import write_replays
     from plant_bench.reports.replay.source import load_recording
 
@@ -129,7 +109,7 @@ def _write_page(sources: "list[ReplaySource]", out: Path) -> None:
 def _write_files(sources: "list[ReplaySource]", files: dict[str, Path], wanted: "Wanted") -> None:
     from rich.progress import MofNCompleteColumn, TaskID
 
-    from plant_bench.cli.bars import progress_bars
+    from plant_bench.cli.progress import progress_bars
     from plant_bench.reports.replay.episode import load_episode
     from plant_bench.reports.replay.movie import SAVERS
 

@@ -1,22 +1,23 @@
-"""What `plant-bench verify` does: checks, draws a sample, simulates it again, tells."""
+"""Verifying a run: check its records, draw a sample, simulate it again."""
 
 import re
 import secrets
 from dataclasses import dataclass
 from pathlib import Path
 
-import typer
-from rich.progress import TaskProgressColumn
-
 from plant_bench.agents.loading.registry import AGENTS, agent_checksum
-from plant_bench.cli.bars import progress_bars
 from plant_bench.errors import InputError
-from plant_bench.reports.verification import Verification, print_submission, print_verification
-from plant_bench.runner.review.submission import read_submission
-from plant_bench.runner.review.verification import AGENT, CONTROLS, sample_of, verify_episodes
+from plant_bench.reports.verification import Verification
+from plant_bench.runner.review.submission import Submission, read_submission
+from plant_bench.runner.review.verification import (
+    AGENT,
+    CONTROLS,
+    OnShare,
+    sample_of,
+    verify_episodes,
+)
 from plant_bench.runner.run.provenance import Provenance
 from plant_bench.runner.workers.isolation import Isolation, isolated
-from plant_bench.whole_files import write_whole_text
 
 _SEEDS = 2**31
 
@@ -57,64 +58,86 @@ class VerifyRequest:
         return min(max(wanted, 1), records)
 
 
-def verify(
-    request: VerifyRequest,
-    *,
-    suite: str | None,
-    routes: str | None,
-    repetitions: int | None,
-    out: Path | None,
-) -> bool:
-    """Verify a run and say what was found; return whether it is confirmed.
+@dataclass(frozen=True)
+class Driver:
+    """Who drives again.
+
+    Attributes:
+        agent: The planner; None for the recorded controls.
+        note: Why it is the controls, where nobody asked for them.
+    """
+
+    agent: str | None
+    note: str = ""
+
+
+def read_run(
+    request: VerifyRequest, *, suite: str | None, routes: str | None, repetitions: int | None
+) -> Submission:
+    """Check all of a run that needs no simulator.
 
     Args:
         request: What is asked.
         suite: As `read_submission`.
         routes: As `read_submission`, its `selection`.
         repetitions: As `read_submission`.
-        out: A JSON file to write.
 
     Raises:
         InputError: It cannot be checked.
-        SimulationError: Worker processes do not start.
     """
     request.size(1)  # a mistyped sample is told before anything is read
-    run = read_submission(request.run, suite=suite, selection=routes, repetitions=repetitions)
-    print_submission(run)
-    seed = secrets.randbelow(_SEEDS) if request.seed is None else request.seed
-    with isolated(request.isolation):  # its checksum is asked here
-        agent = _driver(request, run.provenance)
-    checked = []
-    if run.records:
-        names = sample_of(run.records, request.size(len(run.records)), seed)
-        with progress_bars(18, TaskProgressColumn()) as bars:
-            task = bars.add_task(f"{len(names)} episodes", total=1.0)
-            checked = verify_episodes(
-                run,
-                names,
-                agent=agent,
-                workers=request.workers,
-                on_share=lambda share: bars.update(task, completed=share),
-                isolation=request.isolation,
-            )
-    found = Verification(run, checked, CONTROLS if agent is None else AGENT, seed)
-    print_verification(found)
-    if out is not None:
-        write_whole_text(out, found.to_json())
-    return found.confirmed
+    return read_submission(request.run, suite=suite, selection=routes, repetitions=repetitions)
 
 
-def _driver(request: VerifyRequest, told: Provenance) -> str | None:
-    """Return who drives again, None for the recorded controls.
+def choose_driver(request: VerifyRequest, told: Provenance) -> Driver:
+    """Return who drives a run again.
 
     Raises:
         InputError: The agent that was named is another one than the run's.
     """
+    with isolated(request.isolation):  # its checksum is asked here
+        return _driver(request, told)
+
+
+def choose_sample(request: VerifyRequest, run: Submission) -> tuple[list[str], int]:
+    """Return the names of the episodes that are simulated again, and the seed that drew them."""
+    seed = secrets.randbelow(_SEEDS) if request.seed is None else request.seed
+    if not run.records:
+        return [], seed
+    return sample_of(run.records, request.size(len(run.records)), seed), seed
+
+
+def simulate_sample(
+    request: VerifyRequest,
+    run: Submission,
+    driver: Driver,
+    sample: tuple[list[str], int],
+    on_share: OnShare,
+) -> Verification:
+    """Simulate a sample of a run again, and return all that was found.
+
+    Raises:
+        InputError: An episode cannot be driven here.
+        SimulationError: Worker processes do not start.
+    """
+    names, seed = sample
+    checked = verify_episodes(
+        run,
+        names,
+        agent=driver.agent,
+        workers=request.workers,
+        on_share=on_share,
+        isolation=request.isolation,
+    )
+    return Verification(run, checked, CONTROLS if driver.agent is None else AGENT, seed)
+
+
+def _driver(request: VerifyRequest, told: Provenance) -> Driver:
     if request.controls and request.agent is not None:
         message = "--controls and --agent exclude each other: who is to drive?"
         raise InputError(message)
     if request.controls:
-        return None
+        return Driver(None)
     if request.agent is not None:
         if (here := agent_checksum(request.agent)) != told.agent_checksum:
             message = (
@@ -123,12 +146,12 @@ def _driver(request: VerifyRequest, told: Provenance) -> str | None:
                 "recorded controls are executed."
             )
             raise InputError(message)
-        return request.agent
+        return Driver(request.agent)
     if told.agent in AGENTS and agent_checksum(told.agent) == told.agent_checksum:
-        return told.agent
+        return Driver(told.agent)
     why = "is another version here" if told.agent in AGENTS else "is not plant-bench's own"
-    typer.echo(
+    return Driver(
+        None,
         f"The agent {why}: the recorded controls are executed. They show that the scores follow "
-        "from the driving, not who drove (--agent does)."
+        "from the driving, not who drove (--agent does).",
     )
-    return None

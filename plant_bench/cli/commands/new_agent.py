@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from plant_bench.cli.planner_project import Kind, write_project
+from plant_bench.api.planner_project import Kind, write_project
 
 
 def new_agent(

@@ -1,0 +1,163 @@
+"""A planner as a researcher has it, a name, a class or an object, as a text that workers can load.
+
+Workers are processes of their own and load planners by text. A class of a module or a file is named
+there. An object, and a class that lives in a notebook alone, is written down: with cloudpickle,
+into a folder that is called by its fingerprint, beside a module that reads it back.
+
+reports/planners/<fingerprint>/<Class>.py      loads a fresh copy for each episode
+reports/planners/<fingerprint>/<Class>.pickle  the class, or the object as it was
+"""
+
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from types import FunctionType
+
+from plant_bench.agent import Agent
+from plant_bench.agents.loading.registry import AGENTS
+from plant_bench.errors import InputError, in_one_line
+from plant_bench.runner.run.score_run import ScoreRequest
+from plant_bench.whole_files import write_whole, write_whole_text
+
+PlannerLike = str | Agent | Callable[..., Agent]
+WRITTEN = Path("reports") / "planners"
+SHOWN = 8  # characters of a fingerprint
+
+_LOADER = '''"""A planner handed over from Python; plant-bench wrote this.
+
+fingerprint {fingerprint}
+"""
+
+from pathlib import Path
+
+import cloudpickle
+
+
+def {name}():
+    """{about}"""
+    found = cloudpickle.loads(Path(__file__).with_suffix(".pickle").read_bytes())
+    return found() if {is_factory} else found
+'''
+
+
+@dataclass(frozen=True)
+class ResolvedPlanner:
+    """A planner that workers can load.
+
+    Attributes:
+        spec: As `load_agent` takes it.
+        title: What its runs are called; empty for what the text says.
+    """
+
+    spec: str
+    title: str = ""
+
+    def run_folder(self, request: ScoreRequest) -> Path | None:
+        """Return where a run of it lies without another wish; None for what the text says."""
+        if not self.title:
+            return None
+        return Path("reports") / replace(request, agent=self.title).run_name
+
+
+def resolve(planner: PlannerLike) -> ResolvedPlanner:
+    """Return a planner as workers load it; one that they could not is written down for them.
+
+    Raises:
+        InputError: It is no planner, or cannot be handed over.
+    """
+    if isinstance(planner, str):
+        return ResolvedPlanner(planner)
+    if isinstance(planner, type | FunctionType):
+        spec = _importable(planner)
+        return _written(planner, planner.__name__) if spec is None else ResolvedPlanner(spec)
+    if not isinstance(planner, Agent):
+        message = (
+            f"planner: expected a name, a class or an object with inputs, reset and act, got "
+            f"{in_one_line(ValueError(repr(planner)))}."
+        )
+        raise InputError(message)
+    return _written(planner, type(planner).__name__)
+
+
+def spec_of(planner: PlannerLike, what: str) -> str:
+    """Return a planner that is named in other planners or in data, where only text can be kept.
+
+    Args:
+        planner: The planner.
+        what: Asks for it; for the message.
+
+    Raises:
+        InputError: It is no planner, or cannot be handed over.
+    """
+    resolved = resolve(planner)
+    if resolved.title:
+        message = (
+            f"{what}: expected a name or a class of a module or file, got {resolved.title}. Put "
+            "the class into a file, and give 'file.py:Class'."
+        )
+        raise InputError(message)
+    return resolved.spec
+
+
+def _importable(planner: type | FunctionType) -> str | None:
+    """Return the text that names a class or function in a process of its own; None if none does."""
+    module = sys.modules.get(planner.__module__)
+    name = planner.__qualname__
+    if module is None or planner.__module__ == "__main__":
+        return None
+    if getattr(module, name, None) is not planner:
+        return None
+    target = f"{module.__name__}:{name}"
+    for known, ours in AGENTS.items():
+        if ours == target:
+            return known
+    if _is_found(module.__name__):
+        return target
+    file = getattr(module, "__file__", None)
+    return None if file is None else f"{file}:{name}"
+
+
+def _is_found(module: str) -> bool:
+    """Tell whether a process that has not loaded a module finds it by its name."""
+    parent = module.rpartition(".")[0]
+    if parent and not _is_found(parent):
+        return False
+    path = getattr(sys.modules.get(parent), "__path__", None) if parent else None
+    finders = (getattr(finder, "find_spec", None) for finder in sys.meta_path)
+    return any(find(module, path) is not None for find in finders if find is not None)
+
+
+def _written(planner: Agent | type | FunctionType, name: str) -> ResolvedPlanner:
+    import cloudpickle
+
+    from plant_bench.api.fingerprint import fingerprint
+
+    if not name.isidentifier():
+        message = f"planner: expected a class or function with a name, got {name}."
+        raise InputError(message)
+    try:
+        content = cloudpickle.dumps(planner)
+    except Exception as error:  # whatever a planner holds that cannot be copied
+        message = (
+            f"{name} cannot be handed to worker processes ({type(error).__name__}: "
+            f"{in_one_line(error)}). Make what it holds in `reset`, or put the class into a file."
+        )
+        raise InputError(message) from error
+    mark = fingerprint(planner)
+    file = WRITTEN / mark[:SHOWN] / f"{name}.py"
+    is_factory = isinstance(planner, type | FunctionType)
+    text = _LOADER.format(
+        fingerprint=mark,
+        name=name,
+        is_factory=is_factory,
+        about="Return a new planner." if is_factory else "Return a copy of the planner.",
+    )
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        write_whole(file.with_suffix(".pickle"), lambda part: part.write_bytes(content))
+        write_whole_text(file, text)
+    except OSError as error:
+        message = f"Cannot write {file}: {error.strerror}."
+        raise InputError(message) from error
+    return ResolvedPlanner(f"{file.as_posix()}:{name}", f"{name}-{mark[:SHOWN]}")

@@ -3,12 +3,12 @@
 import os
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from types import FunctionType
+from typing import cast
 
 from plant_bench.agent import Agent, Control, Input, Observation, Plan, Reason
 from plant_bench.agent_check import check_action, decision_interval, reason_of
 from plant_bench.agents.loading.registry import load_agent
-from plant_bench.api.planners import PlannerLike
+from plant_bench.api.planners import PlannerLike, check_planner, makes_planners
 from plant_bench.controller import control_of
 from plant_bench.errors import InputError
 from plant_bench.runner.asking import asked
@@ -131,18 +131,18 @@ def _made(planner: PlannerLike) -> Agent:
     """Return a planner to be driven in this process.
 
     Raises:
-        InputError: It is none.
+        InputError: It is none, or cannot be made.
     """
     if isinstance(planner, str):
         return load_agent(planner)
-    made = planner() if isinstance(planner, type | FunctionType | Callable) else planner
-    if not isinstance(made, Agent):
-        message = (
-            f"planner: expected a name, a class or an object with inputs, reset and act, got a "
-            f"{type(made).__name__}."
-        )
-        raise InputError(message)
-    return made
+    if not makes_planners(planner):
+        return check_planner(planner)
+    make = cast("Callable[[], object]", planner)
+    try:
+        return check_planner(make())
+    except TypeError as error:
+        message = f"The planner cannot be made: {error}."
+        raise InputError(message) from error
 
 
 def _route(suite: str | os.PathLike[str], name: str) -> Route:

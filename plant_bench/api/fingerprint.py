@@ -19,6 +19,7 @@ from types import (
     CellType,
     CodeType,
     FunctionType,
+    MappingProxyType,
     MethodType,
     ModuleType,
 )
@@ -90,7 +91,7 @@ class _Walk:
             self._add_function(value)
         elif type(value) is list:
             self._add_all("list", value)
-        elif type(value) is dict:
+        elif isinstance(value, MappingProxyType) or type(value) is dict:
             self._add_all("dict", [part for item in value.items() for part in item])
         else:
             self._add_object(value)
@@ -167,6 +168,8 @@ class _Walk:
 
 def _is_imported(value: Any) -> bool:
     """Tell whether a class or function is found by its name in a module that is no notebook."""
+    if value.__module__ == "builtins":  # not all of them are found there by their name
+        return True
     if value.__module__ in (None, "__main__"):
         return False
     found: object = sys.modules.get(value.__module__)
@@ -193,11 +196,19 @@ def _parts_of(value: object) -> tuple[object, ...]:
     """Return what an object is made again from."""
     try:
         made = value.__reduce_ex__(4)
-    except TypeError:  # cloudpickle knows some that pickle does not
-        return (type(value), cloudpickle.dumps(value))
+    except TypeError:
+        return (type(value), getattr(value, "__qualname__", ""), _pickled(value))
     if isinstance(made, str):
         return (type(value), made)
     return tuple(list(part) if isinstance(part, Iterator) else part for part in made)
+
+
+def _pickled(value: object) -> bytes:
+    """Return what cloudpickle makes of a value that pickle does not know; nothing if it fails."""
+    try:
+        return cloudpickle.dumps(value)
+    except TypeError:  # a part of Python itself
+        return b""
 
 
 def _own_files(name: str, file: Path | None) -> set[Path]:

@@ -12,7 +12,7 @@ import sys
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from types import FunctionType
+from types import ModuleType
 
 from plant_bench.agent import Agent
 from plant_bench.agents.loading.registry import AGENTS
@@ -60,7 +60,7 @@ class ResolvedPlanner:
         return Path("reports") / replace(request, agent=self.title).run_name
 
 
-def resolve(planner: PlannerLike) -> ResolvedPlanner:
+def resolve(planner: object) -> ResolvedPlanner:
     """Return a planner as workers load it; one that they could not is written down for them.
 
     Raises:
@@ -68,16 +68,32 @@ def resolve(planner: PlannerLike) -> ResolvedPlanner:
     """
     if isinstance(planner, str):
         return ResolvedPlanner(planner)
-    if isinstance(planner, type | FunctionType):
-        spec = _importable(planner)
-        return _written(planner, planner.__name__) if spec is None else ResolvedPlanner(spec)
+    if not makes_planners(planner):
+        check_planner(planner)
+        return _written(planner, type(planner).__name__)
+    spec = _importable(planner)
+    name = getattr(planner, "__name__", type(planner).__name__)
+    return _written(planner, name) if spec is None else ResolvedPlanner(spec)
+
+
+def makes_planners(planner: object) -> bool:
+    """Tell whether something is called to have a planner: a class, a function."""
+    return isinstance(planner, type) or (callable(planner) and not isinstance(planner, Agent))
+
+
+def check_planner(planner: object) -> Agent:
+    """Return a planner if it is one.
+
+    Raises:
+        InputError: It is none.
+    """
     if not isinstance(planner, Agent):
         message = (
-            f"planner: expected a name, a class or an object with inputs, reset and act, got "
-            f"{in_one_line(ValueError(repr(planner)))}."
+            "planner: expected a name, a class or an object with inputs, reset and act, got a "
+            f"{type(planner).__name__}."
         )
         raise InputError(message)
-    return _written(planner, type(planner).__name__)
+    return planner
 
 
 def spec_of(planner: PlannerLike, what: str) -> str:
@@ -100,13 +116,11 @@ def spec_of(planner: PlannerLike, what: str) -> str:
     return resolved.spec
 
 
-def _importable(planner: type | FunctionType) -> str | None:
+def _importable(planner: object) -> str | None:
     """Return the text that names a class or function in a process of its own; None if none does."""
-    module = sys.modules.get(planner.__module__)
-    name = planner.__qualname__
-    if module is None or planner.__module__ == "__main__":
-        return None
-    if getattr(module, name, None) is not planner:
+    module = _module_of(planner)
+    name = getattr(planner, "__qualname__", "")
+    if module is None or getattr(module, name, None) is not planner:
         return None
     target = f"{module.__name__}:{name}"
     for known, ours in AGENTS.items():
@@ -116,6 +130,12 @@ def _importable(planner: type | FunctionType) -> str | None:
         return target
     file = getattr(module, "__file__", None)
     return None if file is None else f"{file}:{name}"
+
+
+def _module_of(thing: object) -> ModuleType | None:
+    """Return the module that a class or function is defined in; None in a notebook."""
+    name = getattr(thing, "__module__", None)
+    return None if name in (None, "__main__") else sys.modules.get(name)
 
 
 def _is_found(module: str) -> bool:
@@ -128,16 +148,14 @@ def _is_found(module: str) -> bool:
     return any(find(module, path) is not None for find in finders if find is not None)
 
 
-def _written(planner: Agent | type | FunctionType, name: str) -> ResolvedPlanner:
-    import cloudpickle
-
+def _written(planner: object, name: str) -> ResolvedPlanner:
     from plant_bench.api.fingerprint import fingerprint
 
     if not name.isidentifier():
         message = f"planner: expected a class or function with a name, got {name}."
         raise InputError(message)
     try:
-        content = cloudpickle.dumps(planner)
+        content = _pickled(planner)
     except Exception as error:  # whatever a planner holds that cannot be copied
         message = (
             f"{name} cannot be handed to worker processes ({type(error).__name__}: "
@@ -146,7 +164,7 @@ def _written(planner: Agent | type | FunctionType, name: str) -> ResolvedPlanner
         raise InputError(message) from error
     mark = fingerprint(planner)
     file = WRITTEN / mark[:SHOWN] / f"{name}.py"
-    is_factory = isinstance(planner, type | FunctionType)
+    is_factory = makes_planners(planner)
     text = _LOADER.format(
         fingerprint=mark,
         name=name,
@@ -161,3 +179,17 @@ def _written(planner: Agent | type | FunctionType, name: str) -> ResolvedPlanner
         message = f"Cannot write {file}: {error.strerror}."
         raise InputError(message) from error
     return ResolvedPlanner(f"{file.as_posix()}:{name}", f"{name}-{mark[:SHOWN]}")
+
+
+def _pickled(planner: object) -> bytes:
+    """Return a planner as bytes, with its module's code where no other process finds the module."""
+    import cloudpickle
+
+    module = _module_of(planner if makes_planners(planner) else type(planner))
+    if module is None or _is_found(module.__name__):
+        return cloudpickle.dumps(planner)
+    cloudpickle.register_pickle_by_value(module)
+    try:
+        return cloudpickle.dumps(planner)
+    finally:
+        cloudpickle.unregister_pickle_by_value(module)

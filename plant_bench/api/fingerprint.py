@@ -76,7 +76,11 @@ class _Walk:
             self._add_new(value)
 
     def _add_new(self, value: Any) -> None:
-        if isinstance(value, Enum):
+        if _is_tensor(value):
+            plain = value.detach().cpu().clone().reshape(-1)
+            plain = plain.view(sys.modules["torch"].uint8)
+            self._add_all("tensor", (str(value.dtype), tuple(value.shape), plain.numpy()))
+        elif isinstance(value, Enum):
             self._add_all("enum", (type(value), value.name))
         elif isinstance(value, ModuleType):
             self._add_module(value.__name__)
@@ -128,6 +132,8 @@ class _Walk:
             self._add_all(type(value).__name__, (value.__func__,))
         elif isinstance(value, MethodType):
             self._add_all("method", (value.__self__, value.__func__))
+        elif isinstance(getattr(value, "py_func", None), FunctionType):  # compiled by numba
+            self._add_all("compiled", (value.py_func,))
         else:
             self._add_all("object", _parts_of(value))
 
@@ -164,6 +170,12 @@ class _Walk:
             content = word.encode("utf-8", "surrogatepass")
             self.digest.update(len(content).to_bytes(8, "big"))
             self.digest.update(content)
+
+
+def _is_tensor(value: object) -> bool:
+    """Tell whether a value is torch's, whose pickles tell where in memory it lies."""
+    torch: Any = sys.modules.get("torch")
+    return torch is not None and isinstance(value, torch.Tensor)
 
 
 def _is_imported(value: Any) -> bool:

@@ -124,3 +124,24 @@ def test_arrays_of_other_types_differ() -> None:
     kinds = [np.zeros(2), np.zeros(2, np.float32), np.zeros((1, 2)), np.float64(0.0)]
 
     assert len(set(map(fingerprint, kinds))) == len(kinds)
+
+
+def test_weights_are_told_by_their_values_not_by_where_they_lie() -> None:
+    import torch
+
+    one = torch.nn.Linear(2, 3)
+    other = torch.nn.Linear(2, 3)
+    other.load_state_dict(one.state_dict())
+    assert fingerprint(one) == fingerprint(other)
+
+    with torch.no_grad():
+        other.weight[0, 0] += 1.0
+    assert fingerprint(one) != fingerprint(other)
+    assert fingerprint(one) != fingerprint(one.to(torch.bfloat16))
+
+
+def test_compiled_functions_are_told_by_their_code() -> None:
+    cells = "import numba\n@numba.njit\ndef f(x): return x + 1"
+
+    assert fingerprint(run(cells)["f"]) == fingerprint(run(cells)["f"])
+    assert fingerprint(run(cells)["f"]) != fingerprint(run(cells.replace("1", "2"))["f"])

@@ -12,7 +12,7 @@ from unittest import mock
 
 from plant_bench.agents.cruise import Cruise
 from plant_bench.scoring.referee import Referee
-from plant_bench.sensing.observe import observe
+from plant_bench.sensing.observe import Sensors
 from plant_bench.sim import traffic
 from plant_bench.sim.simulation import Simulation
 from plant_bench.world.route import Route, Scenario, load_suite
@@ -30,7 +30,7 @@ def cost_of_a_tick(route: Route, seconds: float) -> tuple[float, float]:
             scene = simulation.scene
             referee.judge(scene)
             control = agent.act(
-                observe(scene, route, referee.progress, referee.offset, agent.inputs, None)
+                Sensors(route, 0, agent.inputs).observe(scene, referee.progress, referee.offset)
             )
             begin = time.perf_counter()
             simulation.step(control)

@@ -13,7 +13,6 @@ import numpy as np
 import sumo
 
 from fuzzing.form import Format
-from plant_bench.data_files import towns_also_from
 from plant_bench.errors import InputError
 from plant_bench.reports.tables import print_rows
 from plant_bench.towns.importing import suite_making
@@ -167,8 +166,7 @@ def _use_map(box: Path, name: str) -> None:
 def check_suite(suite: Path, towns: Path) -> None:
     """Check that what an import has written can be used."""
     try:
-        with towns_also_from(towns):
-            town = load_town("fuzzed")
+        town = load_town("fuzzed", [towns])
         for route in load_suite(str(suite)):
             route.check_town(town)
     except InputError as error:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from fuzzing.form import Format, used
-from plant_bench.data_files import networks_dir, towns_also_from
+from plant_bench.data_files import networks_dir
 from plant_bench.towns.routes import suite_text
 from plant_bench.world.route import Route, load_suite
 from plant_bench.world.town import Town, load_town
@@ -60,8 +60,7 @@ def _town_seeds() -> list[bytes]:
 
 
 def _use_town(box: Path) -> None:
-    with towns_also_from(box / "towns"):
-        town = load_town("fuzzed")
+    town = load_town("fuzzed", [box / "towns"])
     used(town.edges is not None)
     used(town.links_from is not None)
     used(town.extent)

@@ -7,27 +7,28 @@ import typer
 
 from plant_bench import __version__
 from plant_bench.cli.ablate import ablate_plant
-from plant_bench.cli.agents import list_agents
-from plant_bench.cli.collect import collect
-from plant_bench.cli.data import data_app
-from plant_bench.cli.export import export_run
-from plant_bench.cli.hazards import hazards_app
-from plant_bench.cli.importing import import_routes, import_town
-from plant_bench.cli.new_agent import new_agent
-from plant_bench.cli.replay import replay, serve
-from plant_bench.cli.report import report
-from plant_bench.cli.rfds import score_rfds
-from plant_bench.cli.routes import routes_app
-from plant_bench.cli.runs import compare_runs, rescore_run
-from plant_bench.cli.score import score
-from plant_bench.cli.towns import towns_app
+from plant_bench.cli.commands.agents import list_agents
+from plant_bench.cli.commands.collect import collect
+from plant_bench.cli.commands.compare import compare_runs
+from plant_bench.cli.commands.data import data_app
+from plant_bench.cli.commands.export import export_run
+from plant_bench.cli.commands.hazards import hazards_app
+from plant_bench.cli.commands.import_map import import_town
+from plant_bench.cli.commands.import_routes import import_routes
+from plant_bench.cli.commands.new_agent import new_agent
+from plant_bench.cli.commands.replay import replay
+from plant_bench.cli.commands.report import report
+from plant_bench.cli.commands.rescore import rescore_run
+from plant_bench.cli.commands.rfds import score_rfds
+from plant_bench.cli.commands.routes import routes_app
+from plant_bench.cli.commands.score import score
+from plant_bench.cli.commands.serve import serve
+from plant_bench.cli.commands.towns import towns_app
+from plant_bench.cli.commands.verify import verify_run
+from plant_bench.cli.commands.why import explain_run
+from plant_bench.cli.options import EXIT_FAILED, EXIT_INPUT
 from plant_bench.cli.train import train_app
-from plant_bench.cli.verify import verify_run
-from plant_bench.cli.why import explain_run
 from plant_bench.errors import InputError, PlantBenchError
-
-EXIT_FAILED = 1
-EXIT_INPUT = 2
 
 app = typer.Typer(
     name="plant-bench",

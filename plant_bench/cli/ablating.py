@@ -16,9 +16,10 @@ from pathlib import Path
 import typer
 
 from plant_bench.agents.plant.config import WEIGHTS_FILE
-from plant_bench.cli.drive import Driving, drive_missing, say_crashes
+from plant_bench.api.score import Driving
 from plant_bench.cli.learning import Course, Machine, learn
 from plant_bench.cli.options import EXIT_INTERRUPTED
+from plant_bench.cli.run_progress import drive_missing, say_crashes
 from plant_bench.errors import InputError
 from plant_bench.reports.ablations import (
     AblationRow,

@@ -2,7 +2,7 @@
 
 from rich.progress import MofNCompleteColumn, Progress, TaskID
 
-from plant_bench.cli.bars import progress_bars
+from plant_bench.cli.progress import progress_bars
 from plant_bench.training.events import Driving, EpochEnded, StepEnded, TrainingEvent
 
 SMOOTHING = 0.98  # of the loss shown

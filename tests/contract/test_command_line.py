@@ -161,7 +161,7 @@ def test_rescore_and_compare_load_no_simulator():
 @pytest.mark.parametrize(
     ("module", "late"),
     [
-        ("cli.drive", {"libsumo", "pandas", "numba", "torch", "matplotlib"}),
+        ("api.score", {"libsumo", "pandas", "numba", "torch", "matplotlib"}),
         ("agents.cruise", {"numba", "torch", "shapely"}),
         ("runner.episode", {"pandas", "numba", "torch", "matplotlib"}),
     ],
@@ -179,7 +179,7 @@ def test_the_command_line_starts_without_numbers_and_scores_without_what_isolati
     code = (
         "import sys; import plant_bench.cli; print('numpy' in sys.modules); "
         "sys.modules.update(dict.fromkeys(['msgpack', 'resource', 'gymnasium', 'ray'])); "
-        "import plant_bench.cli.drive"
+        "import plant_bench.api.score"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
 

@@ -31,6 +31,8 @@ def _shade(moment: Moment) -> np.ndarray:
 ROW = '    InputRow("shade", Track.SENSORS, "an image of 3 x 8 x 16 bytes", _shade),\n'
 
 PLANNER = """
+import numpy as np
+
 from plant_bench.agent import Control
 from plant_bench.controller import follow_route
 

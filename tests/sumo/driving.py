@@ -6,7 +6,6 @@ from plant_bench.agent import Control, Input
 from plant_bench.agent_check import decision_interval
 from plant_bench.agents.loading.registry import load_agent
 from plant_bench.scoring.referee import Referee
-from plant_bench.sensing.observe import observe
 from plant_bench.sim.simulation import Simulation
 from plant_bench.world.route import Route
 
@@ -15,6 +14,7 @@ def drive(simulation: Simulation, route: Route, agent: str) -> Iterator[Referee]
     """Let an agent drive for ever; what is yielded has judged the simulation's scene."""
     driver = load_agent(agent)
     driver.reset(route)
+    sensors = Sensors(route, 0, driver.inputs)
     referee = Referee(simulation.town, route)
     control, due = Control(0.0, 0.0), 0
     while True:
@@ -23,7 +23,7 @@ def drive(simulation: Simulation, route: Route, agent: str) -> Iterator[Referee]
         yield referee
         if scene.tick == due:
             facts = simulation.privileged() if Input.PRIVILEGED in driver.inputs else None
-            seen = observe(scene, route, referee.progress, referee.offset, driver.inputs, facts)
+            seen = sensors.observe(scene, referee.progress, referee.offset, facts)
             action = driver.act(seen)
             assert isinstance(action, Control)
             control, due = action, due + decision_interval(driver)

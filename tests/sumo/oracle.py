@@ -13,7 +13,7 @@ from plant_bench.controller import follow_route
 from plant_bench.features.limits import allowed_speed
 from plant_bench.geometry.box import overlap_one
 from plant_bench.geometry.polyline import Cursor
-from plant_bench.sensing.observe import observe
+from plant_bench.sensing.observe import Sensors
 from plant_bench.sim.simulation import Simulation
 from plant_bench.world.hazard import Hazard, Phase
 from plant_bench.world.route import Route, Scenario
@@ -229,7 +229,7 @@ def drive(route: Route, hazard: Hazard, seed: int, *, blind: bool) -> Drive:
             if cursor.progress > short.length - 5.0:
                 break
             facts = simulation.privileged()
-            seen = observe(scene, short, cursor.progress, cursor.offset, ALL, facts)
+            seen = Sensors(short, 0, ALL).observe(scene, cursor.progress, cursor.offset, facts)
             control = oracle.act(seen, was_committed and not blind)
             if blind:
                 control = _cruise(seen)

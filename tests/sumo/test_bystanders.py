@@ -10,7 +10,7 @@ from plant_bench.agent import Control, Input
 from plant_bench.agents.loading.registry import load_agent
 from plant_bench.geometry.box import overlap_one
 from plant_bench.scoring.referee import Referee
-from plant_bench.sensing.observe import observe
+from plant_bench.sensing.observe import Sensors
 from plant_bench.sim.bystanders.roadway import Roadway
 from plant_bench.sim.places import places_of
 from plant_bench.sim.simulation import Simulation
@@ -44,8 +44,8 @@ def drive(scenario: Scenario, ticks: int, stand_at: float = np.inf) -> list[Scen
             elif tick % 2 == 0:
                 facts = simulation.privileged()
                 progress, offset = referee.progress, referee.offset
-                seen = observe(
-                    scenes[-1], scenario.route, progress, offset, frozenset(Input), facts
+                seen = Sensors(scenario.route, scenario.seed, frozenset(Input)).observe(
+                    scenes[-1], progress, offset, facts
                 )
                 action = driver.act(seen)
                 assert isinstance(action, Control)

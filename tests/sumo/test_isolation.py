@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from plant_bench.cli.planner_project import Kind, write_project
+from plant_bench.api.planner_project import Kind, write_project
 from plant_bench.world.route import ROUTE_FORMAT, load_suite
 
 pytestmark = [

@@ -1,9 +1,14 @@
 """Towns are found in the package, beside a suite, and where PLANT_BENCH_TOWNS says."""
 
+import json
+import os
+from dataclasses import replace
+
 import pytest
 
-from plant_bench.data_files import TOWNS_VARIABLE, bring_towns_of, networks_dir, town_dir
+from plant_bench.data_files import TOWNS_VARIABLE, networks_dir, town_dir
 from plant_bench.errors import InputError
+from plant_bench.world.route import ROUTE_FORMAT, load_suite
 
 
 @pytest.fixture
@@ -12,17 +17,22 @@ def suite(tmp_path, monkeypatch):
     monkeypatch.setenv(TOWNS_VARIABLE, "")
     (tmp_path / "towns" / "mine").mkdir(parents=True)
     (tmp_path / "towns" / "mine" / "town.json").write_text("{}", encoding="utf-8")
+    payload = load_suite("longest6")[0].to_payload() | {"town": "mine"}
     (tmp_path / "routes").mkdir()
+    text = json.dumps({"format": ROUTE_FORMAT, "routes": [payload]})
+    (tmp_path / "routes" / "mine.json").write_text(text, encoding="utf-8")
     return tmp_path / "routes"
 
 
-def test_a_town_beside_a_suite_is_found_once_the_suite_is_read(suite):
+def test_a_town_beside_a_suite_is_found_by_its_routes_and_by_nobody_else(suite):
+    before = dict(os.environ)
+    (route,) = load_suite(str(suite))
+
+    assert route.town_dir == suite.parent / "towns" / "mine"
+    assert route.plan.town_dir == route.town_dir
+    assert dict(os.environ) == before
     with pytest.raises(InputError):
         town_dir("mine")
-
-    bring_towns_of(suite)
-
-    assert town_dir("mine") == suite.parent / "towns" / "mine"
 
 
 def test_a_town_inside_a_suite_comes_before_one_beside_it(suite):
@@ -30,9 +40,9 @@ def test_a_town_inside_a_suite_comes_before_one_beside_it(suite):
     inside.mkdir(parents=True)
     (inside / "town.json").write_text("{}", encoding="utf-8")
 
-    bring_towns_of(suite)
+    (route,) = load_suite(str(suite))
 
-    assert town_dir("mine") == inside
+    assert route.town_dir == inside
 
 
 def test_no_suite_replaces_a_town_of_the_benchmark(suite):
@@ -40,18 +50,22 @@ def test_no_suite_replaces_a_town_of_the_benchmark(suite):
     other.mkdir()
     (other / "town.json").write_text("{}", encoding="utf-8")
 
-    bring_towns_of(suite)
+    (route,) = load_suite(str(suite))
 
-    assert town_dir("town01") == networks_dir() / "town01"
+    assert replace(route, town="town01").town_dir == networks_dir() / "town01"
 
 
-def test_reading_a_suite_twice_lists_its_towns_once(suite, monkeypatch):
-    bring_towns_of(suite)
-    bring_towns_of(suite)
+def test_where_a_town_lies_is_no_part_of_a_route(suite):
+    (route,) = load_suite(str(suite))
 
-    import os
+    assert route.town_folders
+    assert replace(route, town_folders=()).checksum == route.checksum
 
-    assert os.environ[TOWNS_VARIABLE] == str(suite.parent / "towns")
+
+def test_towns_of_the_variable_are_found_by_their_names(suite, monkeypatch):
+    monkeypatch.setenv(TOWNS_VARIABLE, str(suite.parent / "towns"))
+
+    assert town_dir("mine") == suite.parent / "towns" / "mine"
 
 
 @pytest.mark.parametrize("name", ["x" * 300, "地" * 100, "../town01", "a/b", ""])

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from plant_bench.agent import Agent
 from plant_bench.agents.loading.planner_files import files_loaded_beside, package_files
-from plant_bench.agents.loading.registry import load_agent, made_elsewhere, planner_module
+from plant_bench.agents.loading.registry import Loader, load_agent, planner_module
 from plant_bench.agents.loading.spec import Kind, PlannerSpec
 from plant_bench.errors import InputError
 from plant_bench.source_code import (
@@ -52,39 +52,43 @@ class Makings:
     libraries: frozenset[str] = frozenset()
 
 
-def agent_checksum(spec: str) -> str:
+def agent_checksum(spec: str, load: Loader = load_agent) -> str:
     """Return a hash of what makes a planner drive as it does.
+
+    Args:
+        spec: Names it.
+        load: Makes it; another than `load_agent` where planners live in processes of their own.
 
     Raises:
         InputError: There is no such planner, or a file of it cannot be read.
     """
-    makings = makings_of(spec)
+    makings = makings_of(spec, load)
     lines = [PlannerSpec.parse(spec).name]
     lines += sorted(f"{path.name} {_hash(path, spec)}" for path in makings.files)
     lines += library_versions(makings.libraries)
     return hashlib.sha256("\n".join(lines).encode()).hexdigest()
 
 
-def agent_files(spec: str) -> set[Path]:
+def agent_files(spec: str, load: Loader = load_agent) -> set[Path]:
     """Return the files of a planner's code and weights.
 
     Raises:
         InputError: There is no such planner.
     """
-    return set(makings_of(spec).files)
+    return set(makings_of(spec, load).files)
 
 
-def makings_of(spec: str) -> Makings:
+def makings_of(spec: str, load: Loader = load_agent) -> Makings:
     """Return what a planner is made of.
 
     Raises:
         InputError: There is no such planner.
     """
-    agent = load_agent(spec)
+    agent = load(spec)
     if PlannerSpec.parse(spec).kind is Kind.COMMAND:
         code = {module_file(name) for name in import_closure(REMOTE, without=_KEPT_APART)}
         return Makings(frozenset(_listed(agent) | code), frozenset())
-    if made_elsewhere():
+    if getattr(agent, "remote", False):  # it was told what it is made of
         return Makings(frozenset(_listed(agent)), frozenset(_libraries(agent, ())))
     return makings_of_loaded(spec, agent)
 

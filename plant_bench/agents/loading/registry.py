@@ -4,9 +4,7 @@ import hashlib
 import importlib
 import importlib.util
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from contextvars import ContextVar
+from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -16,17 +14,7 @@ from plant_bench.agents.loading.spec import Kind, PlannerSpec
 from plant_bench.errors import AgentError, InputError, did_you_mean
 from plant_bench.sensing.inputs import check_inputs
 
-_maker: ContextVar[Callable[[str], Agent] | None] = ContextVar("who makes planners", default=None)
-
-
-@contextmanager
-def planners_made_by(maker: Callable[[str], Agent]) -> Iterator[None]:
-    """Let `load_agent` ask somebody else for planners, who may keep them in other processes."""
-    token = _maker.set(maker)
-    try:
-        yield
-    finally:
-        _maker.reset(token)
+Loader = Callable[[str], Agent]  # makes a planner of its name
 
 
 def load_agent(text: str) -> Agent:
@@ -38,9 +26,6 @@ def load_agent(text: str) -> Agent:
     Raises:
         InputError: There is no such planner, or it is none; says what was meant perhaps.
     """
-    maker = _maker.get()
-    if maker is not None:
-        return maker(text)
     spec = PlannerSpec.parse(text)
     if spec.kind is Kind.COMMAND:
         return _commanded(text)
@@ -109,11 +94,6 @@ def planner_module(text: str) -> ModuleType:
     except (Exception, SystemExit) as error:
         message = f"The agent '{text}' cannot be loaded: {type(error).__name__}: {error}"
         raise InputError(message) from error
-
-
-def made_elsewhere() -> bool:
-    """Tell whether planners are made by somebody else now, see `planners_made_by`."""
-    return _maker.get() is not None
 
 
 def _commanded(text: str) -> Agent:

@@ -18,10 +18,15 @@ from plant_bench.world.route import Route
 class RemoteAgent:
     """Asks a planner in a process of its own.
 
+    Attributes:
+        remote: Whether the planner is in another process: `files` are all that it is made of then.
+
     Args:
         connection: To the planner.
         profile: What it said of itself; another answer at a `reset` is a failure.
     """
+
+    remote = True
 
     def __init__(self, connection: Connection, profile: Profile) -> None:
         self._connection = connection

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Protocol, runtime_checkable
 
 from plant_bench.agent import Control, Input, Observation
-from plant_bench.agents.loading.registry import load_agent
+from plant_bench.agents.loading.registry import Loader, load_agent
 from plant_bench.data.recorder import Recorder
 from plant_bench.errors import AgentError
 from plant_bench.runner.decisions import Decision, PlannerSession
@@ -170,6 +170,7 @@ def run_episode(
     progress: Callable[[float], None] | None = None,
     thinning: int = 1,
     override: Override | None = None,
+    load: Loader = load_agent,
 ) -> Outcome:
     """Drive one episode to its end.
 
@@ -179,13 +180,14 @@ def run_episode(
         progress: Told the share of the route driven, now and then.
         thinning: Record the actors at every so many ticks alone.
         override: Changes what is executed; for collecting data, never for scores.
+        load: Makes the planner.
 
     Raises:
         InputError: The agent, the town or the density does not exist.
         SimulationError: SUMO fails; the episode says nothing about the agent then.
     """
     watch = Stopwatch()
-    agent = load_agent(job.planner or job.agent)
+    agent = load(job.planner or job.agent)
     header = job.header(agent.inputs)
     about = header.model_dump(mode="json")
     recorder = None if recording is None else Recorder(recording, about, every=thinning)

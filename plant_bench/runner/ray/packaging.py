@@ -22,6 +22,7 @@ from plant_bench.data_files import networks_dir
 from plant_bench.errors import InputError
 from plant_bench.runner.episode.keys import rules_checksum
 from plant_bench.runner.run.provenance import installed_versions
+from plant_bench.runner.workers.isolation import Isolation, loader_of
 from plant_bench.source_code import code_hash, file_hash, module_name
 from plant_bench.world.town import town_checksum
 
@@ -36,10 +37,12 @@ class Needs:
     Attributes:
         agents: Planners, as given to `load_agent`.
         towns: Folders of towns.
+        isolation: Keeps the planners in processes of their own.
     """
 
     agents: frozenset[str] = frozenset()
     towns: frozenset[Path] = frozenset()
+    isolation: Isolation | None = None
 
 
 @dataclass(frozen=True)
@@ -122,7 +125,12 @@ def pack(tasks: Iterable[Portable]) -> Cargo:
     needs = {task.needs for task in tasks}
     agents = tuple(sorted({agent for need in needs for agent in need.agents}))
     towns = sorted({town for need in needs for town in need.towns})
-    mine = {Path(path).absolute() for agent in agents for path in agent_files(agent)}
+    mine = {
+        path.absolute()
+        for need in needs
+        for agent in need.agents
+        for path in agent_files(agent, loader_of(need.isolation))
+    }
     code = {path for path in mine if not path.is_relative_to(_PACKAGE)}
     code |= {near for path in code if path.suffix == ".py" for near in path.parent.glob("*.py")}
     further = [town for town in towns if not _installed(town)]

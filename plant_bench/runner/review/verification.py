@@ -14,7 +14,7 @@ from plant_bench.runner.review.differences import Checked, Difference, first_dif
 from plant_bench.runner.review.resimulation import simulate_again
 from plant_bench.runner.review.submission import Submission
 from plant_bench.runner.workers.executors import Event, Finished, Lost, Progressed, run_tasks
-from plant_bench.runner.workers.isolation import Isolation, isolated
+from plant_bench.runner.workers.isolation import Isolation, loader_of
 from plant_bench.runner.workers.worker import Report
 from plant_bench.scoring.infractions import Status
 from plant_bench.scoring.results import Crash, EpisodeResult
@@ -121,8 +121,8 @@ def check_episode(task: Task, report: Report) -> Checked:
         SimulationError: SUMO fails.
     """
     if task.recording is None:
-        with isolated(task.isolation):
-            again = run_episode(task.job, progress=report).result
+        load = loader_of(task.isolation)
+        again = run_episode(task.job, progress=report, load=load).result
         again = again.model_copy(update={"agent": task.record.agent})
         return Checked(task.name, task.job.route.town, first_difference(task.record, again))
     try:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from plant_bench.agents.loading.checksum import agent_checksum
+from plant_bench.agents.loading.registry import Loader, load_agent
 from plant_bench.errors import InputError
 from plant_bench.runner.episode.jobs import Job, episode_name, make_jobs, select_routes
 from plant_bench.runner.run.folder import RunFolder
@@ -106,6 +107,7 @@ def open_run(
     overwrite: bool = False,
     shard: Shard | None = None,
     hold: ExitStack | None = None,
+    load: Loader = load_agent,
 ) -> Run:
     """Find out what there is to do, and write `run.json`.
 
@@ -119,6 +121,7 @@ def open_run(
         shard: The part of the request that is driven here; None for all of it.
         hold: Keeps others out of the folder until it is closed (see `claimed`); without it the
             caller knows that there are none.
+        load: Makes the planner, to learn what it is made of.
 
     Raises:
         InputError: The request cannot be met, or the folder belongs to another one, or somebody
@@ -126,7 +129,7 @@ def open_run(
     """
     suite = load_suite(request.suite)
     chosen = _checked_routes(request, suite)
-    now = _provenance_now(request, suite)
+    now = _provenance_now(request, suite, load)
     folder = RunFolder(out if out is not None else Path("reports") / request.run_name)
     earlier = folder.provenance()
     if earlier is not None and not overwrite:
@@ -162,10 +165,10 @@ def _checked_routes(request: ScoreRequest, suite: Sequence[Route]) -> list[Route
     return chosen
 
 
-def _provenance_now(request: ScoreRequest, suite: list[Route]) -> Provenance:
+def _provenance_now(request: ScoreRequest, suite: list[Route], load: Loader) -> Provenance:
     return provenance(
         request.agent,
-        agent_checksum(request.agent),
+        agent_checksum(request.agent, load),
         suite,
         suite=request.suite,
         seed=request.seed,

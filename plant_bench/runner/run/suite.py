@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from importlib import import_module
 from pathlib import Path
 
-from plant_bench.agents.loading.registry import load_agent
+from plant_bench.agents.loading.registry import Loader, load_agent
 from plant_bench.runner.episode.jobs import Job, episode_name
 from plant_bench.runner.episode.outcome import Outcome
 from plant_bench.runner.episode.timing import Timing
@@ -21,7 +21,7 @@ from plant_bench.runner.workers.executors import (
     Retried,
     Started,
 )
-from plant_bench.runner.workers.isolation import Isolation, isolated
+from plant_bench.runner.workers.isolation import Isolation, loader_of
 from plant_bench.runner.workers.worker import Report
 from plant_bench.scoring.infractions import Status
 from plant_bench.scoring.results import EpisodeResult
@@ -80,7 +80,9 @@ class _Task:
     @property
     def needs(self) -> Needs:
         """What it must find on another machine."""
-        return Needs(frozenset({self.job.agent}), frozenset({self.job.route.town_dir}))
+        return Needs(
+            frozenset({self.job.agent}), frozenset({self.job.route.town_dir}), self.isolation
+        )
 
     def at(self, place: Place) -> "_Task":
         """Return the same task as it is done on another machine."""
@@ -147,7 +149,9 @@ def run_suite(
             case Finished():
                 _end(event.worker, job, event.value.result, event.value.timing)
             case Lost():
-                _end(event.worker, job, crashed_result(job, event.reason), None)
+                _end(
+                    event.worker, job, crashed_result(job, event.reason, loader_of(isolation)), None
+                )
 
     def _end(worker: int, job: Job, result: EpisodeResult, timing: Timing | None) -> None:
         folder.save(episode_name(job), result, timing)
@@ -162,13 +166,13 @@ def _run_task(task: _Task, report: Report) -> Outcome:
     """Run an episode: what a worker does."""
     module, _, function = task.run_episode.partition(":")
     run_episode = getattr(import_module(module), function)
-    with isolated(task.isolation):
-        return run_episode(task.job, recording=task.recording, progress=report)
+    load = loader_of(task.isolation)
+    return run_episode(task.job, recording=task.recording, progress=report, load=load)
 
 
-def crashed_result(job: Job, reason: str) -> EpisodeResult:
+def crashed_result(job: Job, reason: str, load: Loader = load_agent) -> EpisodeResult:
     """Return the record of an episode that the simulator never brought to an end."""
-    header = job.header(load_agent(job.agent).inputs)
+    header = job.header(load(job.agent).inputs)
     return EpisodeResult(
         **header.model_dump(),
         status=Status.SIMULATION_CRASHED,

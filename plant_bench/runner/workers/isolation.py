@@ -1,16 +1,14 @@
 """Planners in processes of their own: one that hangs, leaks or crashes costs its own episode.
 
-Nothing in an episode depends on it: the loop asks `load_agent`, and is given a planner that asks
-another process. So records, recordings and keys are those of a run without it.
+Nothing in an episode depends on it: the loop is given a planner that asks another process. So
+records, recordings and keys are those of a run without it.
 """
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from plant_bench.agent import Agent
-from plant_bench.agents.loading.registry import planners_made_by
+from plant_bench.agents.loading.registry import Loader, load_agent
 from plant_bench.agents.remote.programs import Program, program_of
 
 if TYPE_CHECKING:  # runs without it need neither msgpack nor what only Linux has
@@ -63,11 +61,6 @@ def isolation_of(agent: str, limits: "Limits") -> Isolation:
     return Isolation(program, limits, planner.profile)
 
 
-@contextmanager
-def isolated(isolation: Isolation | None) -> Iterator[None]:
-    """Let all planners made meanwhile live in processes of their own; None changes nothing."""
-    if isolation is None:
-        yield
-        return
-    with planners_made_by(isolation.planner):
-        yield
+def loader_of(isolation: Isolation | None) -> Loader:
+    """Return what makes planners: in processes of their own, or in this one without isolation."""
+    return load_agent if isolation is None else isolation.planner

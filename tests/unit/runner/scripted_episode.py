@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from plant_bench.agent import Input
+from plant_bench.agents.loading.registry import Loader
 from plant_bench.errors import SimulationError
 from plant_bench.runner.episode.jobs import Job
 from plant_bench.runner.episode.outcome import Outcome
@@ -30,7 +31,9 @@ TIMING = Timing(
 )
 
 
-def run_episode(job: Job, *, recording: Path | None, progress: Callable[[float], None]) -> Outcome:
+def run_episode(
+    job: Job, *, recording: Path | None, progress: Callable[[float], None], load: Loader
+) -> Outcome:
     progress(0.5)
     with Path(os.environ["SCRIPT_LOG"]).open("a") as log:
         log.write(f"{job.route.id} r{job.repetition}\n")

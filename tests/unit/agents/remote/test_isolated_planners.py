@@ -13,7 +13,7 @@ import pytest
 
 from plant_bench.agent import Cause, Control, Observation, Plan, Ranker, Reason
 from plant_bench.agent_check import check_action
-from plant_bench.agents.loading.checksum import agent_files
+from plant_bench.agents.loading.checksum import agent_checksum, agent_files
 from plant_bench.agents.loading.registry import load_agent
 from plant_bench.agents.remote.agent import remote_agent
 from plant_bench.agents.remote.connection import end_processes
@@ -21,7 +21,7 @@ from plant_bench.agents.remote.process import Limits
 from plant_bench.agents.remote.programs import program_of
 from plant_bench.errors import AgentError, InputError
 from plant_bench.inference import listen_to_passes
-from plant_bench.runner.workers.isolation import isolated, isolation_of
+from plant_bench.runner.workers.isolation import isolation_of, loader_of
 from plant_bench.world.scene import Actors, EgoState
 
 pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="watched in /proc")
@@ -167,9 +167,9 @@ def test_isolation_changes_no_file_that_the_checksum_covers(tmp_path):
     spec = f"{shutil.copy(HOSTILE, tmp_path)}:Good"
     within = agent_files(spec)
     isolation = isolation_of(spec, LIMITS)
-    with isolated(isolation):
-        assert agent_files(spec) == within
-        assert isinstance(load_agent(spec).act, type(planner("Good").act))
+    assert agent_files(spec, loader_of(isolation)) == within
+    assert agent_checksum(spec, loader_of(isolation)) == agent_checksum(spec)
+    assert isinstance(loader_of(isolation)(spec).act, type(planner("Good").act))
     assert drive(isolation.planner(spec), 1) == [Control(1.0, 0.0)]
 
 

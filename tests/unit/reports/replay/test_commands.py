@@ -74,7 +74,7 @@ def test_options_are_checked_before_the_episode_is_read(runs, tmp_path, monkeypa
 @pytest.mark.parametrize(
     ("command", "work"),
     [
-        ("report", "plant_bench.cli.reporting.write_report"),
+        ("report", "plant_bench.api.report.write_report"),
         ("why", "plant_bench.reports.why.listing.print_infractions"),
     ],
 )

@@ -1,0 +1,249 @@
+"""Scoring a planner: drive what of a run is missing, and sum up all there is."""
+
+import logging
+import os
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, ExitStack, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from plant_bench.agents.loading.spec import Kind, PlannerSpec
+from plant_bench.api.planners import PlannerLike, resolve
+from plant_bench.errors import InputError
+from plant_bench.runner.episode.jobs import episode_name
+from plant_bench.runner.run.lock import Shard
+from plant_bench.runner.run.score_run import Run as OpenRun
+from plant_bench.runner.run.score_run import ScoreRequest, open_run
+from plant_bench.runner.run.suite import SuiteEvent, run_suite
+from plant_bench.runner.workers.executors import Executor, LocalExecutor
+from plant_bench.runner.workers.isolation import Isolation, loader_of
+from plant_bench.runner.workers.loading import loading
+from plant_bench.scoring.infractions import Status
+from plant_bench.scoring.laws import Law, law_of
+
+if TYPE_CHECKING:  # summaries are of pandas, which a run that is only driven does not need
+    from plant_bench.api.run import Run
+
+Listener = Callable[[SuiteEvent], None]
+Watch = Callable[[OpenRun], AbstractContextManager[Listener]]
+FAILURES = (Status.SIMULATION_CRASHED, Status.AGENT_CRASHED)
+
+_log = logging.getLogger("plant_bench")
+
+
+@dataclass(frozen=True)
+class Driving:
+    """How a run is driven; its records do not depend on it.
+
+    Attributes:
+        workers: Processes, of this machine.
+        overwrite: Drive again what is finished.
+        recordings: Keep every tick.
+        law: By which infractions become scores, in the summary.
+        executor: Who drives; None for processes of this machine that begin now.
+        shard: The part that is driven here; None for all of it.
+        isolation: Keeps the planner in a process of its own; None where the workers load it.
+    """
+
+    workers: int
+    overwrite: bool = False
+    recordings: bool = True
+    law: Law = Law.LB1_0
+    executor: Executor | None = None
+    shard: Shard | None = None
+    isolation: Isolation | None = None
+
+    def __str__(self) -> str:
+        return str(self.executor or LocalExecutor(self.workers))
+
+
+@dataclass(frozen=True)
+class Failure:
+    """Episodes of a run that ended for another reason than driving.
+
+    Attributes:
+        status: How they ended: one of `FAILURES`.
+        count: How many.
+        episodes: Of so many.
+        route: Of the first of them.
+        reason: What the planner or the simulator said in it.
+    """
+
+    status: Status
+    count: int
+    episodes: int
+    route: str
+    reason: str
+
+    def __str__(self) -> str:
+        return (
+            f"{self.count} of {self.episodes} episodes ended with '{self.status.value}', the first "
+            f"on {self.route}: {self.reason}"
+        )
+
+
+def score(
+    planner: PlannerLike,
+    *,
+    suite: str | os.PathLike[str] = "longest6",
+    routes: str | None = None,
+    repetitions: int = 3,
+    seed: int = 0,
+    density: str = "dense",
+    hazards: bool = True,
+    workers: int | None = None,
+    out: str | os.PathLike[str] | None = None,
+    overwrite: bool = False,
+    recordings: bool = True,
+    law: str = "lb1.0",
+    on_event: Listener | None = None,
+) -> "Run":
+    """Drive a suite and return how well, as `plant-bench score` does.
+
+    The same call again drives only what is missing, so that it may be interrupted at any time. An
+    episode that crashes is recorded and stays in every mean; a warning is logged.
+
+    Args:
+        planner: A name of `plant-bench agents`, "module:Class", "file.py:Class" or
+            "command:PROGRAM" (weights after an "@", as in "plant@models/mine"), a class, or an
+            object. An object and a class of a notebook are handed to the workers as they are now;
+            each episode starts from a fresh copy.
+        suite: A suite's name, or a folder or file of routes.
+        routes: Numbers, ranges and ids, as in "0,3-5,town02-1"; all without it.
+        repetitions: Episodes on each route.
+        seed: Base seed of the traffic; equal for all planners that are to be compared.
+        density: Of the traffic.
+        hazards: Whether the routes' hazards are played; without them it is another protocol.
+        workers: Processes; one a core without it. Scores do not depend on it.
+        out: The run's folder; `reports/PLANNER-SUITE` without it.
+        overwrite: Drive again what is finished.
+        recordings: Keep every tick, for `Run.why`, rescoring and replays.
+        law: Makes infractions a score: "lb1.0", as Longest6, or "lb2.1".
+        on_event: Told of episodes that start, go on and end (`runner.run.suite`).
+
+    Raises:
+        InputError: The request cannot be met, or the folder belongs to another one.
+        SimulationError: Worker processes do not start.
+    """
+    from plant_bench.api.run import Run
+
+    if repetitions < 1:
+        message = f"repetitions: expected 1 at least, got {repetitions}."
+        raise InputError(message)
+    resolved = resolve(planner)
+    how = Driving(
+        cores() if workers is None else workers,
+        overwrite=overwrite,
+        recordings=recordings,
+        law=law_of(law),
+        isolation=isolation_of_command(resolved.spec),
+    )
+    request = ScoreRequest(
+        resolved.spec, os.fspath(suite), routes, repetitions, seed, density, hazards
+    )
+    folder = resolved.run_folder(request) if out is None else Path(out)
+    run = drive_missing(request, folder, how, quietly(on_event))
+    for failure in failures_of(run):
+        _log.warning("%s", failure)
+    found = Run(run.folder.path, how.law)
+    found.write_summary()
+    return found
+
+
+def drive_missing(request: ScoreRequest, out: Path | None, how: Driving, watch: Watch) -> OpenRun:
+    """Drive what of a run has no record.
+
+    Args:
+        request: What is asked for.
+        out: The run's folder; None for `reports/<run name>`.
+        how: Who drives it.
+        watch: Given the run, before anything of it is driven, returns who is told how it goes,
+            as a context.
+
+    Raises:
+        PlantBenchError: The run cannot be started or cannot go on.
+        KeyboardInterrupt: It was stopped; what is finished is kept and summed up.
+    """
+    with ExitStack() as hold:
+        executor = how.executor or LocalExecutor(
+            how.workers, loading(request.agent, isolate=how.isolation is not None)
+        )
+        hold.enter_context(executor.connected())  # before the run's folder is made
+        load = loader_of(how.isolation)  # this process loads planners, too
+        run = open_run(request, out, overwrite=how.overwrite, shard=how.shard, hold=hold, load=load)
+        try:
+            with watch(run) as listener:
+                run_suite(
+                    run.missing,
+                    run.folder,
+                    workers=how.workers,
+                    recordings=how.recordings,
+                    on_event=listener,
+                    executor=executor,
+                    isolation=how.isolation,
+                )
+        except KeyboardInterrupt:
+            _keep(run, how.law)
+            raise
+        run.sweep()
+    return run
+
+
+def failures_of(run: OpenRun) -> list[Failure]:
+    """Return which episodes failed for another reason than driving: at most one row a status."""
+    results = [run.folder.record(episode_name(job)) for job in run.jobs]
+    found = []
+    for status in FAILURES:
+        failed = [result for result in results if result is not None and result.status is status]
+        if failed:
+            first = failed[0]
+            found.append(Failure(status, len(failed), len(run.jobs), first.route, first.reason))
+    return found
+
+
+def quietly(on_event: Listener | None = None) -> Watch:
+    """Return a watch that shows nothing, and hands events on if anybody wants them."""
+
+    @contextmanager
+    def watch(run: OpenRun) -> Iterator[Listener]:
+        for note in run.notes:
+            _log.info("%s", note)
+        yield on_event or _ignore
+
+    return watch
+
+
+def cores() -> int:
+    """Return how many cores this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def isolation_of_command(spec: str) -> Isolation | None:
+    """Return how a planner that is a command is run; None for all others, which workers load.
+
+    Raises:
+        InputError: It does not start.
+    """
+    if PlannerSpec.parse(spec).kind is not Kind.COMMAND:
+        return None
+    from plant_bench.agents.remote.process import Limits
+    from plant_bench.runner.workers.isolation import isolation_of
+
+    return isolation_of(spec, Limits())
+
+
+def _ignore(event: SuiteEvent) -> None:
+    del event
+
+
+def _keep(run: OpenRun, law: Law) -> None:
+    """Sum up what is finished of a run that was stopped."""
+    from plant_bench.runner.run.summary import write_summary
+
+    run.sweep()
+    left = run.unfinished()
+    if left < len(run.jobs) and not run.others:
+        write_summary(run.folder, missing=left, law=law)

@@ -1,0 +1,51 @@
+"""`plant-bench rescore`."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from plant_bench.cli.options import LawOption
+
+if TYPE_CHECKING:
+    from plant_bench.runner.run.rescoring import Rescored
+
+
+def rescore_run(
+    run: Annotated[Path, typer.Argument(help="A folder that `plant-bench score` wrote.")],
+    law: LawOption = "lb1.0",
+) -> None:
+    """Score a run's recordings again, without the simulator, and say whether the records agree.
+
+    The new records and their summary are in RUN/rescored. Exit code 1 where a record differs.
+
+    For instance:
+
+        plant-bench rescore reports/expert-longest6
+
+        plant-bench rescore reports/expert-longest6 --law lb2.1
+    """
+    from plant_bench.api.rescore import rescore_run as rescore
+    from plant_bench.reports.tables import print_summary
+    from plant_bench.scoring.laws import law_of
+
+    chosen = law_of(law)
+
+    def say(episode: "Rescored") -> None:
+        if episode.again is None:
+            typer.echo(f"{episode.name}: no recording", err=True)
+        elif not episode.equal:
+            typer.echo(
+                f"{episode.name}: DS {episode.first.driving_score_by(chosen):.3f} before, "
+                f"{episode.again.driving_score_by(chosen):.3f} now",
+                err=True,
+            )
+
+    found = rescore(run, law=chosen, on_episode=say)
+    if found.summary is not None:
+        print_summary(found.summary)
+    typer.echo(
+        f"{found.equal} of {found.total} records are equal, {found.absent} have no recording."
+    )
+    if not found.agrees:
+        raise typer.Exit(1)

@@ -1,0 +1,87 @@
+"""`plant-bench towns`."""
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from plant_bench.cli.options import refuse_overwriting
+
+towns_app = typer.Typer(no_args_is_help=True, help="Build, check and list the towns.")
+
+
+@towns_app.command("build")
+def build(
+    town: Annotated[str | None, typer.Option(help="One town; all without it.")] = None,
+    seed: Annotated[
+        int | None, typer.Option(help="Another layout of the same character.", min=0)
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder to write to, instead of the towns' own.")
+    ] = None,
+    check: Annotated[
+        bool, typer.Option("--check", help="Write nothing: check the towns that are there.")
+    ] = False,
+) -> None:
+    """Build towns again from spec and seed; the same seed gives the same bytes.
+
+    For instance:
+
+        plant-bench towns build --check
+
+        plant-bench towns build --town town03 --seed 7 --out my_towns
+    """
+    from plant_bench.towns.generate import build_town, check_town, stored_towns, town_names
+
+    refuse_overwriting(seed, out, check=check)
+    faults: list[str] = []
+    every = stored_towns() if seed is None else town_names()  # a character each is enough
+    for name in [town] if town is not None else every:
+        if check:
+            found = check_town(name)
+            faults.extend(f"{name}: {fault}" for fault in found)
+            typer.echo(f"{name}: {'sound' if not found else f'{len(found)} faults'}")
+        else:
+            folder = None if out is None else out / name
+            typer.echo(f"{name}: {build_town(name, seed=seed, out=folder)}")
+    for fault in faults:
+        typer.echo(fault, err=True)
+    if faults:
+        raise typer.Exit(1)
+
+
+@towns_app.command("list")
+def list_towns(
+    pictures: Annotated[
+        Path | None, typer.Option(help="Folder to save a picture of each town to.")
+    ] = None,
+    suite: Annotated[
+        str | None, typer.Option(help="Only the towns of this suite (its name, folder or file).")
+    ] = None,
+) -> None:
+    """List the towns and what each contains; imported ones with --suite NAME/routes."""
+    from plant_bench.reports.tables import print_rows
+    from plant_bench.towns.generate import describe_town, stored_towns
+    from plant_bench.towns.picture import save_town_picture
+    from plant_bench.towns.unseen import UNSEEN
+    from plant_bench.world.route import load_suite
+
+    names = stored_towns() if suite is None else sorted({r.town for r in load_suite(suite)})
+    towns = [asdict(describe_town(name)) for name in names]
+    for title, further in (("Towns", False), ("Unseen towns", True)):
+        shown = [town for town in towns if (town["name"] in UNSEEN) == further]
+        if not shown:
+            continue
+        heads = ["", *(str(town["name"]) for town in shown)]
+        kinds = [kind for kind in shown[0] if kind != "name"]
+        print_rows(title, heads, [[_words(k), *(town[k] for town in shown)] for k in kinds])
+    if pictures is not None:
+        pictures.mkdir(parents=True, exist_ok=True)
+        for town in towns:
+            save_town_picture(str(town["name"]), pictures / f"{town['name']}.png")
+        typer.echo(f"Pictures are in {pictures}.")
+
+
+def _words(name: str) -> str:
+    return name.replace("_", " ").replace(" km", " (km)").replace("extent", "extent (m)")

@@ -1,0 +1,104 @@
+"""`plant-bench why`."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from plant_bench.cli.progress import ending_at_ctrl_c, progress_bars
+
+if TYPE_CHECKING:
+    from rich.progress import Progress, TaskID
+
+    from plant_bench.runner.run.folder import RunFolder
+    from plant_bench.scoring.results import EpisodeResult
+
+
+def explain_run(
+    run: Annotated[Path, typer.Argument(help="A folder that `plant-bench score` wrote.")],
+    route: Annotated[
+        str | None, typer.Argument(help="Its id or number; without it, all infractions are listed.")
+    ] = None,
+    repetition: Annotated[
+        int | None, typer.Option(help="All with infractions without it.", min=0)
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="A PNG file or a folder for pictures; RUN/why without it.")
+    ] = None,
+    before: Annotated[
+        float, typer.Option(help="Seconds to look at before each.", min=0.5, max=60.0)
+    ] = 4.0,
+) -> None:
+    """Say why it went wrong: the seconds before each infraction, and what the expert would do.
+
+    The episode is simulated again with the recorded controls; whether the scenes are the recorded
+    ones is checked at every tick. The expert, and the planner for its ranking, answer to them.
+
+    For instance:
+
+        plant-bench why reports/plant-longest6
+
+        plant-bench why reports/plant-longest6 town03-1
+
+        plant-bench why reports/plant-longest6 town03-1 --repetition 0 --out why.png
+    """
+    from plant_bench.reports.why.listing import print_infractions
+    from plant_bench.runner.run.folder import RunFolder
+
+    with ending_at_ctrl_c():
+        folder = RunFolder.open(run)
+        if route is None:
+            print_infractions(folder.results(), str(run))
+        else:
+            _explain(folder, route, repetition, out or folder.path / "why", before)
+
+
+def _explain(
+    folder: "RunFolder", route: str, repetition: int | None, out: Path, before: float
+) -> None:
+    """Print and draw each infraction of a route's episodes, as they are looked at."""
+    from plant_bench.api.why import explain
+    from plant_bench.reports.choosing import episodes_of
+    from plant_bench.reports.why.text import episode_line, print_episode
+
+    several = len(episodes_of(folder, route, repetition)) > 1
+    with _EpisodeBar() as bar:
+        for item in explain(folder, route, repetition, before, bar):
+            if item.hindsight is None:
+                typer.echo(f"{episode_line(item.result)}: no infraction.")
+                continue
+            print_episode(item.hindsight, item.findings)
+            for path in item.save_pictures(out, tagged=several):
+                typer.echo(f"Picture: {path}")
+
+
+class _EpisodeBar:
+    """A bar for each episode that is looked at, gone before anything is printed; mutable."""
+
+    def __init__(self) -> None:
+        self._shown: tuple[Progress, TaskID] | None = None
+
+    def __enter__(self) -> "_EpisodeBar":  # noqa: PYI034 - as in sumo.py
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._end()
+
+    def __call__(self, result: "EpisodeResult", share: float) -> None:
+        """Show how far an episode has been looked at; it is done at 1."""
+        if self._shown is None:
+            from rich.progress import TaskProgressColumn
+
+            bars = progress_bars(len(result.route) + 18, TaskProgressColumn())
+            bars.start()
+            text = f"{result.route}, repetition {result.repetition}"
+            self._shown = bars, bars.add_task(text, total=1.0)
+        bars, task = self._shown
+        bars.update(task, completed=share)
+        if share >= 1.0:
+            self._end()
+
+    def _end(self) -> None:
+        if self._shown is not None:
+            self._shown[0].stop()
+            self._shown = None

@@ -1,0 +1,35 @@
+import multiprocessing
+
+import pytest
+
+from plant_bench.api import score
+from plant_bench.api.score import Driving, drive_missing, quietly
+from plant_bench.errors import InputError
+from plant_bench.runner.ray.executor import RayExecutor
+from plant_bench.runner.run.score_run import ScoreRequest
+
+
+def test_a_cluster_that_is_not_there_leaves_no_run_behind(tmp_path):
+    how = Driving(workers=1, executor=RayExecutor("ray://127.0.0.1:1"))
+
+    with pytest.raises(InputError, match="Nobody answers"):
+        drive_missing(ScoreRequest("cruise"), tmp_path / "run", how, quietly())
+
+    assert not list(tmp_path.iterdir())
+
+
+def test_workers_load_what_they_need_while_the_request_is_read(tmp_path, monkeypatch):
+    """A mistyped request ends them again."""
+    standing_by = []
+
+    def open_run(*_, **__):
+        standing_by.extend(multiprocessing.active_children())
+        message = "no such planner"
+        raise InputError(message)
+
+    monkeypatch.setattr(score, "open_run", open_run)
+    with pytest.raises(InputError, match="no such planner"):
+        drive_missing(ScoreRequest("cruise"), tmp_path / "run", Driving(workers=2), quietly())
+
+    assert len(standing_by) == 2
+    assert not any(child.is_alive() for child in standing_by)

@@ -1,0 +1,140 @@
+"""Planners as texts that worker processes can load."""
+
+import importlib
+import sys
+from functools import partial
+from pathlib import Path
+
+import pytest
+
+from plant_bench.agent import Agent, Control, Input, Observation
+from plant_bench.agents.cruise import Cruise
+from plant_bench.agents.loading.checksum import agent_checksum
+from plant_bench.agents.loading.registry import load_agent
+from plant_bench.api.planners import resolve, spec_of
+from plant_bench.errors import InputError
+from plant_bench.world.route import Route
+
+SOURCE = """
+from plant_bench.agent import Control
+
+class Mine:
+    inputs = frozenset()
+    def reset(self, route): ...
+    def act(self, observation): return Control(1.0, 0.0)
+"""
+
+
+class Steady:
+    """Of a module that only this process finds, as pytest has loaded it."""
+
+    inputs = frozenset({Input.ROUTE})
+
+    def __init__(self, speed: float = 5.0) -> None:
+        self.speed = speed
+        self.driven = [0.0]
+
+    def reset(self, route: Route | None) -> None:
+        assert route is not None
+
+    def act(self, observation: Observation) -> Control:
+        return Control(self.speed - observation.ego.speed, 0.0)
+
+
+@pytest.fixture(autouse=True)
+def elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+def test_texts_are_left_as_they_are() -> None:
+    assert resolve("plant@models/mine").spec == "plant@models/mine"
+    assert not list(Path().iterdir())
+
+
+def test_a_class_of_ours_has_its_name() -> None:
+    assert resolve(Cruise).spec == "cruise"
+
+
+def test_a_class_of_a_module_is_named_there(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "my_module.py").write_text(SOURCE)
+    monkeypatch.syspath_prepend(tmp_path)
+    module = importlib.import_module("my_module")
+
+    assert resolve(module.Mine).spec == "my_module:Mine"
+    assert isinstance(load_agent(resolve(module.Mine).spec), module.Mine)
+
+
+def test_a_class_of_a_file_is_named_there(tmp_path: Path) -> None:
+    file = tmp_path / "my_file.py"
+    file.write_text(SOURCE)
+    made = load_agent(f"{file}:Mine")
+
+    spec = resolve(type(made)).spec
+
+    assert spec == f"{file}:Mine"
+
+
+def test_each_load_of_an_object_is_a_fresh_copy() -> None:
+    mine = Steady(7.0)
+    spec = resolve(mine).spec
+    first = load_agent(spec)
+    first.driven.append(1.0)  # type: ignore[attr-defined]
+    mine.driven.append(2.0)
+
+    second = load_agent(spec)
+
+    assert isinstance(second, Agent)
+    assert vars(second) == {"speed": 7.0, "driven": [0.0]}
+
+
+def test_an_object_loads_where_its_module_is_not_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    spec = resolve(Steady(3.0)).spec
+    monkeypatch.delitem(sys.modules, __name__)
+
+    assert vars(load_agent(spec))["speed"] == 3.0
+
+
+def test_what_a_planner_holds_makes_another_one_of_it() -> None:
+    specs = [resolve(planner).spec for planner in (Steady(1.0), Steady(1.0), Steady(2.0), Steady)]
+
+    assert specs[0] == specs[1]
+    assert len(set(specs)) == 3
+    assert len({agent_checksum(spec) for spec in specs}) == 3
+
+
+def test_a_factory_is_called_for_each_episode() -> None:
+    spec = resolve(partial(Steady, 9.0)).spec
+
+    assert vars(load_agent(spec))["speed"] == 9.0
+
+
+@pytest.mark.parametrize("planner", [7, object(), None, {"inputs": ()}])
+def test_what_is_no_planner_is_told(planner: object) -> None:
+    with pytest.raises(InputError, match=r"expected a name, a class or an object .*, got a "):
+        resolve(planner)
+
+
+def test_a_class_that_wants_arguments_is_told() -> None:
+    class Wants(Steady):
+        def __init__(self, speed: float) -> None:
+            super().__init__(speed)
+
+    with pytest.raises(InputError, match="missing 1 required positional argument: 'speed'"):
+        load_agent(resolve(Wants).spec)
+
+
+def test_what_cannot_be_copied_is_told() -> None:
+    mine = Steady()
+    mine.log = Path("log").open("w")  # type: ignore[attr-defined]  # noqa: SIM115
+
+    with pytest.raises(InputError, match="Steady cannot be handed to worker processes"):
+        resolve(mine)
+    mine.log.close()  # type: ignore[attr-defined]
+
+
+def test_where_only_texts_can_be_kept_an_object_is_refused() -> None:
+    assert spec_of(Cruise, "rfds") == "cruise"
+    with pytest.raises(InputError, match=r"rfds: expected a name .*, got Steady-"):
+        spec_of(Steady(), "rfds")

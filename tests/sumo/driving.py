@@ -6,6 +6,7 @@ from plant_bench.agent import Control, Input
 from plant_bench.agent_check import decision_interval
 from plant_bench.agents.loading.registry import load_agent
 from plant_bench.scoring.referee import Referee
+from plant_bench.sensing.observe import Sensors
 from plant_bench.sim.simulation import Simulation
 from plant_bench.world.route import Route
 

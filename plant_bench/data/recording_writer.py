@@ -9,7 +9,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from plant_bench.agent import Control, Plan, Reason
-from plant_bench.data.recorder import Action, Ticks
+from plant_bench.data.ticks import Action, Ticks
 from plant_bench.data.recording_file import (
     ACTOR_COLUMNS,
     EGO_COLUMNS,

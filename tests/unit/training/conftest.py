@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 import torch
 
-from plant_bench.data.recorder import Action, Recorder
+from plant_bench.data.recorder import Recorder
+from plant_bench.data.ticks import Action
 from plant_bench.world.route import PROTOCOL, LaneSpan, Route
 from plant_bench.world.scene import TICK, ActorKind, Actors, EgoState, Scene
 

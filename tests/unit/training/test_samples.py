@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from plant_bench.agent import Control, Plan
-from plant_bench.data.recorder import Action
+from plant_bench.data.ticks import Action
 from plant_bench.data.recording import Recording
 from plant_bench.errors import InputError
 from plant_bench.features.tokens import TokenKind, TokenSpec

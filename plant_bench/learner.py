@@ -31,7 +31,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Generic, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, Protocol, TypeVar, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float
@@ -44,11 +44,14 @@ from plant_bench.world.scene import Actors
 from plant_bench.world.town import Town, load_town
 
 if TYPE_CHECKING:
-    from torch import Tensor, nn
+    from torch import Tensor
+    from torch.nn import Module
+else:  # torch is not loaded to look at a type
+    Tensor = Module = Any
 
 Encoded = Mapping[str, np.ndarray]
-Batch = Mapping[str, "Tensor"]
-Losses = Mapping[str, "Tensor"]
+Batch = Mapping[str, Tensor]
+Losses = Mapping[str, Tensor]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -91,6 +94,7 @@ def _town(name: str) -> Town:
     return load_town(name)
 
 
+@runtime_checkable
 class Forward(Protocol):
     """A network as `Learner.loss` calls it.
 
@@ -167,7 +171,7 @@ class Learner(ABC, Generic[Options]):
         """
 
     @abstractmethod
-    def network(self) -> "nn.Module":
+    def network(self) -> Module:
         """Return a new network; torch's random numbers are seeded before."""
 
     @abstractmethod
@@ -201,7 +205,7 @@ class Learner(ABC, Generic[Options]):
         """
         return TypeAdapter(cls.Options).validate_python(dict(config))
 
-    def start_from(self, earlier: Any, state: Mapping[str, "Tensor"]) -> Mapping[str, "Tensor"]:
+    def start_from(self, earlier: Any, state: Mapping[str, Tensor]) -> Mapping[str, Tensor]:
         """Return the weights to start from, made from those of an earlier model (`--start`).
 
         Args:
@@ -214,18 +218,15 @@ class Learner(ABC, Generic[Options]):
         del earlier
         return state
 
-    def facts(self, network: "nn.Module") -> Mapping[str, str]:
+    def facts(self, network: Module) -> Mapping[str, str]:
         """Return what the model's card tells of it, besides what is told of all models."""
         del network
         return {}
 
     @property
-    def about(self) -> str:
-        """What the model's card says first."""
-        return (
-            f"{self.name}, trained by imitation of plant-bench's expert. It drives\n"
-            f"with `plant-bench score --agent {self.agent}@FOLDER`."
-        )
+    def title(self) -> str:
+        """What the model's card and the table of ablations call it."""
+        return self.name
 
     def export(self, folder: Path) -> None:
         """Write what else a finished model's folder is to hold, beside weights and config.

@@ -18,7 +18,10 @@ from plant_bench.whole_files import whole_file, write_whole_text
 from plant_bench.world.route import PROTOCOL
 
 if TYPE_CHECKING:
-    from torch import Tensor, nn
+    from torch import Tensor
+    from torch.nn import Module
+else:  # torch is not loaded to look at a type
+    Tensor = Module = Any
 
 WEIGHTS_FILE, CONFIG_FILE = "weights.safetensors", "config.json"
 MODEL_FORMAT = 2
@@ -28,7 +31,7 @@ Config = TypeVar("Config")
 
 
 def save_model(
-    network_name: str, config: Mapping[str, Any], state: Mapping[str, "Tensor"], folder: Path
+    network_name: str, config: Mapping[str, Any], state: Mapping[str, Tensor], folder: Path
 ) -> None:
     """Write weights (half precision) and config, each file whole or not at all.
 
@@ -54,7 +57,7 @@ def save_model(
 
 
 def save_tensors(
-    tensors: dict[str, "Tensor"], path: Path, metadata: dict[str, str] | None = None
+    tensors: dict[str, Tensor], path: Path, metadata: dict[str, str] | None = None
 ) -> None:
     """Write a safetensors file that others may read, too.
 
@@ -126,7 +129,7 @@ def _check_header(number: object, network: object, network_name: str) -> None:
         raise ValueError(message)
 
 
-def load_weights(network: "nn.Module", folder: Path) -> None:
+def load_weights(network: Module, folder: Path) -> None:
     """Fill a network with a folder's weights.
 
     Raises:
@@ -135,7 +138,7 @@ def load_weights(network: "nn.Module", folder: Path) -> None:
     fill(network, load_state(folder), folder)
 
 
-def load_state(folder: Path) -> dict[str, "Tensor"]:
+def load_state(folder: Path) -> dict[str, Tensor]:
     """Return a folder's weights by name, in single precision.
 
     Raises:
@@ -157,7 +160,7 @@ def load_state(folder: Path) -> dict[str, "Tensor"]:
     return state
 
 
-def fill(network: "nn.Module", state: Mapping[str, "Tensor"], folder: Path) -> None:
+def fill(network: Module, state: Mapping[str, Tensor], folder: Path) -> None:
     """Put weights that came from a folder into a network.
 
     Raises:
@@ -169,7 +172,7 @@ def fill(network: "nn.Module", state: Mapping[str, "Tensor"], folder: Path) -> N
         raise _useless(folder / WEIGHTS_FILE, error) from error
 
 
-def _single(values: "Tensor") -> "Tensor":
+def _single(values: Tensor) -> Tensor:
     return values.float() if values.is_floating_point() else values
 
 

@@ -25,8 +25,8 @@ class Split:
     """
 
     frames: Frames
-    training: Int[np.ndarray, " frames"]
-    validation: Int[np.ndarray, " frames"]
+    training: Int[np.ndarray, " training"]
+    validation: Int[np.ndarray, " validation"]
     held_out: tuple[str, ...]
     left_out: int = 0
 

@@ -69,7 +69,8 @@ def model_card(
         [
             f"# {name}",
             "",
-            f"{learner.about} {origin.chosen}",
+            f"{learner.title}, trained by imitation of plant-bench's expert. It drives",
+            f"with `plant-bench score --agent {learner.agent}@FOLDER`. {origin.chosen}",
             "",
             "| | |",
             "|---|---|",

@@ -129,7 +129,9 @@ def load_encodings(
     for folder, tasks in folders.items():
         for pack in open_packs(folder, tasks, Making(_encode, workers, on_progress)):
             rows = np.array([episode.rows[COUNT] for episode in pack.episodes])
-            for episode, first, count in zip(pack.episodes, starts_of(rows)[:-1], rows, strict=True):
+            for episode, first, count in zip(
+                pack.episodes, starts_of(rows)[:-1], rows, strict=True
+            ):
                 places[folder, episode.name] = (len(packs), int(first), int(count))
             packs.append(pack)
     return _placed(frames, student.learner(), key, packs, places)
@@ -191,9 +193,7 @@ def _encode(task: _Task) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
     disturbed = source.pack.columns["disturbed"]
     rows = [row for row in range(first, end) if task.targets == "answer" or not disturbed[row]]
     encoded = [
-        learner.encode(
-            source.frame(task.number, row, targets=task.targets, inputs=learner.inputs)
-        )
+        learner.encode(source.frame(task.number, row, targets=task.targets, inputs=learner.inputs))
         for row in rows
     ]
     padding = dict(learner.padding)

@@ -26,14 +26,13 @@ from plant_bench.runner.collect.data_folder import DataFolder
 from plant_bench.training.code_keys import code_hash, import_closure
 from plant_bench.training.frames import (
     OF_ACTORS,
-    SAMPLE_TICKS,
     Rows,
     TargetKind,
     frame_of,
     no_answer,
     rows_of,
 )
-from plant_bench.training.packs import Episode, Making, Pack, Progress, open_packs, starts_of
+from plant_bench.training.packs import Making, Pack, Progress, open_packs, starts_of
 from plant_bench.world.route import PROTOCOL, Route, load_suite
 
 FRAMES_FORMAT = 1

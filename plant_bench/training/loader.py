@@ -7,7 +7,7 @@ import signal
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 import torch
@@ -27,6 +27,7 @@ AHEAD = 2  # batches that each process of the loaders has ready
 Tensors = dict[str, Tensor]
 
 
+@runtime_checkable
 class Loader(Protocol):
     """Gives batches of frames.
 

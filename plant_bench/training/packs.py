@@ -174,9 +174,7 @@ def _make_parts(folder: Path, tasks: Mapping[str, Any], making: Making) -> None:
             _make_part(task, _no_report)
             listen(Finished(0, place, None))
     elif missing:
-        run_tasks(
-            missing, _make_part, workers=min(making.workers, len(missing)), on_event=listen
-        )
+        run_tasks(missing, _make_part, workers=min(making.workers, len(missing)), on_event=listen)
 
 
 def _no_report(_share: float) -> None:
@@ -229,9 +227,7 @@ def _packed(folder: Path, names: Sequence[str]) -> Path:
     return pack
 
 
-def _write_pack(
-    folder: Path, parts: Iterable[tuple[str, tuple[Columns, dict[str, Any]]]]
-) -> None:
+def _write_pack(folder: Path, parts: Iterable[tuple[str, tuple[Columns, dict[str, Any]]]]) -> None:
     episodes: list[dict[str, Any]] = []
     with ExitStack() as opened:
         writers: dict[str, _ColumnWriter] = {}

@@ -66,7 +66,7 @@ class PlanTConfig:
     """All that decides a network's shape and inputs; stored beside its weights.
 
     Attributes:
-        size: A name in `SIZES`.
+        size: Of the encoder, a name in `SIZES`.
         tokens: What becomes a token.
         speed_input: Whether the ego's speed is told. PlanT does without: told its speed, a learner
             by imitation goes on as it goes, and what stands never starts.
@@ -78,7 +78,7 @@ class PlanTConfig:
     size: SizeName = "mini"
     tokens: TokenSpec = field(default_factory=TokenSpec)
     speed_input: bool = False
-    speed_dropout: float = 0.5
+    speed_dropout: float = field(default=0.5, metadata={"min": 0.0, "max": 1.0})
     limit_input: bool = False
 
     @property

@@ -106,16 +106,14 @@ class PlanTLearner(Learner[PlanTOptions]):
         paper = bert_parameters(self.options.network.encoder)
         return {
             "parameters": f"{used:,}; {paper:,} as the paper counts",
+            "with its guard": "`plant-bench score --agent plant@FOLDER`",
             "losses": "waypoints in metres, x and y added; vehicles in nats, six attributes added",
         }
 
     @property
-    def about(self) -> str:
-        """What the card says first."""
-        return (
-            f"PlanT of size {self.options.network.size}, trained by imitation of plant-bench's "
-            "expert. It drives\nwith `plant-bench score --agent plant@FOLDER`."
-        )
+    def title(self) -> str:
+        """What the card calls it."""
+        return f"PlanT of size {self.options.network.size}"
 
     def export(self, folder: Path) -> None:
         """Write the graph, if it is asked for; one of earlier weights goes.

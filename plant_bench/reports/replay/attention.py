@@ -7,8 +7,8 @@ from jaxtyping import Float, Int
 
 from plant_bench.agent import Agent, Input, Observation, Plan, Ranker
 from plant_bench.agents.loading.registry import agent_checksum, load_agent
-from plant_bench.data.ticks import Action
 from plant_bench.data.recording import Recording
+from plant_bench.data.ticks import Action
 from plant_bench.errors import PlantBenchError
 from plant_bench.reports.replay.overlay import Progress
 from plant_bench.runner.run.provenance import without_folders

@@ -19,8 +19,9 @@ score, the card and the ablations are the same for all, and know no planner by i
             answer = network(batch["picture"])
             return {"waypoints": (answer - batch["waypoints"]).abs().mean()}
 
-`plant-bench train my_package.learn:Mine` trains it; so does `train path/to/file.py:Mine`, and `train
-mine` where an installed package declares the entry point `mine` of the group `plant_bench.learners`.
+`plant-bench train my_package.learn:Mine` trains it; so does `train path/to/file.py:Mine`, and
+`train mine` where an installed package declares the entry point `mine` of the group
+`plant_bench.learners`.
 
 An option's help is its line in the docstring's "Attributes:"; `metadata` of a field may hold "min",
 "max", and "option": another name on the command line.
@@ -180,7 +181,7 @@ class Learner(ABC, Generic[Options]):
 
     @property
     def config(self) -> Mapping[str, Any]:
-        """What is written into the model's config: all that its agent needs, as JSON-able values."""
+        """What is written into the model's config: JSON-able, all that its agent needs."""
         return asdict(self.options)  # pyright: ignore[reportArgumentType]
 
     @property

@@ -1,6 +1,6 @@
-"""What is changed, one thing at a time, to see what it is good for: the data's share, a learner's.
+"""What is changed, one thing at a time, to see what it is good for.
 
-The table of ablations is the learner's own (`Learner.ablations`); that of the data is all learners'.
+The ablations are the learner's own (`Learner.ablations`), and that of the data's share.
 """
 
 import difflib

@@ -15,7 +15,7 @@ import shutil
 import zipfile
 import zlib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from secrets import token_hex
@@ -124,7 +124,7 @@ def open_pack(folder: Path) -> Pack:
             if len(values) != sum(episode.rows.get(name, 0) for episode in episodes):
                 message = f"column '{name}' has {len(values)} rows, not those of its episodes"
                 raise ValueError(message)
-    except (OSError, ValueError, KeyError, TypeError) as error:
+    except (OSError, ValueError, KeyError, TypeError, EOFError) as error:
         message = f"Broken pack: {folder} ({in_one_line(error)}). Remove it; it is made again."
         raise InputError(message) from error
     return Pack(folder, episodes, columns)
@@ -236,8 +236,8 @@ def _write_pack(folder: Path, parts: Iterable[tuple[str, tuple[Columns, dict[str
             episodes.append({"name": name, "facts": facts, "rows": rows})
             for column, values in columns.items():
                 if column not in writers:
-                    writer = _ColumnWriter(folder / f"{column}.npy", values)
-                    writers[column] = opened.enter_context(writer)
+                    writers[column] = _ColumnWriter(folder / f"{column}.npy", values)
+                    opened.enter_context(closing(writers[column]))
                 writers[column].add(values)
     write_whole_text(folder / EPISODES_FILE, json.dumps(episodes))
 
@@ -266,9 +266,6 @@ class _ColumnWriter:
         self._like, self._rows = example[:0], 0
         self._file.write(bytes(_HEADER))
 
-    def __enter__(self) -> "_ColumnWriter":
-        return self
-
     def add(self, values: np.ndarray) -> None:
         """Write more rows.
 
@@ -284,7 +281,8 @@ class _ColumnWriter:
         self._file.write(np.ascontiguousarray(values).tobytes())
         self._rows += len(values)
 
-    def __exit__(self, *_: object) -> None:
+    def close(self) -> None:
+        """Write how long it has become, and bring all to the disk."""
         shape = (self._rows, *self._like.shape[1:])
         about = {"descr": self._like.dtype.str, "fortran_order": False, "shape": shape}
         room = _HEADER - len(_MAGIC) - 2

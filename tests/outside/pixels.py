@@ -1,7 +1,8 @@
 """A planner on pixels as somebody else would write it: agent and learner in one file."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 import torch
@@ -50,13 +51,17 @@ def network_of(options):
     )
 
 
+def blinded(options):
+    return replace(options, blind=True)
+
+
 class PixelLearner(Learner[Options]):
     """Learns from pictures, drawn anew for each batch."""
 
     name = "pixels"
     agent = f"{Path(__file__).resolve()}:Pixels"
     Options = Options
-    ablations = {"sight": (Choice("blind", lambda base: Options(base.width, base.pixels, True)),)}
+    ablations = MappingProxyType({"sight": (Choice("blind", blinded),)})
 
     def encode(self, frame):
         picture = pictures(frame.town, self.options).draw(frame.observation)

@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from plant_bench.training.shards import check_targets
+from plant_bench.training.frame_store import check_targets
 
 from plant_bench.errors import InputError, SimulationError
 from plant_bench.runner.collect import collection as collecting

@@ -9,7 +9,6 @@ all its copies; what is measured, packing, mapping and reading, knows nothing of
 """
 
 import argparse
-import functools
 import json
 import os
 import signal
@@ -22,7 +21,7 @@ from pathlib import Path
 
 from pydantic import TypeAdapter
 
-from plant_bench.training import encodings, frame_store
+from plant_bench.training import encodings, frame_store, packs
 from plant_bench.training.course import Course, Listeners, Machine, learn
 from plant_bench.training.events import StepEnded
 from plant_bench.training.learners import learner_class
@@ -31,6 +30,7 @@ from plant_bench.training.settings import TrainingSettings
 SKIPPED = 10  # steps, in which processes start
 EVERY = 1.0  # s between two looks at the memory
 KINDS = ("Rss", "Pss", "Anonymous")
+TARGETS = "answer"  # no frame is left out
 MEGA = 1024.0  # kB
 
 
@@ -71,12 +71,12 @@ def repeat(small: Path, large: Path, asked: argparse.Namespace) -> int:
         if (small / name).is_dir():
             (large / name).symlink_to((small / name).resolve())
     originals = sorted((small / "episodes").glob("*.parquet"))
-    once = len(frame_store.load_frames([small]))
+    once = len(frame_store.load_frames([small], targets=TARGETS))
     for copy in range(-(-asked.frames // once)):
         for path in originals:
             os.link(path, large / "episodes" / f"{path.stem}~{copy}.parquet")
     make_once()
-    frames = frame_store.load_frames([large])
+    frames = frame_store.load_frames([large], targets=TARGETS)
     student = course_of(large, asked).student
     if student.learner().cached:
         encodings.load_encodings(frames, student)
@@ -84,28 +84,18 @@ def repeat(small: Path, large: Path, asked: argparse.Namespace) -> int:
 
 
 def make_once() -> None:
-    """Remember what is made of each original."""
-    make, encode = frame_store._make, encodings._encode
-    known: dict = {}
+    """Make a part once for each original; the parts of its copies are links to it."""
+    make, known = packs._make_part, {}
 
-    def made(task):
-        name = task.recording.stem.partition("~")[0]
-        if name not in known:
-            known[name] = make(task)
-        rows, facts = known[name]
-        return rows, {**facts, "recording": task.recording.name}
+    def made(task, report) -> None:
+        original = task.path.parts[-4], task.path.stem.partition("~")[0]
+        if original in known:
+            os.link(known[original], task.path)
+            return
+        make(task, report)
+        known[original] = task.path
 
-    @functools.cache
-    def pack_of(data, folder):
-        return encodings._source(data, folder).pack
-
-    def encoded(task):
-        name = pack_of(task.data, task.pack).episodes[task.number].name.partition("~")[0]
-        if ("encoded", name) not in known:
-            known["encoded", name] = encode(task)
-        return known["encoded", name]
-
-    frame_store._make, encodings._encode = made, encoded
+    packs._make_part = made
 
 
 def course_of(data: Path, asked: argparse.Namespace) -> Course:
@@ -118,7 +108,7 @@ def course_of(data: Path, asked: argparse.Namespace) -> Course:
         options,
         (data,),
         out,
-        TrainingSettings(batch=asked.batch, epochs=1),
+        TrainingSettings(batch=asked.batch, epochs=1, targets=TARGETS),
         machine=Machine("cpu", 1, asked.threads, 1, asked.loaders),
         work=out / "work",
     )
@@ -183,9 +173,7 @@ def rollup(pid: int) -> dict[str, float]:
     except OSError:  # it has ended
         return {}
     words = [line.split() for line in lines]
-    return {
-        word[0].rstrip(":"): float(word[1]) for word in words if word[0].rstrip(":") in KINDS
-    }
+    return {word[0].rstrip(":"): float(word[1]) for word in words if word[0].rstrip(":") in KINDS}
 
 
 if __name__ == "__main__":

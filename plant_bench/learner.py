@@ -113,7 +113,7 @@ class Forward(Protocol):
         ...
 
 
-Options = TypeVar("Options")
+OptionsT = TypeVar("OptionsT")
 
 
 @dataclass(frozen=True)
@@ -131,7 +131,7 @@ class Choice:
     paper: str = "-"
 
 
-class Learner(ABC, Generic[Options]):
+class Learner(ABC, Generic[OptionsT]):
     """A planner that learns; made anew in each process, from its options alone.
 
     Attributes:
@@ -161,7 +161,7 @@ class Learner(ABC, Generic[Options]):
     ablations: ClassVar[Mapping[str, tuple[Choice, ...]]] = {}
     paper: ClassVar[str] = "-"
 
-    def __init__(self, options: Options) -> None:
+    def __init__(self, options: OptionsT) -> None:
         self.options = options
 
     @abstractmethod

@@ -191,7 +191,8 @@ class _PartTask:
 def _make_part(task: _PartTask, _report: Callable[[float], None]) -> None:
     columns, facts = task.work(task.task)
     with whole_file(task.path) as part, part.open("wb") as file:
-        np.savez_compressed(file, **columns, facts__=np.array(json.dumps(facts)))
+        arrays: dict[str, Any] = {**columns, "facts__": np.array(json.dumps(facts))}
+        np.savez_compressed(file, **arrays)
 
 
 def _read_part(path: Path) -> tuple[dict[str, np.ndarray], dict[str, Any]]:

@@ -140,9 +140,10 @@ def measure(asked: argparse.Namespace) -> None:
     rest = steps[SKIPPED:]
     spent = rest[-1][0] - steps[SKIPPED - 1][0]
     waited = sum(wait for _, wait in rest)
+    pace = len(rest) * asked.batch / spent
     print(
-        f"{len(rest)} steps of {asked.batch} in {spent:.1f} s: {len(rest) * asked.batch / spent:,.0f} "
-        f"samples/s, {100.0 * waited / spent:.0f} % of the time waiting for batches"
+        f"{len(rest)} steps of {asked.batch} in {spent:.1f} s: {pace:,.0f} samples/s, "
+        f"{100.0 * waited / spent:.0f} % of the time waiting for batches"
     )
 
 

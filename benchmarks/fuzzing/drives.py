@@ -7,9 +7,6 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from plant_bench.training.encodings import load_encodings
-from plant_bench.training.frame_store import load_frames
-from plant_bench.training.learners import Student
 
 from fuzzing.data import answer_at, scene_at
 from fuzzing.form import Format, used
@@ -26,6 +23,9 @@ from plant_bench.runner.run.rescoring import rescore_folder
 from plant_bench.scoring.infractions import Status
 from plant_bench.scoring.results import EpisodeHeader, EpisodeResult
 from plant_bench.towns.routes import suite_text
+from plant_bench.training.encodings import load_encodings
+from plant_bench.training.frame_store import load_frames
+from plant_bench.training.learners import Student
 from plant_bench.world.route import Route, load_suite
 from plant_bench.world.scene import EgoState, Scene
 

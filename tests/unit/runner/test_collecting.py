@@ -6,7 +6,6 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from plant_bench.training.frame_store import check_targets
 
 from plant_bench.errors import InputError, SimulationError
 from plant_bench.runner.collect import collection as collecting
@@ -18,6 +17,7 @@ from plant_bench.runner.collect.request import CollectRequest
 from plant_bench.runner.collect.work import DriveTask, TownTask
 from plant_bench.runner.workers.executors import Finished, Started
 from plant_bench.towns.training_towns import TrainingTown
+from plant_bench.training.frame_store import check_targets
 from plant_bench.training.sources import source_of
 
 drivers = [""]  # of the episodes that are driven

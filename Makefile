@@ -1,4 +1,4 @@
-.PHONY: install check test test-all format reproduce docs clean
+.PHONY: install check test test-all format reproduce model docs clean
 
 BIN := .venv/bin
 
@@ -28,6 +28,9 @@ reproduce:  ## the table in the README
 	$(BIN)/plant-bench score --agent expert --repetitions 5
 	$(BIN)/plant-bench score --agent plant --repetitions 3
 	for agent in plant-unguarded rule-based rule-based-tracks sumo idm expert-nearest cruise; do $(BIN)/plant-bench score --agent $$agent --repetitions 2 || exit; done
+
+model:  ## the shipped weights again, from nothing; SCALE=0.02 for a trial
+	BENCH=$(BIN)/plant-bench models/make_model.sh
 
 docs:  ## pictures of all towns and routes, into docs/pictures
 	$(BIN)/plant-bench towns list --pictures docs/pictures/towns

@@ -101,24 +101,18 @@ def _put_origin(box: Path) -> None:
     (box / "collect.json").write_bytes(_origin_seeds()[0])
 
 
-def _shard_seeds() -> list[bytes]:
-    from dataclasses import fields
-
-    from plant_bench.training.samples import Samples
-
+def _part_seeds() -> list[bytes]:
+    columns: dict[str, Any] = {name: np.zeros((3, 2), np.float32) for name in ("ego", "poses")}
     with tempfile.TemporaryDirectory() as place:
         path = Path(place) / "s.npz"
-        columns: dict[str, Any] = {
-            item.name: np.zeros((3, 2), np.float32) for item in fields(Samples)
-        }
-        np.savez_compressed(path, route=np.array("town01-0"), **columns)
+        np.savez_compressed(path, facts__=np.array("{}"), **columns)
         return [path.read_bytes()]
 
 
-def _use_shard(box: Path) -> None:
-    from plant_bench.training.shards import _read
+def _use_part(box: Path) -> None:
+    from plant_bench.training.packs import _read_part
 
-    _read(box / "s.npz")
+    _read_part(box / "s.npz")
 
 
 FORMATS = (
@@ -127,5 +121,5 @@ FORMATS = (
     Format("note", "json", "records/a.json", _note_seeds, _use_notes),
     Format("visits", "json", "routes/town01.json", _visit_seeds, _use_visits),
     Format("data", "json", "data.json", _data_summary_seeds, _use_origin, _put_origin),
-    Format("shard", "bytes", "s.npz", _shard_seeds, _use_shard),
+    Format("part", "bytes", "s.npz", _part_seeds, _use_part),
 )

@@ -11,10 +11,10 @@ import numpy as np
 from fuzzing.data import answer_at, scene_at
 from fuzzing.form import Format, used
 from fuzzing.runs import put_run, run_files
+from plant_bench.agents.plant.options import PlanTOptions
 from plant_bench.data.recorder import Recorder
 from plant_bench.data.statistics import describe_data, find_data_faults
 from plant_bench.errors import InputError
-from plant_bench.features.tokens import TokenSpec
 from plant_bench.reports.replay.episode import load_episode, replay_script
 from plant_bench.reports.replay.source import ReplaySource
 from plant_bench.runner.run import rescoring
@@ -23,7 +23,9 @@ from plant_bench.runner.run.rescoring import rescore_folder
 from plant_bench.scoring.infractions import Status
 from plant_bench.scoring.results import EpisodeHeader, EpisodeResult
 from plant_bench.towns.routes import suite_text
-from plant_bench.training.shards import load_shards
+from plant_bench.training.encodings import load_encodings
+from plant_bench.training.frame_store import load_frames
+from plant_bench.training.learners import Student
 from plant_bench.world.route import Route, load_suite
 from plant_bench.world.scene import EgoState, Scene
 
@@ -91,8 +93,9 @@ def _replay(box: Path) -> None:
 
 
 def _make_samples(data: Path) -> None:
-    shutil.rmtree(data / "samples", ignore_errors=True)
-    load_shards(data, TokenSpec())
+    for made in ("frames", "encoded"):
+        shutil.rmtree(data / made, ignore_errors=True)
+    load_encodings(load_frames([data]), Student("plant", PlanTOptions()))
 
 
 def _data_of(box: Path) -> Path:

@@ -41,7 +41,8 @@ def _use_config(box: Path) -> None:
 
 
 def _use_weights(box: Path) -> None:
-    from plant_bench.agents.plant.weights import load_network, weights_hash
+    from plant_bench.agents.plant.weights import load_network
+    from plant_bench.model_folder import weights_hash
     from plant_bench.reports.leaderboard.weights import parameter_count
 
     weights_hash(box / "model")

@@ -29,7 +29,7 @@ import cloudpickle
 import numpy as np
 
 from plant_bench.agents.loading.checksum import HARMLESS
-from plant_bench.agents.loading.planner_files import files_loaded_beside, package_files
+from plant_bench.module_files import files_loaded_beside, package_files
 from plant_bench.source_code import file_hash, import_closure, module_file, module_name
 
 _ATOMS = (type(None), bool, int, float, complex, str, bytes, type(...))

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from plant_bench import __version__
-from plant_bench.cli.ablate import ablate_plant
+from plant_bench.cli.ablate import AblateCommand, ablate_learner_stub
 from plant_bench.cli.commands.agents import list_agents
 from plant_bench.cli.commands.collect import collect
 from plant_bench.cli.commands.compare import compare_runs
@@ -53,7 +53,7 @@ app.command("new-agent")(new_agent)
 app.command("collect")(collect)
 app.add_typer(data_app, name="data")
 app.add_typer(train_app, name="train")
-app.command("ablate")(ablate_plant)
+app.command("ablate", cls=AblateCommand)(ablate_learner_stub)
 app.add_typer(towns_app, name="towns")
 app.add_typer(routes_app, name="routes")
 app.add_typer(hazards_app, name="hazards")

@@ -8,21 +8,22 @@ from plant_bench.training.events import Driving, EpochEnded, StepEnded, Training
 SMOOTHING = 0.98  # of the loss shown
 
 
-class SamplesProgress:
-    """Follows the making of samples; shows nothing if none are to be made. Mutable.
+class EpisodesProgress:
+    """Follows what is made of episodes; shows nothing if nothing is to be made. Mutable.
 
     Args:
         bars: Are being shown.
+        what: Is being made.
     """
 
-    def __init__(self, bars: Progress) -> None:
-        self._bars = bars
+    def __init__(self, bars: Progress, what: str) -> None:
+        self._bars, self._what = bars, what
         self._task: TaskID | None = None
 
     def __call__(self, done: int, total: int) -> None:
         """Show how many episodes are ready."""
         if self._task is None:
-            self._task = self._bars.add_task("episodes made into samples", total=total)
+            self._task = self._bars.add_task(self._what, total=total)
         self._bars.update(self._task, completed=done)
 
 

@@ -5,7 +5,7 @@ of a route segment in their order. Metres, m/s and radians.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import IntEnum
 from itertools import pairwise
 
@@ -66,12 +66,12 @@ class TokenSpec:
     """
 
     reach: float = 30.0
-    foresight: float = 0.0
-    segments: int = 2
+    foresight: float = field(default=0.0, metadata={"min": 0.0})
+    segments: int = field(default=2, metadata={"min": 1})
     longest: float = 10.0
     tolerance: float = 0.5
-    view: int = 50
-    speed: bool = True
+    view: int = field(default=50, metadata={"min": 10, "max": 100})
+    speed: bool = field(default=True, metadata={"option": "speeds"})
     rear: bool = True
     vulnerable: bool = False
     stop_line: bool = False

@@ -1,14 +1,17 @@
-"""What is changed, one thing at a time, to see what it is good for: the paper's ablations, ours."""
+"""What is changed, one thing at a time, to see what it is good for.
 
-from collections.abc import Callable, Sequence
+The ablations are the learner's own (`Learner.ablations`), and that of the data's share.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from plant_bench.agents.plant.config import PlanTConfig, SizeName
 from plant_bench.errors import InputError, did_you_mean
+from plant_bench.training.learners import Student, learner_class
 from plant_bench.training.settings import TrainingSettings
 
 BASE = "base"
-PAPER_WHOLE = "81.36 ± 6.54"  # DS of PlanT MEDIUM on 3x data (PlanT, table 2)
+DATA = "data"
 
 
 @dataclass(frozen=True)
@@ -16,32 +19,17 @@ class Recipe:
     """What decides a trained network, apart from the data.
 
     Attributes:
-        config: Of the network.
+        student: Who learns, with which options.
         settings: How to train.
-        share: Of the episodes that are learnt from, see `load_shards`.
+        share: Of the episodes that are learnt from, see `load_frames`.
     """
 
-    config: PlanTConfig
+    student: Student
     settings: TrainingSettings
     share: float = 1.0
 
 
 Change = Callable[[Recipe], Recipe]
-
-
-@dataclass(frozen=True)
-class Choice:
-    """One of the things that an ablation compares.
-
-    Attributes:
-        name: Of the choice.
-        change: Makes it from the base.
-        paper: DS in the paper.
-    """
-
-    name: str
-    change: Change
-    paper: str = "-"
 
 
 @dataclass(frozen=True)
@@ -63,6 +51,13 @@ class Variant:
     paper: str
 
 
+@dataclass(frozen=True)
+class _Choice:
+    name: str
+    change: Change
+    paper: str = "-"
+
+
 def variants_of(names: Sequence[str], base: Recipe) -> list[Variant]:
     """Return the base, and all choices of the named ablations; of all of them without a name.
 
@@ -73,15 +68,11 @@ def variants_of(names: Sequence[str], base: Recipe) -> list[Variant]:
     Raises:
         InputError: There is no such ablation.
     """
-    alone = {choice.name for choices in ABLATIONS.values() for choice in choices}
-    for name in names:
-        if name not in ABLATIONS and name not in alone:
-            hint = did_you_mean(name, [*ABLATIONS, *alone])
-            message = f"There is no ablation '{name}': {', '.join(ABLATIONS)} are known.{hint}"
-            raise InputError(message)
+    table = _table(base.student.spec)
+    check_names(names, base.student.spec)
     found = [Variant(BASE, BASE, BASE, base, "-")]
-    wanted = set(names or ABLATIONS)
-    for name, choices in ABLATIONS.items():
+    wanted = set(names or table)
+    for name, choices in table.items():
         for choice in choices:
             if wanted.isdisjoint((name, choice.name)):
                 continue
@@ -91,74 +82,50 @@ def variants_of(names: Sequence[str], base: Recipe) -> list[Variant]:
     return found
 
 
+def check_names(names: Sequence[str], learner: str) -> None:
+    """Check that there are such ablations, or choices, of a learner.
+
+    Raises:
+        InputError: There are none.
+    """
+    table = _table(learner)
+    alone = {choice.name for choices in table.values() for choice in choices}
+    for name in names:
+        if name not in table and name not in alone:
+            hint = did_you_mean(name, [*table, *sorted(alone)])
+            message = f"There is no ablation '{name}': {', '.join(table)} are known.{hint}"
+            raise InputError(message)
+
+
 def trainings_of(variants: Sequence[Variant]) -> dict[str, Recipe]:
     """Return each training that the variants need, once."""
     return {variant.training: variant.recipe for variant in variants}
 
 
-def _network(**changes: object) -> Change:
-    return lambda base: replace(base, config=replace(base.config, **changes))
+def _table(learner: str) -> Mapping[str, tuple[_Choice, ...]]:
+    kind = learner_class(learner)
+    return _shares(kind.paper) | {
+        name: tuple(
+            _Choice(choice.name, _of_options(choice.change), choice.paper) for choice in choices
+        )
+        for name, choices in kind.ablations.items()
+    }
 
 
-def _tokens(**changes: object) -> Change:
-    def change(base: Recipe) -> Recipe:
-        tokens = replace(base.config.tokens, **changes)
-        return replace(base, config=replace(base.config, tokens=tokens))
+def _of_options(change: Callable[[object], object]) -> Change:
+    def of_recipe(base: Recipe) -> Recipe:
+        student = replace(base.student, options=change(base.student.options))
+        return replace(base, student=student)
 
-    return change
-
-
-def _auxiliary(weight: float) -> Change:
-    return lambda base: replace(base, settings=replace(base.settings, auxiliary=weight))
+    return of_recipe
 
 
 def _data(thirds: int) -> Change:
     return lambda base: replace(base, share=base.share * (thirds / 3))
 
 
-def _size(name: SizeName, paper: str = "-") -> Choice:
-    return Choice(name, _network(size=name), paper)
-
-
-def _told(name: str, change: Callable[[bool], Change]) -> tuple[Choice, ...]:
-    return Choice(f"no-{name}", change(False)), Choice(name, change(True))
-
-
-ABLATIONS: dict[str, tuple[Choice, ...]] = {
-    # the paper's
-    "rear": (
-        Choice("no-rear", _tokens(rear=False), "72.86 ± 5.56"),
-        Choice("rear", _tokens(rear=True), PAPER_WHOLE),
-    ),
-    "speeds": (
-        # Nor anything that follows from the speeds of others.
-        Choice(
-            "no-speeds",
-            _tokens(speed=False, meetings=False, tracks=False, foresight=0.0),
-            "72.34 ± 3.30",
-        ),
-        Choice("speeds", _tokens(speed=True), PAPER_WHOLE),
-    ),
-    "auxiliary": (
-        Choice("no-auxiliary", _auxiliary(0.0)),
-        Choice("auxiliary", _auxiliary(TrainingSettings.auxiliary)),
-    ),
-    "data": (
-        Choice("data-1of3", _data(1)),
-        Choice("data-2of3", _data(2)),
-        Choice("data-3of3", _data(3), PAPER_WHOLE),
-    ),
-    "size": (_size("mini"), _size("small"), _size("medium", PAPER_WHOLE)),
-    # ours
-    "stop-line": _told("stop-line", lambda told: _tokens(stop_line=told)),
-    "vulnerable": _told("vulnerable", lambda told: _tokens(vulnerable=told)),
-    "limit-input": _told("limit-input", lambda told: _network(limit_input=told)),
-    "speed-input": _told("speed-input", lambda told: _network(speed_input=told)),
-    "meetings": _told("meetings", lambda told: _tokens(meetings=told)),
-    "tracks": _told("tracks", lambda told: _tokens(tracks=told)),
-    "foresight": (
-        Choice("no-foresight", _tokens(foresight=0.0)),
-        Choice("foresight-5s", _tokens(foresight=5.0)),
-    ),
-    "reach": (Choice("reach-30", _tokens(reach=30.0)), Choice("reach-50", _tokens(reach=50.0))),
-}
+def _shares(whole: str) -> dict[str, tuple[_Choice, ...]]:
+    names = ("data-1of3", "data-2of3", "data-3of3")
+    papers = ("-", "-", whole)
+    rows = enumerate(zip(names, papers, strict=True), 1)
+    return {DATA: tuple(_Choice(name, _data(thirds), paper) for thirds, (name, paper) in rows)}

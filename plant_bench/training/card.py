@@ -1,17 +1,18 @@
 """The model card: what a reader needs to judge the weights, and to make them again."""
 
 import platform
-from collections.abc import Sequence
-from dataclasses import asdict
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
 from importlib.metadata import version
+from typing import Any
+
+from torch import nn
 
 from plant_bench import __version__
-from plant_bench.agents.plant.config import PlanTConfig
-from plant_bench.agents.plant.encoder import bert_parameters
-from plant_bench.agents.plant.network import PlanTNetwork
+from plant_bench.learner import Learner
 from plant_bench.runner.run.provenance import processor_name
 from plant_bench.training.batches import Split
-from plant_bench.training.logs import COLUMNS
+from plant_bench.training.logs import DRIVING_SCORE, columns_of
 from plant_bench.training.settings import TrainingSettings
 
 _VERSIONS = ("torch", "lightning-fabric", "numpy", "libsumo")
@@ -19,57 +20,61 @@ _HOURS = 0.5 / 3600.0  # of driving a sample
 _ROWS = 12  # of the table of losses, at most
 
 
+@dataclass(frozen=True)
+class Origin:
+    """Where weights come from.
+
+    Attributes:
+        chosen: Which epoch's weights these are, and why.
+        command: What made them.
+        sources: Where the data comes from, a text a folder.
+        start: Hash of the weights it started from; empty where those were drawn.
+    """
+
+    chosen: str
+    command: str
+    sources: Sequence[str] = ()
+    start: str = ""
+
+
 def model_card(
     name: str,
-    network: PlanTNetwork,
+    learner: Learner,
+    network: nn.Module,
     settings: TrainingSettings,
     split: Split,
     history: list[dict[str, float]],
-    *,
-    chosen: str,
-    command: str,
-    sources: Sequence[str] = (),
-    start: str = "",
+    origin: Origin,
 ) -> str:
     """Return the card as Markdown.
 
     Args:
         name: Of the model.
+        learner: What has learned.
         network: As saved.
         settings: How it was trained.
         split: On what.
         history: A row an epoch.
-        chosen: Which epoch's weights these are, and why.
-        command: What made it.
-        sources: Where the data comes from, a text a folder.
-        start: Hash of the weights it started from; empty where those were drawn.
+        origin: Where the weights come from.
     """
-    config: PlanTConfig = network.config
-    learnt, checked = len(split.training), len(split.validation)
-    used = sum(weights.numel() for weights in network.parameters())
-    count = learnt + checked + split.left_out
-    data = f"{count:,} samples at 2 Hz = {count * _HOURS:.1f} h, {split.episodes} episodes"
-    if split.left_out:
-        data += f"; {split.left_out:,} of them, in which the ego stands and stays, are left out"
-    packages = [f"{package} {version(package)}" for package in _VERSIONS]
-    versions = ", ".join([f"Python {platform.python_version()}", *packages])
+    facts = {
+        **_weights(learner, network),
+        **_data(split),
+    }
+    made_by = [("data made by", source) for source in origin.sources]
+    start = f"weights of hash {origin.start}" if origin.start else ""
+    rest = {"command": f"`{origin.command}`", "started from": start, **_machine()}
+    rows = [*facts.items(), *made_by, *((key, text) for key, text in rest.items() if text)]
     return "\n".join(
         [
             f"# {name}",
             "",
-            f"PlanT of size {config.size}, trained by imitation of plant-bench's expert. It drives",
-            f"with `plant-bench score --agent plant@FOLDER`. {chosen}",
+            f"{learner.title}, trained by imitation of plant-bench's expert. It drives",
+            f"with `plant-bench score --agent {learner.agent}@FOLDER`. {origin.chosen}",
             "",
             "| | |",
             "|---|---|",
-            f"| parameters | {used:,}; {bert_parameters(config.encoder):,} as the paper counts |",
-            f"| data | {data}, hash {split.fingerprint} |",
-            f"| held out | {checked:,} samples of the routes {', '.join(split.held_out) or '-'} |",
-            *(f"| data made by | {source} |" for source in sources),
-            f"| command | `{command}` |",
-            *([f"| started from | weights of hash {start} |"] if start else []),
-            f"| processor | {processor_name()} |",
-            f"| versions | plant-bench {__version__}, {versions} |",
+            *(f"| {key} | {text} |" for key, text in rows),
             "",
             "## To make it again",
             "",
@@ -77,30 +82,56 @@ def model_card(
             "On one process of one machine the numbers are then the same; on another machine, or",
             "another number of threads, sums are rounded differently.",
             "",
-            *_table("Network", _flat(asdict(config))),
+            *_table("Learner", dict(_flat(learner.recipe))),
             *_table("Training", asdict(settings)),
             *_losses(history),
         ]
     )
 
 
-def _table(title: str, values: dict[str, object]) -> list[str]:
+def _weights(learner: Learner, network: nn.Module) -> dict[str, str]:
+    used = sum(weights.numel() for weights in network.parameters())
+    return {"parameters": f"{used:,}", **learner.facts(network)}
+
+
+def _data(split: Split) -> dict[str, str]:
+    learnt, checked = len(split.training), len(split.validation)
+    count = learnt + checked + split.left_out
+    data = f"{count:,} samples at 2 Hz = {count * _HOURS:.1f} h, {split.episodes} episodes"
+    if split.left_out:
+        data += f"; {split.left_out:,} of them, in which the ego stands and stays, are left out"
+    return {
+        "data": f"{data}, hash {split.fingerprint}",
+        "held out": f"{checked:,} samples of the routes {', '.join(split.held_out) or '-'}",
+    }
+
+
+def _machine() -> dict[str, str]:
+    packages = [f"{package} {version(package)}" for package in _VERSIONS]
+    versions = ", ".join([f"Python {platform.python_version()}", *packages])
+    return {"processor": processor_name(), "versions": f"plant-bench {__version__}, {versions}"}
+
+
+def _table(title: str, values: Mapping[str, object]) -> list[str]:
     rows = [f"| {name} | {value} |" for name, value in values.items()]
     return [f"## {title}", "", "| setting | value |", "|---|---|", *rows, ""]
 
 
-def _flat(values: dict) -> dict[str, object]:
-    tokens = {f"tokens.{name}": value for name, value in values["tokens"].items()}
-    return {name: value for name, value in values.items() if name != "tokens"} | tokens
+def _flat(values: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, object]]:
+    for name, value in values.items():
+        if isinstance(value, Mapping):
+            yield from _flat(value, f"{before}{name}.")
+        else:
+            yield f"{before}{name}", value
 
 
 def _losses(history: list[dict[str, float]]) -> list[str]:
+    columns = columns_of(history)
     step = max(1, -(-len(history) // _ROWS))
     rows = [
-        "| " + " | ".join(f"{row[name]:.5g}" if name in row else "" for name in COLUMNS) + " |"
+        "| " + " | ".join(f"{row[name]:.5g}" if name in row else "" for name in columns) + " |"
         for place, row in enumerate(history)
-        if place % step == 0 or place == len(history) - 1 or "driving_score" in row
+        if place % step == 0 or place == len(history) - 1 or DRIVING_SCORE in row
     ]
-    head = ["| " + " | ".join(COLUMNS) + " |", "|" + "---|" * len(COLUMNS)]
-    note = "Waypoints in metres, x and y added; vehicles in nats, six attributes added."
-    return ["## Losses", "", note, "", *head, *rows, ""]
+    head = ["| " + " | ".join(columns) + " |", "|" + "---|" * len(columns)]
+    return ["## Losses", "", *head, *rows, ""]

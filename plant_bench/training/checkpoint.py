@@ -10,8 +10,9 @@ from plant_bench.errors import InputError, in_one_line
 from plant_bench.training.tensor_tree import load_tree, save_tree
 from plant_bench.whole_files import write_whole
 
-CHECKPOINT_FORMAT = 2
+CHECKPOINT_FORMAT = 3
 CHECKPOINT_FILE = "checkpoint.safetensors"
+SAMPLES = "samples"  # in sums: how many were summed over
 PICKLED_FILE = "checkpoint.pt"  # of earlier versions; a pickle can run code, so it is not read
 
 
@@ -22,14 +23,14 @@ class Progress:
     Attributes:
         epoch: The epoch it is in, from 0.
         step: Steps of this epoch that are done.
-        sums: Sums over this epoch's steps: samples, waypoint loss and vehicle loss.
+        sums: Sums over this epoch's steps: `SAMPLES`, and the losses by name.
         history: A row for each finished epoch, see `Trainer`.
         best: Score and epoch of the best closed-loop validation.
     """
 
     epoch: int = 0
     step: int = 0
-    sums: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
+    sums: dict[str, float] = field(default_factory=dict)
     history: list[dict[str, float]] = field(default_factory=list)
     best: tuple[float, int] | None = None
 
@@ -83,7 +84,7 @@ def load_checkpoint(
     try:
         payload = load_tree(path)
         if payload["format"] != CHECKPOINT_FORMAT:
-            message = f"format {CHECKPOINT_FORMAT} is wanted"
+            message = f"format {payload['format']} found, {CHECKPOINT_FORMAT} expected"
             raise ValueError(message)
         earlier, states = payload["identity"], (payload["network"], payload["optimizer"])
         progress = TypeAdapter(Progress).validate_python(payload["progress"])

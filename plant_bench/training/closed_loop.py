@@ -30,11 +30,11 @@ class ClosedLoop:
     workers: int = 1
 
 
-def closed_loop_score(weights: Path, out: Path, drive: ClosedLoop) -> float:
-    """Return the driving score, 0 to 100, of the network in a folder.
+def closed_loop_score(agent: str, out: Path, drive: ClosedLoop) -> float:
+    """Return the driving score, 0 to 100, of a planner.
 
     Args:
-        weights: The folder.
+        agent: As for `plant-bench score --agent`: it drives with the model in training.
         out: Folder of the run; what is finished there is not driven again.
         drive: What to drive.
 
@@ -42,7 +42,7 @@ def closed_loop_score(weights: Path, out: Path, drive: ClosedLoop) -> float:
         PlantBenchError: The run cannot be made.
     """
     request = ScoreRequest(
-        agent=f"plant-unguarded@{weights}",
+        agent=agent,
         suite=drive.suite,
         routes=drive.routes,
         repetitions=1,

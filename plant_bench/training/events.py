@@ -6,12 +6,13 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class StepEnded:
-    """A step is done; `loss` is its total loss."""
+    """A step is done; `loss` is what it minimised, `waited` how many seconds for its batch."""
 
     epoch: int
     step: int
     steps: int
     loss: float
+    waited: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,9 +3,9 @@
 import json
 import shutil
 import time
-from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from datetime import timedelta
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -13,26 +13,26 @@ import torch
 from lightning_fabric import Fabric
 from lightning_fabric.strategies.ddp import DDPStrategy
 
-from plant_bench.agents.plant.config import GRAPH_FILE, GraphBits, PlanTConfig
-from plant_bench.agents.plant.weights import load_network, save_network, weights_hash
 from plant_bench.errors import InputError
+from plant_bench.model_folder import CONFIG_FILE, WEIGHTS_FILE, fill, save_model, weights_hash
 from plant_bench.runner.run.provenance import command_line
 from plant_bench.training.batches import Split
-from plant_bench.training.card import model_card
+from plant_bench.training.card import Origin, model_card
 from plant_bench.training.checkpoint import broken_checkpoint, load_checkpoint, save_checkpoint
 from plant_bench.training.closed_loop import ClosedLoop, closed_loop_score
 from plant_bench.training.events import Driving, EpochEnded, Listener
 from plant_bench.training.interrupts import stop_wish
-from plant_bench.training.logs import History
+from plant_bench.training.learners import Student
+from plant_bench.training.loader import Loader
+from plant_bench.training.logs import DRIVING_SCORE, History
 from plant_bench.training.settings import TrainingSettings
+from plant_bench.training.starts import state_to_start_from
 from plant_bench.training.trainer import Trainer
-from plant_bench.whole_files import write_whole_text
+from plant_bench.whole_files import write_whole, write_whole_text
 
 CHECKPOINT_EVERY = 300.0  # s, besides that at the end of each epoch
 LONGEST_WAIT = timedelta(days=2)  # of the other processes, while the first one drives validations
 CARD_FILE = "card.md"
-
-Score = Callable[[Path, Path], float]
 
 
 @dataclass(frozen=True)
@@ -40,24 +40,22 @@ class TrainingRequest:
     """What is asked of a training.
 
     Attributes:
-        config: Of the network.
+        student: Who learns.
         settings: How to train.
         out: Folder for the finished model.
         work: Folder for checkpoint, logs and validation runs.
         closed_loop: What to drive for validation; None where `validate_every` is 0.
         overwrite: Start anew even if there is a checkpoint.
-        graph: Bits of the weights in the ONNX graph to be written, too; None for no graph.
         start: Folder of the weights to start from, if not from chance.
         sources: Where the data comes from, a text a folder, for the card.
     """
 
-    config: PlanTConfig
+    student: Student
     settings: TrainingSettings
     out: Path
     work: Path
     closed_loop: ClosedLoop | None = None
     overwrite: bool = False
-    graph: GraphBits | None = None
     start: Path | None = None
     sources: tuple[str, ...] = ()
 
@@ -82,7 +80,9 @@ def make_fabric(*, accelerator: str, devices: int) -> Fabric:
     return fabric
 
 
-def train(request: TrainingRequest, split: Split, fabric: Fabric, listen: Listener) -> None:
+def train(
+    request: TrainingRequest, split: Split, loader: Loader, fabric: Fabric, listen: Listener
+) -> None:
     """Train to the end, or until Ctrl-C; the same request goes on where it was stopped.
 
     The end is the last epoch, or, where the settings know patience, when it is at an end.
@@ -90,6 +90,7 @@ def train(request: TrainingRequest, split: Split, fabric: Fabric, listen: Listen
     Args:
         request: What to train.
         split: On what.
+        loader: Gives batches of it; still open at the end.
         fabric: Launched.
         listen: Told what happens, in the first process only.
 
@@ -97,9 +98,11 @@ def train(request: TrainingRequest, split: Split, fabric: Fabric, listen: Listen
         InputError: A folder cannot be used, or holds another training.
         KeyboardInterrupt: The user wished to stop; the checkpoint is written.
     """
-    trainer = Trainer(fabric, request.config, request.settings, split)
+    learner = request.student.learner()
+    trainer = Trainer(fabric, learner, request.settings, split, loader)
     if request.start is not None:
-        trainer.start_from(load_network(request.start))
+        state = state_to_start_from(learner, request.start)
+        fill(trainer.network, state, request.start)
     keeper = _Keeper(request, split, trainer, fabric)
     keeper.take_up()
     with stop_wish() as wish:
@@ -129,7 +132,7 @@ class _Keeper:
         self, request: TrainingRequest, split: Split, trainer: Trainer, fabric: Fabric
     ) -> None:
         self._request, self._split, self._trainer = request, split, trainer
-        self._fabric = fabric
+        self._fabric, self._learner = fabric, request.student.learner()
         self._saved_at = time.monotonic()
         self._history: History | None = None
         self._best = request.work / "best"
@@ -160,7 +163,9 @@ class _Keeper:
             except (RuntimeError, ValueError, KeyError, TypeError, AttributeError) as error:
                 raise broken_checkpoint(work, error) from error
             if not self._fabric.is_global_zero:
-                self._trainer.progress.sums = [0.0, 0.0, 0.0]  # they are the first process's
+                self._trainer.progress.sums = dict.fromkeys(
+                    self._trainer.progress.sums, 0.0
+                )  # they are the first process's
         if self._fabric.is_global_zero:
             self._history = History(work)
 
@@ -185,13 +190,13 @@ class _Keeper:
         if drive is not None and every and (progress.epoch % every == 0 or last):
             listen(Driving(progress.epoch - 1))
             candidate = request.work / "candidate"
-            save_network(self._trainer.network, candidate)
+            self._write(candidate)
             run = request.work / "validation" / f"epoch-{progress.epoch:03d}"
-            score = closed_loop_score(candidate, run, drive)
-            row["driving_score"] = score
+            score = closed_loop_score(f"{self._learner.agent}@{candidate}", run, drive)
+            row[DRIVING_SCORE] = score
             if progress.best is None or score >= progress.best[0]:
                 progress.best = (score, progress.epoch)
-                save_network(self._trainer.network, self._best)
+                self._write(self._best)
         event = EpochEnded(progress.epoch - 1, row)
         if self._history is not None:
             self._history.add(event, progress.history)
@@ -202,7 +207,7 @@ class _Keeper:
         request, progress = self._request, self._trainer.progress
         chosen = f"These are the weights of the last epoch, {progress.epoch}."
         if progress.best is None:
-            save_network(self._trainer.network, request.out)
+            self._write(request.out)
         else:
             score, epoch = progress.best
             chosen = (
@@ -211,40 +216,38 @@ class _Keeper:
             )
             if self._is_out_of_patience:
                 chosen += f" The training ended after epoch {progress.epoch}: no better came."
-            save_network(load_network(self._best), request.out)
-        (request.out / GRAPH_FILE).unlink(missing_ok=True)  # of earlier weights
-        if request.graph is not None:
-            from plant_bench.agents.plant.export import export_graph
-
-            export_graph(request.out, request.graph)
+            for name in (CONFIG_FILE, WEIGHTS_FILE):
+                write_whole(request.out / name, partial(shutil.copyfile, self._best / name))
+        self._learner.export(request.out)
         card = model_card(
             request.out.name,
+            self._learner,
             self._trainer.network,
             request.settings,
             self._split,
             progress.history,
-            chosen=chosen,
-            sources=request.sources,
-            start=self._start(),
-            command=command_line(),
+            Origin(chosen, command_line(), request.sources, self._start()),
         )
         write_whole_text(request.out / CARD_FILE, card)
         if self._history is not None:
             self._history.close()
 
+    def _write(self, folder: Path) -> None:
+        learner, network = self._learner, self._trainer.network
+        save_model(learner.name, learner.config, network.state_dict(), folder)
+
     def _identity(self) -> dict[str, Any]:
         """Return what makes two trainings the same, as plain values."""
-        settings = asdict(self._request.settings)
-        del settings["epochs"], settings["patience"]  # a longer training goes on from a shorter one
         parts = {
+            "learner": self._learner.name,
             "data": self._split.fingerprint,
             "processes": self._fabric.world_size,
             "torch": str(torch.__version__),
             "start": self._start(),
-            **asdict(self._request.config),
-            **settings,
+            **self._learner.recipe,
+            **self._request.settings.recipe,
         }
-        return json.loads(json.dumps(parts))
+        return json.loads(json.dumps(parts, default=str))
 
     def _start(self) -> str:
         start = self._request.start

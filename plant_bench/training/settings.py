@@ -1,11 +1,10 @@
 """How to train; the defaults are the paper's."""
 
-from dataclasses import dataclass
-from typing import Literal
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from typing import Any
 
-from plant_bench.training.samples import TargetKind
-
-Precision = Literal["bf16-mixed", "32-true"]
+from plant_bench.training.frames import TargetKind
 
 
 def drop_after(epochs: int) -> int:
@@ -15,45 +14,54 @@ def drop_after(epochs: int) -> int:
 
 @dataclass(frozen=True)
 class TrainingSettings:
-    """All that decides a training's numbers, apart from data and network.
+    """All that decides a training's numbers, apart from data and learner; sources are PlanT's.
 
     Attributes:
-        epochs: 47 (PlanT, "Implementation").
-        drop_after: Epochs after which the rate is a tenth: 45 (as above).
-        batch: Samples a step, over all processes: 128 (as above).
-        rate: Learning rate: 1e-4 (as above).
+        epochs: Passes over the data (PlanT, "Implementation").
+        drop_after: Epochs before the rate falls to a tenth; 45 of 47 without it (as above).
+        batch: Samples a step, over all devices (as above).
+        rate: Learning rate (as above).
         betas: Of AdamW (PlanT, lit_module.py).
-        weight_decay: Of the weights of linear layers: 0.1 (PlanT, "Implementation").
-        clip: Largest norm of the gradient: 1.0 (as above).
-        auxiliary: Lambda, weight of the others' future: 0.2 (as above).
-        caution: Weight of waypoints too far ahead, see `losses_of`: 1 (equation 3).
-        seed: Of weights, order, dropout and the choice of routes held out.
-        resting: Share that is learnt from of the samples in which the ego stands and stays.
-        held_out: Share of the routes held out for validation.
-        precision: Of the encoder's arithmetic.
-        targets: What the waypoints are: where the ego went, as PlanT, or where the expert's answer
-            leads, see `samples_of`.
-        validate_every: Epochs between two closed-loop validations; 0 for none.
-        patience: Validations without a better score after which the training ends; 0 for never.
+        weight_decay: Of the weights of linear layers (PlanT, "Implementation").
+        clip: Largest norm of the gradient (as above).
+        seed: Of weights, order, dropout and held-out routes.
+        resting: Share kept of samples in which the ego stands and stays.
+        held_out: Share of the routes kept for validation.
+        full_precision: float32 instead of bfloat16, in which matrices are multiplied otherwise.
+        targets: Learn where the ego went (as PlanT), or where the expert's acceleration leads.
+        validate_every: Epochs between closed-loop validations; 0 for none.
+        patience: Validations without a better score that end it; 0 for none.
     """
 
-    epochs: int = 47
-    drop_after: int = 45
-    batch: int = 128
+    epochs: int = field(default=47, metadata={"min": 1})
+    drop_after: int | None = field(default=None, metadata={"min": 0})
+    batch: int = field(default=128, metadata={"min": 1})
     rate: float = 1e-4
     betas: tuple[float, float] = (0.9, 0.95)
-    weight_decay: float = 0.1
-    clip: float = 1.0
-    auxiliary: float = 0.2
-    caution: float = 1.0
-    seed: int = 0
-    resting: float = 1.0
-    held_out: float = 0.1
-    precision: Precision = "bf16-mixed"
+    weight_decay: float = field(default=0.1, metadata={"min": 0.0})
+    clip: float = field(default=1.0, metadata={"min": 0.0})
+    seed: int = field(default=0, metadata={"min": 0})
+    resting: float = field(default=1.0, metadata={"min": 0.0, "max": 1.0})
+    held_out: float = field(default=0.1, metadata={"min": 0.0, "max": 0.9})
+    full_precision: bool = False
     targets: TargetKind = "future"
-    validate_every: int = 0
-    patience: int = 0
+    validate_every: int = field(default=0, metadata={"min": 0})
+    patience: int = field(default=0, metadata={"min": 0})
+
+    @property
+    def drop(self) -> int:
+        """Epochs after which the rate is a tenth."""
+        return drop_after(self.epochs) if self.drop_after is None else self.drop_after
+
+    @property
+    def recipe(self) -> Mapping[str, Any]:
+        """What decides the weights: a longer training goes on from a shorter one."""
+        values = asdict(self) | {"drop_after": self.drop}
+        return {name: value for name, value in values.items() if name not in _LENGTH}
 
     def rate_of(self, epoch: int) -> float:
         """Return an epoch's learning rate; epochs count from 0."""
-        return self.rate if epoch < self.drop_after else 0.1 * self.rate
+        return self.rate if epoch < self.drop else 0.1 * self.rate
+
+
+_LENGTH = frozenset({"epochs", "patience"})

@@ -1,7 +1,6 @@
 """One training: steps, epochs, validation; over as many processes as Fabric was given."""
 
-from collections.abc import Iterator
-from dataclasses import asdict
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -9,16 +8,11 @@ import torch
 from lightning_fabric import Fabric
 from torch import Tensor, nn
 
-from plant_bench.agents.plant.config import PlanTConfig
-from plant_bench.agents.plant.network import Batch, PlanTNetwork
-from plant_bench.errors import InputError
-from plant_bench.features.meetings import MEETING_ATTRIBUTES
-from plant_bench.features.tokens import ATTRIBUTES, TokenSpec
-from plant_bench.features.tracks import TRACK_ATTRIBUTES
-from plant_bench.training.batches import Split, Targets, collate, epoch_batches
-from plant_bench.training.checkpoint import Progress
+from plant_bench.learner import Learner
+from plant_bench.training.batches import Split, epoch_batches
+from plant_bench.training.checkpoint import SAMPLES, Progress
 from plant_bench.training.events import Listener, StepEnded
-from plant_bench.training.losses import Losses, losses_of
+from plant_bench.training.loader import Loader, Tensors
 from plant_bench.training.settings import TrainingSettings
 
 
@@ -35,56 +29,48 @@ class Trainer:
 
     Args:
         fabric: Launched.
-        config: Of the network.
+        learner: What learns.
         settings: How to train.
         split: What to learn from.
+        loader: Gives its batches.
     """
 
     def __init__(
-        self, fabric: Fabric, config: PlanTConfig, settings: TrainingSettings, split: Split
+        self,
+        fabric: Fabric,
+        learner: Learner,
+        settings: TrainingSettings,
+        split: Split,
+        loader: Loader,
     ) -> None:
         torch.manual_seed(settings.seed)
-        self.network = PlanTNetwork(config)
+        self.network = learner.network()
         self.optimizer = optimizer_of(self.network, settings)
         self.progress = Progress()
         self._fabric, self._settings, self._split = fabric, settings, split
+        self._learner, self._loader = learner, loader
         self._model, self._stepper = fabric.setup(self.network, self.optimizer)
-        self._bins = config.bins
-        self._withheld = config.speed_dropout if config.speed_input else 0.0
-
-    def start_from(self, network: PlanTNetwork) -> None:
-        """Take the weights of a network, see `check_start`; what is told anew counts nothing yet.
-
-        Raises:
-            InputError: It is of another config.
-        """
-        check_start(network.config, self.network.config)
-        state = network.state_dict()
-        state["project.weight"] = _with_new_columns(
-            state["project.weight"], network.config.tokens, self.network.config.tokens
-        )
-        self.network.load_state_dict(state)
+        self._forward = _Forward(self._model, fabric.device.type, low=not settings.full_precision)
 
     def steps(self, listen: Listener) -> Iterator[None]:
         """Do the rest of the current epoch; after each step the caller may stop."""
         fabric, settings, progress = self._fabric, self._settings, self.progress
         for group in self.optimizer.param_groups:
             group["lr"] = settings.rate_of(progress.epoch)
-        batches = epoch_batches(
-            self._split.training.counts, settings.batch, seed=settings.seed, epoch=progress.epoch
-        )
-        batches = [batch for batch in batches if len(batch) >= fabric.world_size]
+        batches = self._epoch()
+        rank, world = fabric.global_rank, fabric.world_size
+        mine = [batch[rank::world] for batch in batches[progress.step :]]
         self._model.train()
-        for place in range(progress.step, len(batches)):
-            mine = batches[place][fabric.global_rank :: fabric.world_size]
-            torch.manual_seed(_step_seed(settings.seed, progress.epoch, place, fabric.global_rank))
-            losses = self._step(mine)
-            values = [float(losses.waypoints.detach()), float(losses.vehicles.detach())]
-            for column, value in enumerate((1.0, *values)):
-                progress.sums[column] += value * len(mine)
+        waited = self._loader.waited
+        given = self._loader.batches(mine)
+        for place, (chosen, batch) in enumerate(zip(mine, given, strict=True), progress.step):
+            torch.manual_seed(_step_seed(settings.seed, progress.epoch, place, rank))
+            losses = self._step(self._moved(batch))
+            _add(progress.sums, losses, len(chosen))
             progress.step = place + 1
-            total = values[0] + settings.auxiliary * values[1]
-            listen(StepEnded(progress.epoch, place + 1, len(batches), total))
+            loss, waits = next(iter(losses.values())), self._loader.waited - waited
+            waited = self._loader.waited
+            listen(StepEnded(progress.epoch, place + 1, len(batches), loss, waits))
             yield
 
     def end_epoch(self) -> dict[str, float]:
@@ -95,114 +81,83 @@ class Trainer:
             "rate": self._settings.rate_of(progress.epoch),
         }
         for name, sums in (("train", progress.sums), ("valid", self._validate())):
-            count, waypoints, vehicles = self._summed(sums)
-            if count:
-                row[f"{name}_waypoints"] = waypoints / count
-                row[f"{name}_vehicles"] = vehicles / count
+            total = self._summed(sums)
+            count = total.pop(SAMPLES, 0.0)
+            row |= {f"{name}_{part}": value / count for part, value in total.items() if count}
         progress.history.append(row)
-        progress.epoch, progress.step, progress.sums = progress.epoch + 1, 0, [0.0, 0.0, 0.0]
+        progress.epoch, progress.step, progress.sums = progress.epoch + 1, 0, {}
         return row
 
     def any_wants(self, wish: bool) -> bool:
         """Tell whether any process has a wish, so that all do the same."""
         if self._fabric.world_size == 1:
             return wish
-        return bool(self._summed([float(wish)])[0])
+        return bool(self._summed({"wish": float(wish)})["wish"])
 
-    def _step(self, chosen: np.ndarray) -> Losses:
-        batch, targets = self._given(self._split.training, chosen)
-        if self._withheld:
-            hidden = torch.rand(len(chosen), device=batch.speed.device) < self._withheld
-            batch = batch._replace(speed=batch.speed.masked_fill(hidden, torch.nan))
-        losses = self._losses(batch, targets)
+    def _epoch(self) -> list[np.ndarray]:
+        """Return the frames of each of the current epoch's batches."""
+        training, settings = self._split.training, self._settings
+        batches = epoch_batches(
+            self._loader.counts[training],
+            settings.batch,
+            seed=settings.seed,
+            epoch=self.progress.epoch,
+        )
+        least = self._fabric.world_size
+        return [training[batch] for batch in batches if len(batch) >= least]
+
+    def _step(self, batch: Tensors) -> dict[str, float]:
+        losses = self._learner.loss(self._forward, batch)
         self.optimizer.zero_grad()
-        self._fabric.backward(losses.total(self._settings.auxiliary))
+        self._fabric.backward(next(iter(losses.values())))
         self._fabric.clip_gradients(self._model, self._stepper, max_norm=self._settings.clip)
         self._stepper.step()
-        return losses
+        return {name: float(value.detach()) for name, value in losses.items()}
 
-    def _losses(self, batch: Batch, targets: Targets) -> Losses:
-        """Return the losses; matrices are multiplied in bfloat16 if the settings say so."""
-        low = self._settings.precision == "bf16-mixed"
-        with torch.autocast(self._fabric.device.type, torch.bfloat16, enabled=low):
-            output = self._model(batch)
-        return losses_of(output, targets, self._bins, self._settings.caution)
-
-    def _validate(self) -> list[float]:
+    def _validate(self) -> dict[str, float]:
         """Return sums over this process's share of the routes held out."""
-        samples, sums = self._split.validation, [0.0, 0.0, 0.0]
-        rank, world = self._fabric.global_rank, self._fabric.world_size
-        places = np.arange(len(samples))[rank::world]
+        sums = dict.fromkeys(self.progress.sums, 0.0)
+        size = 2 * self._settings.batch
+        frames = self._split.validation[self._fabric.global_rank :: self._fabric.world_size]
+        parts = [frames[at : at + size] for at in range(0, len(frames), size)]
         self._model.eval()
         with torch.no_grad():
-            for at in range(0, len(places), 2 * self._settings.batch):
-                chosen = places[at : at + 2 * self._settings.batch]
-                batch, targets = self._given(samples, chosen)
-                losses = self._losses(batch, targets)
-                parts = (1.0, float(losses.waypoints), float(losses.vehicles))
-                for column, value in enumerate(parts):
-                    sums[column] += value * len(chosen)
+            for chosen, batch in zip(parts, self._loader.batches(parts), strict=True):
+                losses = self._learner.loss(self._forward, self._moved(batch))
+                values = {name: float(value) for name, value in losses.items()}
+                _add(sums, values, len(chosen))
         return sums
 
-    def _given(self, samples: Any, chosen: np.ndarray) -> tuple[Batch, Targets]:
-        batch, targets = collate(samples, chosen)
+    def _moved(self, batch: Tensors) -> Tensors:
         device = self._fabric.device
         if device.type == "cpu":
-            return batch, targets
-        moved = Batch(*(values.to(device) for values in batch))
-        return moved, Targets(targets.waypoints.to(device), targets.futures.to(device))
+            return batch
+        return {name: values.to(device) for name, values in batch.items()}
 
-    def _summed(self, sums: list[float]) -> list[float]:
-        if self._fabric.world_size == 1:
-            return sums
-        values = torch.tensor(sums, device=self._fabric.device)
+    def _summed(self, sums: Mapping[str, float]) -> dict[str, float]:
+        if self._fabric.world_size == 1 or not sums:
+            return dict(sums)
+        values = torch.tensor(list(sums.values()), device=self._fabric.device)
         total = self._fabric.all_reduce(values, reduce_op="sum")
-        return total.tolist() if isinstance(total, Tensor) else sums
+        found = total.tolist() if isinstance(total, Tensor) else list(sums.values())
+        return dict(zip(sums, found, strict=True))
 
 
-def check_start(earlier: PlanTConfig, wanted: PlanTConfig) -> None:
-    """Check that a training may start from an earlier network's weights.
+class _Forward:
+    """The network as a loss calls it: matrices are multiplied in bfloat16 if `low`."""
 
-    How often the speed is withheld in training is no part of the network, and may differ; and
-    attributes of meetings and tracks may be told that were not told before.
+    def __init__(self, model: nn.Module, device: str, *, low: bool) -> None:
+        self._model, self._device, self._low = model, device, low
 
-    Raises:
-        InputError: The networks differ in size or in what they are told.
-    """
-    before, now = _options(earlier), _options(wanted)
-    for name in ("meetings", "tracks"):
-        before[name] = before[name] or now[name]
-    other = [
-        f"{name} {before[name]} (now {now[name]})" for name in now if before[name] != now[name]
-    ]
-    if other:
-        message = (
-            f"The weights to start from are of another network: {', '.join(other)}. Give the "
-            "options that it was trained with, or leave out --start."
-        )
-        raise InputError(message)
+    @property
+    def training(self) -> bool:
+        """Whether it is being trained."""
+        return self._model.training
 
-
-def _with_new_columns(weight: Tensor, earlier: TokenSpec, now: TokenSpec) -> Tensor:
-    """Return the weights of attributes with zeros for those that are new."""
-    columns = weight[:, :ATTRIBUTES]
-    rest = weight[:, ATTRIBUTES:]
-    for had, has, count in (
-        (earlier.meetings, now.meetings, MEETING_ATTRIBUTES),
-        (earlier.tracks, now.tracks, TRACK_ATTRIBUTES),
-    ):
-        if has:
-            columns = torch.cat(
-                (columns, rest[:, :count] if had else rest.new_zeros(len(rest), count)), 1
-            )
-        rest = rest[:, count * had :]
-    return columns
-
-
-def _options(config: PlanTConfig) -> dict[str, object]:
-    values = asdict(config)
-    del values["speed_dropout"]
-    return values | values.pop("tokens")
+    def __call__(self, *inputs: Any) -> Any:
+        """Do a forward pass."""
+        with torch.autocast(self._device, torch.bfloat16, enabled=self._low):
+            return self._model(*inputs)
 
 
 def optimizer_of(network: nn.Module, settings: TrainingSettings) -> torch.optim.AdamW:
@@ -219,6 +174,11 @@ def optimizer_of(network: nn.Module, settings: TrainingSettings) -> torch.optim.
         lr=settings.rate,
         betas=settings.betas,
     )
+
+
+def _add(sums: dict[str, float], losses: Mapping[str, float], count: int) -> None:
+    for name, value in ((SAMPLES, 1.0), *losses.items()):
+        sums[name] = sums.get(name, 0.0) + value * count
 
 
 def _step_seed(seed: int, epoch: int, step: int, rank: int) -> int:

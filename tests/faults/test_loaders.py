@@ -150,7 +150,7 @@ def test_a_graph_whose_values_lie_in_another_file_is_refused(tmp_path: Path) -> 
 def test_weights_on_a_full_disk_are_an_error_of_the_disk(tmp_path: Path) -> None:
     import torch
 
-    from plant_bench.agents.plant.weights import save_tensors
+    from plant_bench.model_folder import save_tensors
 
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (1000, before[1]))

@@ -20,13 +20,14 @@ from plant_bench.agent import (
 )
 from plant_bench.agents.careful.conflicts import clearest, first_conflicts
 from plant_bench.agents.careful.corridor import Corridor, corridor
-from plant_bench.agents.careful.forecast import STEP, Forecast
+from plant_bench.agents.careful.forecast import Forecast
 from plant_bench.agents.careful.neighbours import brake_for_ego, left_behind, may_conflict
-from plant_bench.agents.careful.rollouts import at_slower_pace, ego_poses, rollout
+from plant_bench.agents.careful.rollouts import at_slower_pace
 from plant_bench.agents.idm import idm, light_limit, stop_within
 from plant_bench.controller import follow_route
 from plant_bench.errors import AgentError
 from plant_bench.features.limits import allowed_speed
+from plant_bench.features.rollouts import STEP, ego_poses, rollout
 from plant_bench.world.route import Passage, Route
 from plant_bench.world.scene import (
     EGO_LENGTH,

@@ -17,10 +17,9 @@ from plant_bench.compiled import (
     compiled,
 )
 from plant_bench.errors import AgentError
+from plant_bench.features.rollouts import STEP, STEPS
 from plant_bench.world.scene import ActorKind, Actors
 
-STEP = 0.25  # s between two instants of a forecast
-STEPS = 28  # instants, the first now: 6.75 s, in which a large junction is crossed from standing
 TIMES = np.arange(STEPS) * STEP
 STANDING = 0.1  # m/s
 FIRM_BRAKING = 4.5  # m/s2, SUMO's default

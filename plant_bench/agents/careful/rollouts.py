@@ -1,4 +1,4 @@
-"""Where the ego itself may be: each choice of acceleration, and a slower pace."""
+"""A slower pace than a rollout's: one that the ego surely reaches."""
 
 import math
 
@@ -6,32 +6,13 @@ import numpy as np
 from jaxtyping import Float
 
 from plant_bench.agent import RouteAhead
-from plant_bench.agents.careful.forecast import STEP, STEPS
 from plant_bench.agents.idm import IDM_ACCELERATION
-from plant_bench.compiled import REAL, REALS, REALS_2D, WHOLE, compiled
+from plant_bench.compiled import REAL, REALS, compiled
+from plant_bench.features.rollouts import STEP
 from plant_bench.world.braking import CURVE_BRAKING
 
 SLOWER = 0.85  # share of its pace that the ego surely reaches
 LEAST_PACE = 0.1  # m/s
-
-
-def rollout(
-    speed: float, accelerations: Float[np.ndarray, " choices"], top: float
-) -> Float[np.ndarray, "choices steps"]:
-    """Return how far each constant acceleration gets, between standing and a top speed."""
-    return _rollout(speed, accelerations, max(top, speed), STEP, STEPS)
-
-
-@compiled(REAL, REALS, REAL, REAL, WHOLE)
-def _rollout(speed, accelerations, top, interval, steps):
-    travel = np.zeros((len(accelerations), steps))
-    for choice in range(len(accelerations)):
-        last = min(max(speed + accelerations[choice] * 0.0, 0.0), top)
-        for step in range(1, steps):
-            reached = min(max(speed + accelerations[choice] * (step * interval), 0.0), top)
-            travel[choice, step] = travel[choice, step - 1] + 0.5 * interval * (reached + last)
-            last = reached
-    return travel
 
 
 def at_slower_pace(
@@ -84,25 +65,3 @@ def _slower(travel, limits, past, pace, room, leader_speed, interval):
         if room < np.inf:
             slow[step] = min(slow[step], max(room, 0.0) + leader_speed * time)
     return slow
-
-
-def ego_poses(
-    route: RouteAhead, travel: Float[np.ndarray, "choices steps"]
-) -> Float[np.ndarray, "choices steps 3"]:
-    """Return the ego's poses on the route after the given distances."""
-    return _poses(route.points, route.headings, route.past, travel)
-
-
-@compiled(REALS_2D, REALS, REAL, REALS_2D)
-def _poses(points, headings, past, travel):
-    poses = np.empty((travel.shape[0], travel.shape[1], 3))
-    for row in range(travel.shape[0]):
-        for step in range(travel.shape[1]):
-            place = min(past + travel[row, step], len(points) - 1.001)
-            index = int(place)
-            share = place - index
-            for axis in range(2):
-                begin = points[index, axis]
-                poses[row, step, axis] = begin + share * (points[index + 1, axis] - begin)
-            poses[row, step, 2] = headings[index]
-    return poses

@@ -9,7 +9,7 @@ import math
 import numpy as np
 
 from plant_bench.agent import Observation
-from plant_bench.agents.careful.forecast import STANDING, STEP, STEPS, Forecast, actors_in, margins
+from plant_bench.agents.careful.forecast import STANDING, Forecast, actors_in, margins
 from plant_bench.compiled import (
     FLAGS,
     NEW_REALS,
@@ -24,6 +24,7 @@ from plant_bench.compiled import (
     compiled,
 )
 from plant_bench.features.meetings import FASTEST, FIRMEST, HARDEST, WIDEST
+from plant_bench.features.rollouts import STEP, STEPS
 from plant_bench.features.tracks import Rates, Tracks
 from plant_bench.world.scene import ActorKind
 

@@ -11,10 +11,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from plant_bench.agent import Agent
-from plant_bench.agents.loading.planner_files import files_loaded_beside, package_files
 from plant_bench.agents.loading.registry import Loader, load_agent, planner_module
 from plant_bench.agents.loading.spec import Kind, PlannerSpec
 from plant_bench.errors import InputError
+from plant_bench.module_files import files_loaded_beside, package_files
 from plant_bench.source_code import (
     file_hash,
     import_closure,

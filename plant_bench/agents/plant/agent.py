@@ -10,13 +10,14 @@ from jaxtyping import Float
 
 from plant_bench.agent import Input, NextLight, Observation, Plan
 from plant_bench.agents.careful.driver import RESTING_INTERVAL, STILL
-from plant_bench.agents.plant.config import CONFIG_FILE, GRAPH_FILE, WEIGHTS_FILE, load_config
+from plant_bench.agents.plant.config import GRAPH_FILE, load_config
 from plant_bench.controller import follow_plan
 from plant_bench.data_files import models_dir
 from plant_bench.errors import AgentError
 from plant_bench.features.inputs import SceneInput, scene_input
 from plant_bench.features.tokens import NOWHERE
 from plant_bench.features.tracks import Tracks
+from plant_bench.model_folder import CONFIG_FILE, WEIGHTS_FILE
 from plant_bench.world.route import Route
 from plant_bench.world.scene import Light
 

@@ -1,22 +1,21 @@
 """What a PlanT network is: its size, what it is told, and its bins. Needs no torch."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from pydantic import TypeAdapter
 
-from plant_bench.errors import InputError, in_one_line
 from plant_bench.features.tokens import TokenSpec
-from plant_bench.input_files import read_json
-from plant_bench.world.route import PROTOCOL
+from plant_bench.model_folder import read_config
 
 SizeName = Literal["mini", "small", "medium"]
 GraphBits = Literal[8, 32]  # of a weight of the encoder in a graph
 
-WEIGHTS_FILE, CONFIG_FILE, GRAPH_FILE = "weights.safetensors", "config.json", "network.onnx"
-WEIGHTS_FORMAT = 2
+NETWORK = "plant"  # as a model's config names it
+GRAPH_FILE = "network.onnx"
 
 TOP_SPEED = 60.0 / 3.6  # m/s, of the bins (PlanT, dataset.py)
 LARGEST_EXTENT = 30.0  # m, of the bins (PlanT, dataset.py)
@@ -67,7 +66,7 @@ class PlanTConfig:
     """All that decides a network's shape and inputs; stored beside its weights.
 
     Attributes:
-        size: A name in `SIZES`.
+        size: Of the encoder, a name in `SIZES`.
         tokens: What becomes a token.
         speed_input: Whether the ego's speed is told. PlanT does without: told its speed, a learner
             by imitation goes on as it goes, and what stands never starts.
@@ -79,7 +78,7 @@ class PlanTConfig:
     size: SizeName = "mini"
     tokens: TokenSpec = field(default_factory=TokenSpec)
     speed_input: bool = False
-    speed_dropout: float = 0.5
+    speed_dropout: float = field(default=0.5, metadata={"min": 0.0, "max": 1.0})
     limit_input: bool = False
 
     @property
@@ -102,27 +101,18 @@ def load_config(folder: Path) -> PlanTConfig:
     Raises:
         InputError: There is none, or it is broken, of another format or of another protocol.
     """
-    path = folder / CONFIG_FILE
-    try:
-        payload = read_json(path)
-        if payload.pop("format") != WEIGHTS_FORMAT or payload.pop("network") != "plant":
-            message = f"format {WEIGHTS_FORMAT} of network 'plant' is wanted"
-            raise ValueError(message)
-        if (protocol := payload.pop("protocol")) != PROTOCOL:
-            message = f"trained under the protocol '{protocol}'; this is '{PROTOCOL}': train anew"
-            raise ValueError(message)
-        config = TypeAdapter(PlanTConfig).validate_python(payload)
-        _check_ranges(config)
-        return config
-    except FileNotFoundError as error:
-        message = (
-            f"There are no weights in {folder}: `plant-bench train plant --out {folder}` makes "
-            "them; `--agent plant@FOLDER` takes those of another folder."
-        )
-        raise InputError(message) from error
-    except (OSError, KeyError, ValueError, AttributeError, TypeError) as error:
-        message = f"Not the config of a PlanT network: {path} ({in_one_line(error)})."
-        raise InputError(message) from error
+    return read_config(folder, NETWORK, config_from)
+
+
+def config_from(values: Mapping[str, Any]) -> PlanTConfig:
+    """Return the config that a model's file tells of.
+
+    Raises:
+        ValueError: Values are missing, of other types or out of range.
+    """
+    config = TypeAdapter(PlanTConfig).validate_python(dict(values))
+    _check_ranges(config)
+    return config
 
 
 def _check_ranges(config: PlanTConfig) -> None:
@@ -139,5 +129,5 @@ def _check_ranges(config: PlanTConfig) -> None:
     }
     for name, (value, low, high) in ranges.items():
         if not low <= value <= high:
-            message = f"{name} {value}: {low} to {high} is wanted"
+            message = f"{name} {value}: {low} to {high} expected"
             raise ValueError(message)

@@ -8,6 +8,7 @@ from plant_bench.agents.plant.agent import DEFAULT_WEIGHTS
 from plant_bench.data_files import models_dir
 from plant_bench.input_files import parse_json
 
+SHIPPED = dict.fromkeys(("plant", "plant-unguarded"), DEFAULT_WEIGHTS)  # without a folder's name
 SUFFIX = ".safetensors"
 LONGEST_HEAD = 100_000_000  # bytes, as the format's own readers allow
 
@@ -23,8 +24,8 @@ def parameter_count(agent: str) -> int | None:
     """
     name, _, argument = agent.rpartition("@") if "@" in agent else (agent, "", "")
     place = Path(argument) if argument else None
-    if name == "plant" and place is None:
-        place = models_dir() / DEFAULT_WEIGHTS
+    if place is None and name in SHIPPED:
+        place = models_dir() / SHIPPED[name]
     files = [] if place is None else _weight_files(place)
     counts = [count for file in files if (count := _count(file)) is not None]
     return sum(counts) if counts else None

@@ -9,8 +9,8 @@ from plant_bench.agent import Agent, Input, Observation, Plan, Ranker
 from plant_bench.agents.loading.checksum import agent_checksum
 from plant_bench.agents.loading.registry import load_agent
 from plant_bench.agents.loading.spec import without_folders
-from plant_bench.data.recorder import Action
 from plant_bench.data.recording import Recording
+from plant_bench.data.ticks import Action
 from plant_bench.errors import PlantBenchError
 from plant_bench.reports.replay.overlay import Progress
 from plant_bench.runner.decisions import PlannerSession

@@ -8,9 +8,10 @@ import pytest
 
 from plant_bench.agent import RouteAhead
 from plant_bench.agents.careful.conflicts import clearest
-from plant_bench.agents.careful.forecast import STEP, TIMES, Forecast
+from plant_bench.agents.careful.forecast import TIMES, Forecast
 from plant_bench.agents.careful.neighbours import brake_for_ego
-from plant_bench.agents.careful.rollouts import at_slower_pace, ego_poses, rollout
+from plant_bench.agents.careful.rollouts import at_slower_pace
+from plant_bench.features.rollouts import STEP, ego_poses, rollout
 from plant_bench.world.scene import Actors, EgoState
 
 LIMIT = 10.0

@@ -17,12 +17,13 @@ from plant_bench.agent import (
 )
 from plant_bench.agents.careful.corridor import corridor
 from plant_bench.agents.careful.driver import CarefulDriver
-from plant_bench.agents.careful.forecast import STEP, along_true_lanes, straight_on
+from plant_bench.agents.careful.forecast import along_true_lanes, straight_on
 from plant_bench.agents.expert import Expert
 from plant_bench.agents.idm import light_limit
 from plant_bench.agents.rule_based import RuleBased
 from plant_bench.errors import AgentError
 from plant_bench.features.limits import allowed_speed
+from plant_bench.features.rollouts import STEP
 from plant_bench.world.route import LaneSpan, Passage, Route
 from plant_bench.world.scene import Actors, EgoState, Light
 

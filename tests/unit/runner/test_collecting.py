@@ -18,7 +18,7 @@ from plant_bench.runner.collect.work import DriveTask, TownTask
 from plant_bench.runner.workers.executors import Finished, Started
 from plant_bench.source_code import module_file
 from plant_bench.towns.training_towns import TrainingTown
-from plant_bench.training.shards import check_targets
+from plant_bench.training.frame_store import check_targets
 from plant_bench.training.sources import source_of
 
 drivers = [""]  # of the episodes that are driven

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 import torch
 
-from plant_bench.data.recorder import Action, Recorder
+from plant_bench.data.recorder import Recorder
+from plant_bench.data.ticks import Action
 from plant_bench.world.route import PROTOCOL, LaneSpan, Route
 from plant_bench.world.scene import TICK, ActorKind, Actors, EgoState, Scene
 
@@ -18,11 +19,11 @@ SPEED, HEADING = 8.0, 0.5  # m/s, radians
 NORTH_EAST = np.array([math.cos(HEADING), math.sin(HEADING)])
 
 
-def straight_route(name: str) -> Route:
+def straight_route(name: str, town: str = "nowhere") -> Route:
     points = np.round(np.arange(201.0)[:, None] * NORTH_EAST, 3)
     return Route(
         id=name,
-        town="nowhere",
+        town=town,
         points=points,
         elevations=np.zeros(201),
         speed_limits=np.full(201, 13.0),
@@ -34,9 +35,10 @@ def straight_route(name: str) -> Route:
     )
 
 
-def scene_of(tick: int, *, leaves_at: int = 10_000) -> Scene:
-    """The ego at SPEED; a leader 12 m ahead at the same speed until it leaves."""
-    x, y = (2.0 + SPEED * tick * TICK) * NORTH_EAST
+def scene_of(tick: int, *, leaves_at: int = 10_000, starts_at: int = 0) -> Scene:
+    """The ego at SPEED from its start on; a leader 12 m ahead at that speed until it leaves."""
+    x, y = (2.0 + SPEED * max(tick - starts_at, 0) * TICK) * NORTH_EAST
+    speed = SPEED if tick >= starts_at else 0.0
     leader = (14.0 + SPEED * tick * TICK) * NORTH_EAST
     there = tick < leaves_at
     poses = np.array([[*leader, HEADING]], np.float32)[: int(there)]
@@ -48,7 +50,7 @@ def scene_of(tick: int, *, leaves_at: int = 10_000) -> Scene:
         np.array([[4.5, 1.8]], np.float32)[:count],
         np.full(count, ActorKind.CAR, np.uint8),
     )
-    return Scene(tick, EgoState(float(x), float(y), HEADING, SPEED), actors, np.zeros(0, np.uint8))
+    return Scene(tick, EgoState(float(x), float(y), HEADING, speed), actors, np.zeros(0, np.uint8))
 
 
 def write_recording(
@@ -96,9 +98,9 @@ def write() -> Callable[..., Path]:
 def make_data(tmp_path: Path) -> Callable[..., Path]:
     """Makes a folder with an episode on each of the named routes; see `write_recording`."""
 
-    def make(name: str, *driven: str, **facts: Any) -> Path:
+    def make(name: str, *driven: str, town: str = "nowhere", **facts: Any) -> Path:
         folder = tmp_path / name
-        routes = {route: straight_route(route) for route in sorted(set(driven))}
+        routes = {route: straight_route(route, town) for route in sorted(set(driven))}
         write_routes(folder / "routes", list(routes.values()))
         for episode, route in zip("abcdefgh", driven, strict=False):
             write_recording(folder / "episodes" / f"{episode}.parquet", routes[route], **facts)

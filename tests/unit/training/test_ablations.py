@@ -7,10 +7,11 @@ from pathlib import Path
 import pytest
 import torch
 
+from plant_bench.agents.plant.ablations import ABLATIONS
 from plant_bench.agents.plant.config import PlanTConfig
+from plant_bench.agents.plant.options import PlanTOptions
 from plant_bench.cli import ablating
-from plant_bench.cli.ablating import AblationRequest, ablate
-from plant_bench.cli.learning import Course, Machine
+from plant_bench.cli.ablating import ablate
 from plant_bench.errors import InputError
 from plant_bench.features.tokens import TokenSpec
 from plant_bench.runner.episode.jobs import episode_name, make_jobs
@@ -18,24 +19,35 @@ from plant_bench.runner.run.folder import RunFolder
 from plant_bench.runner.run.score_run import Run, ScoreRequest
 from plant_bench.scoring.infractions import Status
 from plant_bench.scoring.results import EpisodeResult
-from plant_bench.training.ablations import ABLATIONS, Recipe, trainings_of, variants_of
+from plant_bench.training.ablation_run import AblationRequest
+from plant_bench.training.ablations import Recipe, trainings_of, variants_of
+from plant_bench.training.course import Course, Machine
+from plant_bench.training.frame_store import load_frames, recordings_in
+from plant_bench.training.learners import Student
 from plant_bench.training.settings import TrainingSettings, drop_after
-from plant_bench.training.shards import load_shards, recordings_in
 from plant_bench.training.threads import threads_kept
 from plant_bench.world.route import load_suite
 
-BASE = Recipe(PlanTConfig(), TrainingSettings(), share=0.7)
+
+def recipe(config: PlanTConfig, auxiliary: float = 0.2, share: float = 0.7) -> Recipe:
+    student = Student("plant", PlanTOptions(config, auxiliary))
+    return Recipe(student, TrainingSettings(), share)
+
+
+BASE = recipe(PlanTConfig())
 COMPLETION = {"base": 0.8, "no-rear": 0.4}
 
 
 def test_a_variant_differs_from_the_base_in_one_thing() -> None:
     found = {variant.name: variant.recipe for variant in variants_of((), BASE)}
-    assert found["no-rear"].config.tokens == TokenSpec(rear=False)
-    assert found["no-speeds"].config.tokens == TokenSpec(speed=False)
-    assert found["no-auxiliary"] == replace(BASE, settings=replace(BASE.settings, auxiliary=0.0))
+    assert found["no-rear"] == recipe(PlanTConfig(tokens=TokenSpec(rear=False)))
+    assert found["no-speeds"] == recipe(PlanTConfig(tokens=TokenSpec(speed=False)))
+    assert found["no-auxiliary"] == recipe(PlanTConfig(), 0.0)
     assert found["data-1of3"] == replace(BASE, share=0.7 / 3)
-    assert found["medium"] == replace(BASE, config=PlanTConfig("medium"))
-    assert found["stop-line"].config.tokens == TokenSpec(stop_line=True)
+    assert found["medium"] == recipe(PlanTConfig("medium"))
+    assert found["stop-line"] == recipe(PlanTConfig(tokens=TokenSpec(stop_line=True)))
+    papers = {variant.name: variant.paper for variant in variants_of((), BASE)}
+    assert papers["data-3of3"] == papers["medium"] == "81.36 ± 6.54"
 
 
 def test_a_single_choice_may_be_named() -> None:
@@ -46,9 +58,10 @@ def test_a_single_choice_may_be_named() -> None:
 def test_without_speeds_nothing_follows_from_them() -> None:
     """Meetings, tracks and foresight would tell the network what it is not to be told."""
     told = TokenSpec(reach=30.0, foresight=5.0, meetings=True, tracks=True, stop_line=True)
-    base = replace(BASE, config=PlanTConfig(tokens=told))
+    base = recipe(PlanTConfig(tokens=told))
     found = {variant.name: variant.recipe for variant in variants_of(["speeds"], base)}
-    assert found["no-speeds"].config.tokens == TokenSpec(reach=30.0, speed=False, stop_line=True)
+    without = TokenSpec(reach=30.0, speed=False, stop_line=True)
+    assert found["no-speeds"] == recipe(PlanTConfig(tokens=without))
     assert found["speeds"] == base
 
 
@@ -68,7 +81,7 @@ def test_choices_that_are_the_base_share_its_training() -> None:
     assert shared == kept | {"base"} | {f"no-{name}" for name in ours}
     trainings = trainings_of(variants)
     assert len(trainings) == len(set(map(str, trainings.values())))
-    told = replace(BASE, config=PlanTConfig(tokens=TokenSpec(stop_line=True)))
+    told = recipe(PlanTConfig(tokens=TokenSpec(stop_line=True)))
     names = [(item.name, item.training) for item in variants_of(["stop-line"], told)]
     assert names == [("base", "base"), ("no-stop-line", "no-stop-line"), ("stop-line", "base")]
 
@@ -102,7 +115,7 @@ def test_a_share_takes_first_repetitions_first(tmp_path: Path) -> None:
 
 
 def test_a_share_of_the_samples_is_loaded(data: Path) -> None:
-    assert len(load_shards(data, TokenSpec(), share=0.67)) == 2
+    assert len(load_frames([data], share=0.67).routes) == 2
 
 
 @pytest.fixture
@@ -142,7 +155,7 @@ def done(monkeypatch: pytest.MonkeyPatch) -> list[str]:
         log.append(f"drive {request.agent.rpartition('out/')[2]}")
         return run
 
-    monkeypatch.setattr(ablating, "learn", learn)
+    monkeypatch.setattr(ablating, "learn_visibly", learn)
     monkeypatch.setattr(ablating, "drive_missing", drive)
     return log
 
@@ -211,7 +224,7 @@ def test_it_trains_and_drives_and_does_nothing_twice(
 ) -> None:
     monkeypatch.setattr("plant_bench.cli.learning.has_tensorboard", lambda: False)
     monkeypatch.setattr("plant_bench.training.logs.has_tensorboard", lambda: False)
-    base = Recipe(PlanTConfig(), TrainingSettings(epochs=1, drop_after=1, batch=16))
+    base = replace(BASE, settings=TrainingSettings(epochs=1, drop_after=1, batch=16), share=1.0)
     drives = ScoreRequest("plant", routes="town02-5", repetitions=1, density="light")
     request = request_of(
         tmp_path, data, base=base, drives=drives, seeds=1, machine=Machine("cpu", 1, 1, 1)

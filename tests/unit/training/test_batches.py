@@ -1,17 +1,20 @@
 """Order, padding and the split by route."""
 
-from dataclasses import fields
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
-import torch
 
+from plant_bench.agents.plant.options import PlanTOptions
 from plant_bench.errors import InputError
-from plant_bench.features.tokens import TokenKind, TokenSpec
-from plant_bench.training.batches import collate, epoch_batches, split_by_route
-from plant_bench.training.samples import Samples
-from plant_bench.training.shards import load_shards
+from plant_bench.training.batches import epoch_batches, split_by_route
+from plant_bench.training.encodings import load_encodings, stacked
+from plant_bench.training.frame_store import load_frames
+from plant_bench.training.learners import Student
+
+STUDENT = Student("plant", PlanTOptions())
 
 
 def test_each_sample_once_an_epoch_in_another_order() -> None:
@@ -26,52 +29,79 @@ def test_each_sample_once_an_epoch_in_another_order() -> None:
     assert padding < 1.25 * counts.sum()
 
 
-def test_routes_are_not_shared(data: Path) -> None:
-    shards = load_shards(data, TokenSpec())
-    split = split_by_route(shards, 0.1, 0)
+def test_routes_are_not_shared(data: Path, make_data: Callable[..., Path]) -> None:
+    frames = load_frames([data])
+    split = split_by_route(frames, 0.1, 0)
     assert len(split.held_out) == 1
     assert {len(split.training), len(split.validation)} == {17, 34}
-    everything = split_by_route(shards, 0.0, 0)
+    everything = split_by_route(frames, 0.0, 0)
     assert (len(everything.training), len(everything.validation)) == (51, 0)
     with pytest.raises(InputError, match="No samples to learn from"):
-        split_by_route([shard for shard in shards if shard.route == "one"], 0.1, 0)
+        split_by_route(load_frames([make_data("alone", "one")]), 0.1, 0)
 
 
-def test_samples_of_standing_still_can_be_left_out(data: Path) -> None:
-    shards = load_shards(data, TokenSpec())
-    for shard in shards:
-        shard.samples.speed[:2] = 0.0
-        shard.samples.waypoints[:2] = 0.0
-    whole = split_by_route(shards, 0.0, 0).training
-    resting = whole.resting
+def test_samples_of_standing_still_can_be_left_out(make_data: Callable[..., Path]) -> None:
+    """The ego stands for 6 s, in which six frames have no way ahead of them, and then drives."""
+    folder = make_data("data", "one", "two", starts_at=140)
+    frames = load_frames([folder])
+    resting = frames.resting(np.arange(len(frames)))
 
-    split = split_by_route(shards, 0.0, 0, resting=0.0)
+    split = split_by_route(frames, 0.0, 0, resting=0.0)
 
-    assert split.left_out == int(resting.sum()) >= 2 * len(shards)
-    kept = np.flatnonzero(~resting)
-    np.testing.assert_array_equal(split.training.waypoints, whole.waypoints[kept])
-    last = slice(int(whole.starts[kept[-1]]), int(whole.starts[kept[-1] + 1]))
-    own = slice(int(split.training.starts[-2]), None)
-    np.testing.assert_array_equal(split.training.attributes[own], whole.attributes[last])
+    assert split.left_out == int(resting.sum()) == 2 * 6
+    np.testing.assert_array_equal(split.training, np.flatnonzero(~resting))
+    some = split_by_route(frames, 0.0, 0, resting=0.5)
+    assert 0 < some.left_out < split.left_out
+    assert set(split.training) < set(some.training)
 
 
-@pytest.mark.parametrize("name", [item.name for item in fields(Samples)])
-def test_the_fingerprint_covers_every_array_of_a_sample(data: Path, name: str) -> None:
-    shards = load_shards(data, TokenSpec())
-    before = split_by_route(shards, 0.1, 0).fingerprint
-    assert split_by_route(load_shards(data, TokenSpec()), 0.1, 0).fingerprint == before
-    values = getattr(shards[-1].samples, name)
-    values[0] = values[0] + 1
-    assert split_by_route(shards, 0.1, 0).fingerprint != before
+def test_the_fingerprint_covers_what_samples_are_made_of(
+    data: Path, make_data: Callable[..., Path]
+) -> None:
+    before = load_frames([data]).fingerprint
+    assert load_frames([data]).fingerprint == before
+    answers: Any = {"answers": lambda _tick: None}
+    others = [
+        make_data("a", "one", "two", "one", leaves_at=200),
+        make_data("b", "two", "one", "one"),
+        make_data("c", "one", "two"),
+        make_data("d", "one", "two", "one", disturbed=range(200, 210), every=10, **answers),
+    ]
+    found = {load_frames([folder]).fingerprint for folder in others}
+    assert len(found | {before}) == 5
+    assert load_frames([data, others[0]]).fingerprint not in found | {before}
 
 
 def test_padding(data: Path) -> None:
-    split = split_by_route(load_shards(data, TokenSpec()), 0.0, 0)
-    samples = split.training
-    samples.kinds[samples.starts[3] : samples.starts[4]] = TokenKind.VULNERABLE
-    batch, targets = collate(samples, np.array([3, 0]))
-    assert batch.kinds.tolist() == [[3, 3, 3], [1, 2, 2]]
-    assert targets.futures.isnan().tolist() == [[[False] * 6, [True] * 6, [True] * 6]] * 2
-    torch.testing.assert_close(targets.waypoints[1], torch.from_numpy(samples.waypoints[0]))
-    nothing, _ = collate(samples, np.array([], np.int64))
-    assert nothing.kinds.shape == (0, 1)
+    frames = load_frames([data])
+    encodings = load_encodings(frames, STUDENT)
+    learner = STUDENT.learner()
+    kinds = encodings.packs[0].columns["kinds"].copy()
+    kinds[encodings.starts[0][3] : encodings.starts[0][4] - 1] = 3
+    encodings.packs[0].columns["kinds"] = kinds
+
+    batch = encodings.batch(np.array([3, 0]))
+
+    assert batch["kinds"].tolist() == [[3, 3, 2], [1, 2, 2]]
+    assert np.isnan(batch["futures"]).tolist() == [[[False] * 6, [True] * 6, [True] * 6]] * 2
+    first = learner.encode(frames.frame(0, learner.inputs))
+    np.testing.assert_array_equal(batch["waypoints"][1], first["waypoints"])
+    assert encodings.batch(np.array([], np.int64))["kinds"].shape == (0, 1)
+
+
+def test_batches_from_the_disk_are_those_encoded_anew(make_data: Callable[..., Path]) -> None:
+    """Frames of two folders, with one actor less after a while, in any order."""
+    folders = [make_data("a", "one", "two", leaves_at=120), make_data("b", "two", "three")]
+    frames = load_frames(folders)
+    encodings, learner = load_encodings(frames, STUDENT), STUDENT.learner()
+    chosen = np.random.default_rng(1).permutation(len(frames))[:40]
+
+    batch = encodings.batch(chosen)
+
+    encoded = [learner.encode(frames.frame(at, learner.inputs)) for at in chosen.tolist()]
+    anew = stacked(encoded, dict(learner.padding))
+    assert set(batch) == set(anew)
+    for name, values in anew.items():
+        np.testing.assert_array_equal(batch[name], values)
+        assert batch[name].dtype == values.dtype
+    assert set(np.unique(encodings.counts[chosen])) == {2, 3}

@@ -8,7 +8,9 @@ import pytest
 import torch
 
 from plant_bench.agents.plant.config import SIZES, PlanTConfig, Size
+from plant_bench.agents.plant.learner import PlanTLearner
 from plant_bench.agents.plant.network import PlanTNetwork
+from plant_bench.agents.plant.options import PlanTOptions
 from plant_bench.agents.plant.weights import load_network
 from plant_bench.data_files import town_dir
 from plant_bench.errors import InputError
@@ -17,10 +19,12 @@ from plant_bench.training import closed_loop, imitation, interrupts
 from plant_bench.training.batches import Split, split_by_route
 from plant_bench.training.closed_loop import ClosedLoop
 from plant_bench.training.events import StepEnded, TrainingEvent
+from plant_bench.training.frame_store import load_frames
 from plant_bench.training.imitation import TrainingRequest, make_fabric, train
+from plant_bench.training.learners import Student
+from plant_bench.training.loader import make_loader
 from plant_bench.training.settings import TrainingSettings
-from plant_bench.training.shards import load_shards
-from plant_bench.training.trainer import Trainer, optimizer_of
+from plant_bench.training.trainer import optimizer_of
 
 SETTINGS = TrainingSettings(epochs=2, drop_after=2, batch=8, rate=1e-2)
 
@@ -33,17 +37,24 @@ def tiny(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture
 def split(data: Path) -> Split:
-    return split_by_route(load_shards(data, TokenSpec()), 0.1, 0)
+    return split_by_route(load_frames([data]), 0.1, 0)
+
+
+def student(config: PlanTConfig) -> Student:
+    return Student("plant", PlanTOptions(config))
 
 
 def request_in(folder: Path, **changes: object) -> TrainingRequest:
-    request = TrainingRequest(PlanTConfig(), SETTINGS, folder / "model", folder / "work")
+    taught = student(PlanTConfig())
+    request = TrainingRequest(taught, SETTINGS, folder / "model", folder / "work")
     return replace(request, **changes)
 
 
 def run(request: TrainingRequest, split: Split, listen: Callable | None = None) -> list:
     told: list[TrainingEvent] = []
-    train(request, split, make_fabric(accelerator="cpu", devices=1), listen or told.append)
+    loader = make_loader(split.frames, request.student)
+    fabric = make_fabric(accelerator="cpu", devices=1)
+    train(request, split, loader, fabric, listen or told.append)
     return told
 
 
@@ -62,14 +73,15 @@ def test_it_learns_and_is_kept(tmp_path: Path, split: Split) -> None:
     assert split.fingerprint in card
     rows = (request.work / "losses.csv").read_text().splitlines()
     assert len(rows) == 5
-    assert all(rows[-1].split(",")[:6])
+    assert rows[0].split(",")[2:5] == ["train_loss", "train_waypoints", "train_vehicles"]
+    assert all(rows[-1].split(",")[:8])
 
 
 def test_stopped_and_gone_on_it_comes_to_the_same(tmp_path: Path, split: Split) -> None:
     config = PlanTConfig(speed_input=True)
-    whole = request_in(tmp_path / "whole", config=config)
+    whole = request_in(tmp_path / "whole", student=student(config))
     run(whole, split)
-    halved = request_in(tmp_path / "halved", config=config)
+    halved = request_in(tmp_path / "halved", student=student(config))
     steps = 0
 
     def stop_in_the_second_epoch(event: TrainingEvent) -> None:
@@ -90,8 +102,8 @@ def test_the_best_that_was_driven_is_kept(
 ) -> None:
     scores, seen = iter([50.0, 20.0]), []
 
-    def score(weights: Path, out: Path, drive: ClosedLoop) -> float:
-        seen.append(weights_in(weights))
+    def score(agent: str, out: Path, drive: ClosedLoop) -> float:
+        seen.append(weights_in(Path(agent.removeprefix("plant-unguarded@"))))
         return next(scores)
 
     monkeypatch.setattr(imitation, "closed_loop_score", score)
@@ -148,11 +160,13 @@ def test_patience_is_kept_when_it_is_stopped(
 
 
 def test_it_starts_from_given_weights(tmp_path: Path, split: Split) -> None:
-    first = request_in(tmp_path / "first", config=PlanTConfig(speed_input=True))
+    first = request_in(tmp_path / "first", student=student(PlanTConfig(speed_input=True)))
     run(first, split)
     told_less = PlanTConfig(speed_input=True, speed_dropout=0.9)  # no part of the network
     still = replace(SETTINGS, epochs=1, rate=0.0)
-    second = request_in(tmp_path / "second", config=told_less, settings=still, start=first.out)
+    second = request_in(
+        tmp_path / "second", student=student(told_less), settings=still, start=first.out
+    )
     run(second, split)
     assert weights_in(second.out) == weights_in(first.out)
     assert load_network(second.out).config == told_less
@@ -162,24 +176,25 @@ def test_it_starts_from_given_weights(tmp_path: Path, split: Split) -> None:
 
 
 @pytest.mark.parametrize("had", [TokenSpec(), TokenSpec(meetings=True), TokenSpec(tracks=True)])
-def test_what_is_told_anew_counts_nothing_at_the_start(split: Split, had: TokenSpec) -> None:
+def test_what_is_told_anew_counts_nothing_at_the_start(had: TokenSpec) -> None:
     earlier = PlanTNetwork(PlanTConfig(tokens=had))
     now = TokenSpec(meetings=True, tracks=True)
-    fabric = make_fabric(accelerator="cpu", devices=1)
-    trainer = Trainer(fabric, PlanTConfig(tokens=now), SETTINGS, split)
-    trainer.start_from(earlier)
+    learner = PlanTLearner(PlanTOptions(PlanTConfig(tokens=now)))
+    network = learner.network()
+    state = learner.start_from(PlanTOptions(earlier.config), earlier.state_dict())
+    network.load_state_dict(state)
 
     told = torch.randn(3, now.attributes)
     known = [torch.ones(6), torch.full((4,), had.meetings), torch.full((2,), had.tracks)]
     kept = told[:, torch.cat(known).bool()]
-    assert torch.allclose(trainer.network.project(told), earlier.project(kept), atol=1e-6)
+    assert torch.allclose(network.project(told), earlier.project(kept), atol=1e-6)
 
 
 def test_weights_of_another_network_are_no_start(tmp_path: Path, split: Split) -> None:
     first = request_in(tmp_path / "first")
     run(first, split)
     other = PlanTConfig(limit_input=True, tokens=TokenSpec(reach=45.0))
-    second = request_in(tmp_path / "second", config=other, start=first.out)
+    second = request_in(tmp_path / "second", student=student(other), start=first.out)
     words = r"limit_input False \(now True\), reach 30.0 \(now 45.0\). Give the options"
     with pytest.raises(InputError, match=words):
         run(second, split)
@@ -243,5 +258,5 @@ def test_validation_finds_towns_of_the_data(
     monkeypatch.setattr(closed_loop, "open_run", open_run)
     with pytest.raises(KeyboardInterrupt):
         closed_loop.closed_loop_score(
-            tmp_path, tmp_path / "run", ClosedLoop("longest6", towns=tmp_path / "towns")
+            "plant", tmp_path / "run", ClosedLoop("longest6", towns=tmp_path / "towns")
         )

@@ -1,33 +1,63 @@
-"""Recordings as samples, and their cache."""
+"""Recordings as frames and PlanT's samples of them, and their cache."""
 
 from collections.abc import Callable
-from dataclasses import fields, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from plant_bench.agent import Control, Plan
-from plant_bench.data.recorder import Action
+from plant_bench.agent import Control, Input, Plan
+from plant_bench.agents.careful.driver import RESTING_INTERVAL
+from plant_bench.agents.plant.config import PlanTConfig
+from plant_bench.agents.plant.options import PlanTOptions
 from plant_bench.data.recording import Recording
+from plant_bench.data.ticks import Action
 from plant_bench.errors import InputError
 from plant_bench.features.tokens import TokenKind, TokenSpec
-from plant_bench.training import shards
-from plant_bench.training.samples import Samples, TargetKind, joined, samples_of
-from plant_bench.training.shards import load_shards
+from plant_bench.training import frame_store
+from plant_bench.training.encodings import Encodings, encodings_key, load_encodings
+from plant_bench.training.frame_store import Frames, load_frames
+from plant_bench.training.frames import LATEST_ANSWER, TargetKind, rows_of
+from plant_bench.training.learners import Student
 from plant_bench.world.route import Route
 
 SPEED = 8.0  # m/s, of the ego and its leader
 
+STUDENT = Student("plant", PlanTOptions())
+
+
+class Samples:
+    """PlanT's encodings of one folder, as arrays."""
+
+    def __init__(self, encodings: Encodings) -> None:
+        (pack,) = encodings.packs
+        self.starts, self.columns = encodings.starts[0], pack.columns
+
+    def __len__(self) -> int:
+        return len(self.starts) - 1
+
+    def __getattr__(self, name: str) -> np.ndarray:
+        return self.columns[name]
+
+
 Make = Callable[..., Samples]
 
 
+def frames_of(data: Path, **facts: Any) -> Frames:
+    return load_frames([data], **facts)
+
+
 @pytest.fixture
-def made(tmp_path: Path, route: Route, write: Callable[..., Path]) -> Make:
+def made(make_data: Callable[..., Path]) -> Make:
+    count = 0
+
     def make(targets: TargetKind = "future", **facts: Any) -> Samples:
-        path = write(tmp_path / "episode.parquet", route, **facts)
-        return samples_of(Recording.load(path), route, TokenSpec(), targets)
+        nonlocal count
+        count += 1
+        folder = make_data(f"data-{count}", "one", **facts)
+        return Samples(load_encodings(frames_of(folder, targets=targets), STUDENT))
 
     return make
 
@@ -51,6 +81,33 @@ def test_ends_of_the_episode_are_left_out(made: Make) -> None:
     assert len(made(ticks=1)) == 0
 
 
+def test_the_last_answer_is_as_old_as_the_expert_lets_it_get() -> None:
+    assert LATEST_ANSWER == RESTING_INTERVAL
+
+
+def test_a_frame_tells_what_was_before_and_after(make_data: Callable[..., Path]) -> None:
+    """The leader is gone half a second after the fifth frame."""
+    folder = make_data("data", "one", leaves_at=100, every=10, disturbed=range(120, 131))
+    frames = frames_of(folder, targets="future")
+    inputs = frozenset({Input.OBJECTS, Input.LIGHT})
+
+    seen = [frames.frame(number, inputs) for number in range(5)]
+
+    assert [frame.observation.time for frame in seen] == pytest.approx([2.5, 3.0, 3.5, 4.0, 7.0])
+    last = seen[3]
+    assert [len(some) for some in (last.before, last.observation.actors, last.later)] == [1, 1, 1]
+    ahead = [float(frame.before.poses[0, 0]) for frame in seen[:4]]
+    step = 0.5 * SPEED * np.cos(0.5)
+    assert np.diff(ahead) == pytest.approx(step, abs=1e-4)
+    assert float(last.later.poses[0, 0]) - ahead[-1] == pytest.approx(2 * step, abs=1e-4)
+    assert len(seen[4].before) == 0
+    assert last.observation.route is None
+    assert last.observation.privileged is None
+    assert last.route.id == "one"
+    assert last.answer is None
+    assert not last.disturbed
+
+
 def test_the_future_of_others_is_told_in_the_frame_of_now(made: Make) -> None:
     samples = made(leaves_at=100)
     first = slice(samples.starts[0], samples.starts[1])
@@ -66,8 +123,9 @@ def test_the_future_of_others_is_told_in_the_frame_of_now(made: Make) -> None:
 
 def test_a_thinned_recording_gives_the_same_samples(made: Make) -> None:
     whole, thinned = made(leaves_at=100), made(leaves_at=100, every=10)
-    for field in fields(Samples):
-        np.testing.assert_array_equal(getattr(thinned, field.name), getattr(whole, field.name))
+    assert set(thinned.columns) == set(whole.columns)
+    for name in whole.columns:
+        np.testing.assert_array_equal(thinned.columns[name], whole.columns[name])
 
 
 def test_no_sample_has_a_disturbance_in_its_future(made: Make) -> None:
@@ -125,20 +183,13 @@ def test_a_missing_answer_is_one_clear_error(made: Make, answer: Any) -> None:
         made("answer", answers=answers)
 
 
-def test_parts_and_joints(made: Make) -> None:
-    samples = made(leaves_at=100)
-    again = joined([samples.only(slice(0, 3)), samples.only(slice(3, len(samples)))])
-    for field in fields(Samples):
-        np.testing.assert_array_equal(getattr(again, field.name), getattr(samples, field.name))
-
-
 def test_a_recording_of_another_route_is_refused(
     tmp_path: Path, route: Route, write: Callable[..., Path]
 ) -> None:
     path = write(tmp_path / "episode.parquet", route)
     other = replace(route, speed_limits=np.full(201, 9.0))
     with pytest.raises(InputError, match="does not fit route one"):
-        samples_of(Recording.load(path), other, TokenSpec())
+        rows_of(Recording.load(path), other)
 
 
 def test_a_recording_of_another_world_is_refused(
@@ -146,34 +197,51 @@ def test_a_recording_of_another_world_is_refused(
 ) -> None:
     path = write(tmp_path / "episode.parquet", route, protocol="longest6-sumo-v0")
     with pytest.raises(InputError, match="of another world than"):
-        samples_of(Recording.load(path), route, TokenSpec())
+        rows_of(Recording.load(path), route)
 
 
-def test_samples_are_made_once(data: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_frames_and_samples_are_made_once(data: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     told: list[tuple[int, int]] = []
-    first = load_shards(data, TokenSpec(), on_progress=lambda *done: told.append(done))
-    assert told == [(1, 3), (2, 3), (3, 3)]
-    assert [shard.route for shard in first] == ["one", "two", "one"]
-    monkeypatch.setattr(shards, "samples_of", None)
-    again = load_shards(data, TokenSpec())
-    np.testing.assert_array_equal(again[1].samples.waypoints, first[1].samples.waypoints)
-    assert shards.shards_key(TokenSpec()) != shards.shards_key(TokenSpec(reach=50.0))
-    assert shards.shards_key(TokenSpec()) != shards.shards_key(TokenSpec(), "answer")
+    first = frames_of(data, on_progress=lambda *done: told.append(done))
+    samples = load_encodings(first, STUDENT, on_progress=lambda *done: told.append(done))
+    assert told == [(1, 3), (2, 3), (3, 3)] * 2
+    assert list(first.routes.values()) == ["one", "two", "one"]
+    monkeypatch.setattr(frame_store, "rows_of", None)
+    monkeypatch.setattr("plant_bench.agents.plant.learner.encode", None)
+    again = load_encodings(frames_of(data), STUDENT)
+    chosen = np.arange(20, 30)
+    np.testing.assert_array_equal(
+        again.batch(chosen)["waypoints"], samples.batch(chosen)["waypoints"]
+    )
+
+
+def test_what_decides_samples_is_in_their_key() -> None:
+    key = encodings_key(STUDENT, "future")
+    farther = PlanTOptions(PlanTConfig(tokens=TokenSpec(reach=50.0)))
+    assert encodings_key(Student("plant", farther), "future") != key
+    assert encodings_key(STUDENT, "answer") != key
+    assert encodings_key(Student("plant", replace(PlanTOptions(), caution=2.0)), "future") == key
 
 
 def test_bad_folders_are_input_errors(data: Path, tmp_path: Path) -> None:
     with pytest.raises(InputError, match="No recordings found"):
-        load_shards(tmp_path / "empty", TokenSpec())
+        frames_of(tmp_path / "empty")
     broken = next((data / "episodes").glob("c.parquet"))
     broken.write_bytes(b"nothing")
     with pytest.raises(InputError, match="Not a recording"):
-        load_shards(data, TokenSpec())
+        frames_of(data)
+    part = next((data / "frames").rglob("a-*.npz"))
+    whole = part.read_bytes()
     broken.unlink()
-    load_shards(data, TokenSpec())
-    shard = next((data / "samples").rglob("a-*.npz"))
-    shard.write_bytes(shard.read_bytes()[:100])
-    with pytest.raises(InputError, match="Broken samples"):
-        load_shards(data, TokenSpec())
+    part.write_bytes(whole[:100])
+    with pytest.raises(InputError, match="Broken part"):
+        frames_of(data)
+    part.write_bytes(whole)
+    frames_of(data)
+    column = next((data / "frames").rglob("ego.npy"))
+    column.write_bytes(column.read_bytes()[:300])
+    with pytest.raises(InputError, match="Broken pack"):
+        frames_of(data)
     (data / "routes" / "suite.json").unlink()
     with pytest.raises(InputError, match=r"No routes"):
-        load_shards(data, TokenSpec())
+        frames_of(data)

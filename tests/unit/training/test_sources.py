@@ -11,14 +11,14 @@ import pytest
 from plant_bench.agent import Control
 from plant_bench.agents.plant.config import SIZES, PlanTConfig, Size
 from plant_bench.agents.plant.network import PlanTNetwork
+from plant_bench.agents.plant.options import PlanTOptions
 from plant_bench.agents.plant.weights import save_network
-from plant_bench.cli import learning
-from plant_bench.cli.learning import Course, Machine, Validation, learn
 from plant_bench.data_files import routes_dir
 from plant_bench.errors import InputError
 from plant_bench.runner.collect.data_folder import Origin
-from plant_bench.training.ablations import Recipe
+from plant_bench.training import course as courses
 from plant_bench.training.batches import Split
+from plant_bench.training.course import Course, Machine, Validation, learn
 from plant_bench.training.imitation import TrainingRequest
 from plant_bench.training.settings import TrainingSettings
 from plant_bench.training.sources import source_of
@@ -67,7 +67,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[tuple[TrainingRequest, Split]
     """What is to be trained; nothing is."""
     monkeypatch.setitem(SIZES, "mini", Size(1, 16, 2))
     requests: list[tuple[TrainingRequest, Split]] = []
-    monkeypatch.setattr(learning, "train", lambda *some: requests.append((some[0], some[1])))
+    monkeypatch.setattr(courses, "train", lambda *some: requests.append((some[0], some[1])))
     return requests
 
 
@@ -77,9 +77,12 @@ def course(tmp_path: Path, *data: Path, held_out: float = 0.1, **changes: Any) -
         targets=changes.pop("targets", "future"),
         validate_every=int("validation" in changes),
     )
-    recipe = Recipe(PlanTConfig(), settings, changes.pop("share", 1.0))
-    places = (tmp_path / "model", tmp_path / "work")
-    return Course(recipe, data, *places, Machine("cpu", 1, 1, 1), **changes)
+    places = (tmp_path / "model", settings)
+    share, work = changes.pop("share", 1.0), tmp_path / "work"
+    machine = Machine("cpu", 1, 1, 1)
+    return Course(
+        "plant", PlanTOptions(), data, *places, share, machine=machine, work=work, **changes
+    )
 
 
 def test_several_folders_are_learned_together(
@@ -123,13 +126,13 @@ def test_where_another_planner_went_is_no_example(
     own = say_origin(make_data("own", "one", "two", every=10, **facts), driver="plant@models/mine")
     with pytest.raises(InputError, match=r"own holds the expert's answers .*--targets answer"):
         learn(course(tmp_path, data, own))
-    assert not (data / "samples").exists()  # said before any samples are made
+    assert not (data / "frames").exists()  # said before any frames are made
     assert learn(course(tmp_path, own, targets="answer"))
     with pytest.raises(InputError, match=r"a\.parquet: Row 50 .* holds no acceleration"):
         learn(course(tmp_path, own, data, targets="answer"))
 
 
-def test_an_unfit_start_is_said_before_samples_are_made(
+def test_an_unfit_start_is_said_before_frames_are_made(
     tmp_path: Path, data: Path, asked: list
 ) -> None:
     save_network(PlanTNetwork(PlanTConfig(limit_input=True)), tmp_path / "other")
@@ -137,7 +140,7 @@ def test_an_unfit_start_is_said_before_samples_are_made(
         learn(course(tmp_path, data, start=tmp_path / "other"))
     with pytest.raises(InputError, match="There are no weights in"):
         learn(course(tmp_path, data, start=tmp_path / "nowhere"))
-    assert not (data / "samples").exists()
+    assert not (data / "frames").exists()
 
 
 @pytest.mark.parametrize("suite", ["longest6", "unseen", "copy"])
@@ -150,7 +153,7 @@ def test_the_benchmark_is_not_driven_for_validation(
     shutil.copy(routes_dir() / "unseen" / "unseen03.json", tmp_path / "copy" / "b.json")
     with pytest.raises(InputError, match="a route of the benchmark's suite '(longest6|unseen)'"):
         learn(course(tmp_path, data, validation=Validation(suite, None, True)))
-    assert not (data / "samples").exists()
+    assert not (data / "frames").exists()
 
 
 def test_other_suites_are_driven_for_validation(tmp_path: Path, data: Path, asked: list) -> None:

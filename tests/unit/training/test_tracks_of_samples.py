@@ -12,14 +12,17 @@ from plant_bench.agents.plant import agent as planner
 from plant_bench.agents.plant.agent import INTERVAL, PlanT
 from plant_bench.agents.plant.config import PlanTConfig
 from plant_bench.agents.plant.network import PlanTNetwork
+from plant_bench.agents.plant.options import PlanTOptions
 from plant_bench.agents.plant.weights import save_network
 from plant_bench.data.recorder import Recorder
 from plant_bench.data.recording import Recording
 from plant_bench.features.inputs import SceneInput
 from plant_bench.features.tokens import TokenSpec
 from plant_bench.sensing.observe import observe
-from plant_bench.training.samples import SAMPLE_TICKS
-from plant_bench.training.shards import load_shards
+from plant_bench.training.encodings import load_encodings
+from plant_bench.training.frame_store import load_frames
+from plant_bench.training.frames import SAMPLE_TICKS
+from plant_bench.training.learners import Student
 from plant_bench.world.route import PROTOCOL, Route
 from plant_bench.world.route_progress import RouteProgress
 from plant_bench.world.scene import TICK, ActorKind, Actors, EgoState, Scene
@@ -109,18 +112,19 @@ def test_samples_tell_of_others_what_the_planner_tells_while_it_drives(
     whole = Recording.load(record(tmp_path / "whole.parquet", route, every=1))
     told = told_while_driving(whole, route, tmp_path / "model", monkeypatch)
 
-    (shard,) = load_shards(tmp_path, SPEC)
+    student = Student("plant", PlanTOptions(PlanTConfig(tokens=SPEC)))
+    encodings = load_encodings(load_frames([tmp_path]), student)
 
-    samples = shard.samples
-    assert len(samples) > 10
-    for row in range(len(samples)):
+    samples, starts = encodings.packs[0].columns, encodings.starts[0]
+    assert len(starts) > 11
+    for row in range(len(starts) - 1):
         driven = told[FIRST_SAMPLE + row * SAMPLE_TICKS]
-        mine = slice(samples.starts[row], samples.starts[row + 1])
-        np.testing.assert_array_equal(samples.kinds[mine], driven.tokens.kinds)
+        mine = slice(starts[row], starts[row + 1])
+        np.testing.assert_array_equal(samples["kinds"][mine], driven.tokens.kinds)
         np.testing.assert_allclose(
-            samples.attributes[mine], driven.tokens.attributes, rtol=1e-5, atol=1e-5
+            samples["attributes"][mine], driven.tokens.attributes, rtol=1e-5, atol=1e-5
         )
-        assert samples.target[row] == pytest.approx(driven.target, abs=1e-5)
-        assert samples.limit[row] == pytest.approx(driven.limit, abs=1e-5)
-    changes = samples.attributes[:, -2:]
+        assert samples["target"][row] == pytest.approx(driven.target, abs=1e-5)
+        assert samples["limit"][row] == pytest.approx(driven.limit, abs=1e-5)
+    changes = samples["attributes"][:, -2:]
     assert (np.abs(changes).max(axis=0) > (2.0, 0.5)).all()  # there was something to be told

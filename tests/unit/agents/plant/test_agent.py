@@ -191,9 +191,9 @@ def spoil(folder: Path) -> None:
     [
         (cut, "Cannot use the weights"),
         (forget, "There are no weights in"),
-        (resize, "as a PlanT of size 'small'"),
+        (resize, "size mismatch for"),
         (misname, "Not the config"),
-        (age, "format 2 of network 'plant' is wanted"),
+        (age, "format 1 of network 'plant' found, format 2 of 'plant'"),
         (move_to_another_world, "trained under the protocol 'other-v1'"),
         (spoil, "not finite"),
     ],

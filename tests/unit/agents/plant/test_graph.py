@@ -10,10 +10,8 @@ import torch
 
 from plant_bench.agents.plant.agent import DEFAULT_WEIGHTS, PlanT, load_predictor
 from plant_bench.agents.plant.config import (
-    CONFIG_FILE,
     GRAPH_FILE,
     SIZES,
-    WEIGHTS_FILE,
     GraphBits,
     PlanTConfig,
     Size,
@@ -28,6 +26,7 @@ from plant_bench.errors import InputError
 from plant_bench.features.inputs import SceneInput
 from plant_bench.features.tokens import TokenKind, Tokens, TokenSpec
 from plant_bench.inference import listen_to_passes
+from plant_bench.model_folder import CONFIG_FILE, WEIGHTS_FILE
 
 pytest.importorskip("onnx")
 onnxruntime = pytest.importorskip("onnxruntime")

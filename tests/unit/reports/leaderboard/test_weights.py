@@ -17,8 +17,13 @@ def test_all_tensors_are_counted(weights):
     assert parameter_count(f"mine.py:Agent@{weights / 'weights.safetensors'}") == 17
 
 
-def test_the_shipped_planner_has_its_own():
-    assert (parameter_count("plant") or 0) > 1_000_000
+def test_other_learners_folders_are_counted(weights):
+    assert parameter_count(f"my_package.agent:Mine@{weights}") == 17
+
+
+@pytest.mark.parametrize("agent", ["plant", "plant-unguarded"])
+def test_the_shipped_planner_has_its_own(agent):
+    assert (parameter_count(agent) or 0) > 1_000_000
 
 
 @pytest.mark.parametrize("agent", ["expert", "plant@/gone", "x.py:A", "a@" + "x" * 10_000])

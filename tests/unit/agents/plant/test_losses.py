@@ -6,9 +6,8 @@ import pytest
 import torch
 
 from plant_bench.agents.plant.config import Bins, PlanTConfig
+from plant_bench.agents.plant.losses import IGNORED, Targets, classes_of, losses_of
 from plant_bench.agents.plant.network import Output
-from plant_bench.training.batches import Targets
-from plant_bench.training.losses import IGNORED, classes_of, losses_of
 
 BINS = PlanTConfig().bins
 

@@ -10,9 +10,21 @@ from torch.nn import functional
 
 from plant_bench.agents.plant.config import Bins
 from plant_bench.agents.plant.network import Output
-from plant_bench.training.batches import Targets
 
 IGNORED = -100  # no class: there is nothing to learn
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Targets:
+    """What a batch should be answered with.
+
+    Attributes:
+        waypoints: In the ego frame, metres.
+        futures: The tokens' attributes half a second later; NaN where there is nothing to learn.
+    """
+
+    waypoints: Float[Tensor, "batch waypoints 2"]
+    futures: Float[Tensor, "batch tokens 6"]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -39,7 +51,7 @@ def losses_of(
 
     Args:
         output: Of the network.
-        targets: What was wanted.
+        targets: What it should be.
         bins: Of the six attributes.
         caution: Weight of metres too far ahead against metres short of it: in doubt the network
             answers with less than the median of what was driven; 1 for equation 3.

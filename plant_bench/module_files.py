@@ -1,9 +1,9 @@
-"""Which files belong to a planner that is not one of ours: they are what its checksum covers."""
+"""Which files belong to a module that is not one of ours: what checksums of planners cover."""
 
 import sys
 from pathlib import Path
 
-_OURS = Path(__file__).resolve().parents[2]
+_OURS = Path(__file__).resolve().parent
 _INSTALLED = {"site-packages", "dist-packages"}
 
 

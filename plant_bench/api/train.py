@@ -1,69 +1,73 @@
 """Training a planner from collected data."""
 
 import os
-from collections.abc import Callable, Sequence
-from importlib import import_module
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-if TYPE_CHECKING:  # they load torch
-    from plant_bench.agents.plant.config import PlanTConfig
+if TYPE_CHECKING:  # these load torch
+    from plant_bench.learner import Learner
+    from plant_bench.training.course import Machine
+    from plant_bench.training.events import Listener
     from plant_bench.training.settings import TrainingSettings
 
-COURSES = "plant_bench.cli.learning"
+PathLike = str | os.PathLike[str]
 
 
 def train(
-    data: str | os.PathLike[str] | Sequence[str | os.PathLike[str]],
-    out: str | os.PathLike[str],
+    learner: "str | type[Learner]",
+    data: PathLike | Sequence[PathLike],
+    out: PathLike,
     *,
-    config: "PlanTConfig | None" = None,
+    options: Any = None,
     settings: "TrainingSettings | None" = None,
     share: float = 1.0,
-    start: str | os.PathLike[str] | None = None,
-    accelerator: str = "auto",
-    workers: int = 2,
-    work: str | os.PathLike[str] | None = None,
+    start: PathLike | None = None,
+    machine: "Machine | None" = None,
+    work: PathLike | None = None,
     overwrite: bool = False,
+    on_event: "Listener | None" = None,
 ) -> Path:
-    """Train PlanT to imitate what was recorded, and return the model's folder.
+    """Train a planner to imitate what was recorded, and return the model's folder.
 
-    The same call again goes on where it was interrupted, and comes to the same weights. Drive it
-    with `score(f"plant@{folder}")`.
+    The same call again goes on where it was interrupted, and comes to the same weights.
 
     Args:
+        learner: A name ("plant"), "package.module:Class", "file.py:Class", or a class of a module:
+            a `plant_bench.learner.Learner`.
         data: Folders that `collect` filled.
-        out: Folder for the model.
-        config: The network; the paper's without it.
+        out: Folder for the model; `score(f"plant@{out}")` drives with it.
+        options: The learner's own, of its `Options`; its defaults without them.
         settings: Epochs, batch, rate and the like; the paper's without them.
         share: Of each folder's episodes, the first.
-        start: Model to start from, if not from chance.
-        accelerator: "cpu", "cuda", "mps" or "auto".
-        workers: Processes that make samples.
+        start: Model to start from.
+        machine: Accelerator, processes, threads.
         work: Folder for checkpoint and logs; `reports/training-NAME` without it.
         overwrite: Start anew instead of going on.
+        on_event: Told of steps and epochs (`plant_bench.training.events`).
 
     Raises:
         InputError: Data or a folder cannot be used, or the folder holds another training.
         KeyboardInterrupt: It was stopped; the same call goes on.
     """
-    from plant_bench.agents.plant.config import PlanTConfig
-    from plant_bench.training.ablations import Recipe
+    from plant_bench.training.course import SILENT, Course, Listeners, Machine, learn
+    from plant_bench.training.learners import learner_class
     from plant_bench.training.settings import TrainingSettings
 
-    courses: Any = import_module(COURSES)
-    learn: Callable[[object], bool] = courses.learn
+    name = learner if isinstance(learner, str) else f"{learner.__module__}:{learner.__qualname__}"
     folders = [data] if isinstance(data, str | os.PathLike) else data
-    target = Path(out)
-    course = courses.Course(
-        Recipe(config or PlanTConfig(), settings or TrainingSettings(), share),
+    course = Course(
+        name,
+        learner_class(name).Options() if options is None else options,
         tuple(map(Path, folders)),
-        target,
-        Path("reports") / f"training-{target.name}" if work is None else Path(work),
-        courses.Machine(accelerator, workers=workers),
+        Path(out),
+        settings or TrainingSettings(),
+        share,
+        None if start is None else Path(start),
+        machine or Machine(),
+        work=None if work is None else Path(work),
         overwrite=overwrite,
-        start=None if start is None else Path(start),
     )
-    if not learn(course):
+    if not learn(course, SILENT if on_event is None else Listeners(on_event=on_event)):
         raise KeyboardInterrupt
-    return target
+    return course.out

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from plant_bench import __version__
-from plant_bench.cli.ablate import AblateCommand, ablate_learner_stub
+from plant_bench.cli.commands.ablate import AblateCommand, ablate_learner_stub
 from plant_bench.cli.commands.agents import list_agents
 from plant_bench.cli.commands.collect import collect
 from plant_bench.cli.commands.compare import compare_runs
@@ -24,10 +24,10 @@ from plant_bench.cli.commands.routes import routes_app
 from plant_bench.cli.commands.score import score
 from plant_bench.cli.commands.serve import serve
 from plant_bench.cli.commands.towns import towns_app
+from plant_bench.cli.commands.train import train_app
 from plant_bench.cli.commands.verify import verify_run
 from plant_bench.cli.commands.why import explain_run
 from plant_bench.cli.options import EXIT_FAILED, EXIT_INPUT
-from plant_bench.cli.train import train_app
 from plant_bench.errors import InputError, PlantBenchError
 
 app = typer.Typer(

@@ -10,8 +10,8 @@ import torch
 from plant_bench.agents.plant.ablations import ABLATIONS
 from plant_bench.agents.plant.config import PlanTConfig
 from plant_bench.agents.plant.options import PlanTOptions
-from plant_bench.cli import ablating
-from plant_bench.cli.ablating import ablate
+from plant_bench.cli import ablation_table as ablating
+from plant_bench.cli.ablation_table import ablate
 from plant_bench.errors import InputError
 from plant_bench.features.tokens import TokenSpec
 from plant_bench.runner.episode.jobs import episode_name, make_jobs
@@ -222,7 +222,7 @@ def test_a_planner_that_is_made_leaves_the_threads_as_they_were() -> None:
 def test_it_trains_and_drives_and_does_nothing_twice(
     tmp_path: Path, data: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("plant_bench.cli.learning.has_tensorboard", lambda: False)
+    monkeypatch.setattr("plant_bench.cli.training_progress.has_tensorboard", lambda: False)
     monkeypatch.setattr("plant_bench.training.logs.has_tensorboard", lambda: False)
     base = replace(BASE, settings=TrainingSettings(epochs=1, drop_after=1, batch=16), share=1.0)
     drives = ScoreRequest("plant", routes="town02-5", repetitions=1, density="light")

@@ -8,9 +8,9 @@ from pathlib import Path
 import typer
 
 from plant_bench.api.score import Driving
-from plant_bench.cli.learning import learn_visibly
 from plant_bench.cli.options import EXIT_INTERRUPTED
 from plant_bench.cli.run_progress import drive_missing, say_crashes
+from plant_bench.cli.training_progress import learn_visibly
 from plant_bench.reports.ablations import (
     AblationRow,
     ablation_csv,

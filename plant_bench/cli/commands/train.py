@@ -71,7 +71,7 @@ def train_command(name: str) -> TyperCommand:
     found = option_fields(Course, inside={"options": kind.Options}, without=frozenset({"learner"}))
 
     def train(**given: Any) -> None:
-        from plant_bench.cli.learning import learn_visibly
+        from plant_bench.cli.training_progress import learn_visibly
 
         values = {item.path: item.value(given[item.name]) for item in found}
         options = built(kind.Options, _inside("options", values))

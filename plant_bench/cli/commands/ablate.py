@@ -8,9 +8,9 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperCommand
 
+from plant_bench.cli.commands.train import command_of
 from plant_bench.cli.dataclass_options import OptionField, built, option_fields, with_options
 from plant_bench.cli.options import DensityOption, RepetitionsOption, SuiteOption
-from plant_bench.cli.train import command_of
 
 LEARNER = "plant"
 _ALIKE = frozenset({"seed", "validate_every", "patience"})  # settings that are the same for all
@@ -60,7 +60,7 @@ def ablate_learner(
 
         plant-bench ablate rear speeds --data data/expert --epochs 10 --routes 0-5 --seeds 2
     """
-    from plant_bench.cli.ablating import ablate
+    from plant_bench.cli.ablation_table import ablate
     from plant_bench.runner.run.score_run import ScoreRequest
     from plant_bench.training.ablation_run import AblationRequest
     from plant_bench.training.ablations import Recipe

@@ -130,7 +130,7 @@ def test_filters_by_text_track_town_and_table(board, open_page):
     assert planners(page) == ["careless"]
     assert "1 of" in page.locator("#filter-count").inner_text()
     page.fill("#filter-text", "")
-    page.select_option("#filter-track", "sensor")
+    page.select_option("#filter-track", "sensors")
     assert planners(page) == []
     assert len(planners(page, 3)) == 3
     page.select_option("#filter-track", "")

@@ -87,7 +87,7 @@ def makings_of(spec: str, load: Loader = load_agent) -> Makings:
     agent = load(spec)
     if PlannerSpec.parse(spec).kind is Kind.COMMAND:
         code = {module_file(name) for name in import_closure(REMOTE, without=_KEPT_APART)}
-        return Makings(frozenset(_listed(agent) | code), frozenset())
+        return Makings(frozenset(_listed(agent) | code), frozenset(_libraries(agent, ())))
     if getattr(agent, "remote", False):  # it was told what it is made of
         return Makings(frozenset(_listed(agent)), frozenset(_libraries(agent, ())))
     return makings_of_loaded(spec, agent)

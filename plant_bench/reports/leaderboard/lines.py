@@ -1,18 +1,17 @@
 """A line of a leaderboard: what every table tells of a planner, whoever has scored it."""
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 
-from plant_bench.agent import Input
 from plant_bench.reports.leaderboard.sources import RankingSource, RunSource
 from plant_bench.reports.leaderboard.weights import parameter_count
 from plant_bench.runner.run.speed import read_timings, speed_of
 from plant_bench.scoring.metrics import Scores, Spread, Summary
 from plant_bench.scoring.metrics_table import RANKED
+from plant_bench.sensing.inputs import track_of
 
-PRIVILEGED, SENSOR = "privileged", "sensor"  # the tracks of PlanT's Table 1
 UNKNOWN = Spread(math.nan, math.nan)
 
 
@@ -25,7 +24,7 @@ class Line:
     Attributes:
         id: Short, of letters, digits and hyphens; unlike any other on the leaderboard.
         planner: Its name, as shown.
-        track: `PRIVILEGED` or `SENSOR`; empty where not known.
+        track: A `Track` in words; empty where not known.
         inputs: What it was given.
         scores: By name of `scoring.metrics_table`; those not known may be missing.
         inference_ms: IT, time of one forward pass.
@@ -83,7 +82,7 @@ def run_line(
     return Line(
         id=id,
         planner=planner,
-        track=track_of(summary.inputs),
+        track=track_of(summary.inputs).label,
         inputs=summary.inputs,
         scores=summary.scores,
         inference_ms=speed.inference_ms,
@@ -101,16 +100,6 @@ def run_line(
         rates={kind.value: rate for kind, rate in summary.infractions_per_km.items()},
         km=summary.km,
     )
-
-
-def track_of(inputs: Iterable[str]) -> str:
-    """Return a planner's track as in PlanT's Table 1: to be told of objects is privileged.
-
-    >>> track_of(["objects", "route"]), track_of(["camera", "lidar"])
-    ('privileged', 'sensor')
-    """
-    told = set(inputs)
-    return SENSOR if told and not told & {item.value for item in Input} else PRIVILEGED
 
 
 def distinct(names: Sequence[str], fallback: Callable[[int], str]) -> list[str]:

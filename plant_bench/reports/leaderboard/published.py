@@ -2,8 +2,9 @@
 
 import math
 
-from plant_bench.reports.leaderboard.lines import PRIVILEGED, SENSOR, UNKNOWN, Line
+from plant_bench.reports.leaderboard.lines import UNKNOWN, Line
 from plant_bench.scoring.metrics import Spread
+from plant_bench.sensing.inputs import Track
 
 SOURCE = (
     "Renz et al., PlanT: Explainable Planning Transformers via Object-Level Representations, CoRL "
@@ -24,29 +25,41 @@ _SCORES: tuple[str, ...] = (
 # Planner, track, inputs, then mean and standard deviation of each of `_SCORES`, then IT in ms.
 # TransFuser's deviation of IS is printed as 0.60.
 _TABLE_1 = (
-    ("LAV", SENSOR, _CAMERAS, "32.74 1.45 70.36 3.14 0.51 0.02 0.84 0.11", _UNKNOWN_TIME),
-    ("TransFuser", SENSOR, _CAMERAS, "47.30 5.72 93.38 1.20 0.50 0.60 2.44 0.64", 101.24),
-    ("PlanT w/ perception", SENSOR, _CAMERAS, "57.66 5.01 88.20 0.94 0.65 0.06 0.97 0.09", 37.61),
+    ("LAV", Track.SENSORS, _CAMERAS, "32.74 1.45 70.36 3.14 0.51 0.02 0.84 0.11", _UNKNOWN_TIME),
+    ("TransFuser", Track.SENSORS, _CAMERAS, "47.30 5.72 93.38 1.20 0.50 0.60 2.44 0.64", 101.24),
+    (
+        "PlanT w/ perception",
+        Track.SENSORS,
+        _CAMERAS,
+        "57.66 5.01 88.20 0.94 0.65 0.06 0.97 0.09",
+        37.61,
+    ),
     (
         "Rule-based",
-        PRIVILEGED,
+        Track.OBJECTS,
         ("objects", "route"),
         "38.00 1.64 29.09 2.12 0.84 0.00 0.64 0.07",
         _UNKNOWN_TIME,
     ),
-    ("AIM-BEV", PRIVILEGED, _RASTER, "45.06 1.68 78.31 1.12 0.55 0.01 1.67 0.16", 18.14),
-    ("Roach", PRIVILEGED, _RASTER, "55.27 1.43 88.16 1.52 0.62 0.02 0.76 0.07", 3.24),
+    ("AIM-BEV", Track.OBJECTS, _RASTER, "45.06 1.68 78.31 1.12 0.55 0.01 1.67 0.16", 18.14),
+    ("Roach", Track.OBJECTS, _RASTER, "55.27 1.43 88.16 1.52 0.62 0.02 0.76 0.07", 3.24),
     (
         "PlanCNN",
-        PRIVILEGED,
+        Track.OBJECTS,
         ("rasterised objects", "rasterised route"),
         "77.47 1.34 94.53 2.59 0.81 0.03 0.43 0.05",
         28.94,
     ),
-    ("PlanT", PRIVILEGED, ("objects", "route"), "81.36 6.54 93.55 2.62 0.87 0.05 0.31 0.12", 10.79),
+    (
+        "PlanT",
+        Track.OBJECTS,
+        ("objects", "route"),
+        "81.36 6.54 93.55 2.62 0.87 0.05 0.31 0.12",
+        10.79,
+    ),
     (
         "Expert",
-        PRIVILEGED,
+        Track.PRIVILEGED,
         ("objects", "route", "actions"),
         "76.91 2.23 88.67 0.56 0.86 0.03 0.28 0.06",
         _UNKNOWN_TIME,
@@ -62,7 +75,7 @@ def paper_lines() -> tuple[Line, ...]:
 
 
 def _line(
-    planner: str, track: str, inputs: tuple[str, ...], figures: str, inference_ms: float
+    planner: str, track: Track, inputs: tuple[str, ...], figures: str, inference_ms: float
 ) -> Line:
     values = [float(text) for text in figures.split()]
     spreads = [Spread(*pair) for pair in zip(values[::2], values[1::2], strict=True)]
@@ -71,7 +84,7 @@ def _line(
     return Line(
         id=f"paper-{planner.lower().replace('/', '').replace(' ', '-')}",
         planner=planner,
-        track=track,
+        track=track.label,
         inputs=inputs,
         scores=scores,
         inference_ms=inference_ms,

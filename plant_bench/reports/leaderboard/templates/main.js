@@ -4,7 +4,7 @@ const LEGEND = [
   ...DATA.scores.map((score) => [score.label, score.about]),
   ["IT", "Inference time: one forward pass of the planner's network, in milliseconds; point at it for the processor."],
   ["RFDS", "The driving score of the expert that sees only the vehicle the planner ranks first, in percent of the expert that sees all."],
-  ["Track", "Privileged planners are told the ground truth of objects; sensor planners see through cameras or LiDAR."],
+  ["Track", "Sensors: raw signals and the route. Objects: boxes and lights, as from a perfect perception (what PlanT calls privileged). Privileged: what only the simulator knows."],
   ["Told apart", "Two planners are compared on the routes and seeds that both drove. The interval is a bootstrap over routes at 95 %; p is of a test of signs over routes, corrected for all pairs of the table (Holm). A difference is called real where p is 0.05 at most."],
   ["Hazards", "Met: those that took their course. Survived: no collision within 30 m of its place once it had begun."],
 ];

@@ -47,7 +47,7 @@ function scoreColumns(board, openEpisodes) {
       cell: (line) => el("span", { title: line.ranker ? `ranked by ${line.ranker}` : null }, spreadCell(line.rfds, 1)),
     },
     { head: "Inputs", title: "What it is given", value: (line) => line.inputs.join(" "), cell: inputsCell },
-    { head: "Track", title: "Privileged: ground truth of objects", value: (line) => line.track, cell: (line) => line.track || "–" },
+    { head: "Track", title: "Sensors, objects (a perfect perception) or privileged (the simulator's knowledge)", value: (line) => line.track, cell: (line) => line.track || "–" },
     {
       head: "Parameters",
       title: "Of its network",

@@ -195,7 +195,10 @@ class Control:
 class Agent(Protocol):
     """A planner."""
 
-    inputs: frozenset[str]
+    @property
+    def inputs(self) -> frozenset[str]:
+        """What it asks to be given: names of `Input`, or others of the table of inputs."""
+        ...
 
     def reset(self, route: Route | None) -> None:
         """Start a new episode and forget the last one.

@@ -3,7 +3,7 @@
 import math
 import sys
 import unicodedata
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
@@ -15,6 +15,7 @@ from plant_bench.scoring.infractions import InfractionKind
 from plant_bench.scoring.laws import Law
 from plant_bench.scoring.metrics import Scores, Summary
 from plant_bench.scoring.metrics_table import Metric, Shown, score_metrics, shown_metrics
+from plant_bench.scoring.relevance import RelativeScore
 from plant_bench.world.hazard import Phase
 
 DEADLINE = "50 ms"  # a tick: 20 decisions a second
@@ -207,3 +208,14 @@ def _text(value: object) -> str:
     if isinstance(value, dict):
         return ", ".join(f"{count} {name}" for name, count in value.items())
     return str(value)
+
+
+def print_relative_scores(scores: Mapping[str, RelativeScore]) -> None:
+    """Print a row for each ranker, in the given order."""
+    some = next(iter(scores.values()))
+    rows = [
+        [name, item.score.text(2), item.filtered.text(2), item.whole.text(2), item.episodes]
+        for name, item in scores.items()
+    ]
+    title = f"RFDS: the expert's DS with one vehicle in sight, in % ({some.protocol}, {some.law})"
+    print_rows(title, ["ranker", "RFDS", "DS, one vehicle", "DS, all", "episodes"], rows)

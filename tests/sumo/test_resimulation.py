@@ -79,7 +79,7 @@ def test_the_expert_answers_as_it_does_where_another_planner_drives_to_collect_d
     driven: tuple[Path, EpisodeResult], route: Route, tmp_path: Path
 ) -> None:
     collected = tmp_path / "collected.parquet"
-    run_episode(job("expert", route), recording=collected, override=Takeover(DRIVER, route))
+    run_episode(job("expert", route), recording=collected, override=Takeover(DRIVER, route, 0))
     told = Recording.load(collected)
     file, result = driven
     recording = Recording.load(file)

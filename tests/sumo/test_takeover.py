@@ -52,7 +52,7 @@ class Watched(Takeover):
     """Keeps what was asked for and what was executed."""
 
     def __init__(self, driver: str, route: Route) -> None:
-        super().__init__(driver, route)
+        super().__init__(driver, route, 0)
         self.ticks: list[tuple[Control, Control]] = []
 
     def executed(self, scene: Scene, progress: float, offset: float, control: Control) -> Control:

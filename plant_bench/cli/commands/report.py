@@ -90,7 +90,7 @@ def _write(
     from rich.progress import TextColumn
 
     from plant_bench.api.report import write_report
-    from plant_bench.reports.leaderboard.texts import one_line
+    from plant_bench.foreign_text import table_cell
 
     with progress_bars(WIDTH, TextColumn("{task.completed:.0f}/{task.total:.0f}")) as bars:
         tasks: dict[str, TaskID] = {}
@@ -100,7 +100,7 @@ def _write(
                 bars.advance(tasks["steps"])  # a step is done when the next one starts
             else:
                 tasks["steps"] = bars.add_task("", total=steps)
-            text = f"{escape(one_line(what, WIDTH)):<{WIDTH}}"
+            text = f"{escape(table_cell(what, WIDTH)):<{WIDTH}}"
             bars.update(tasks["steps"], description=text)
 
         def show_replays(done: int, total: int) -> None:
@@ -127,10 +127,12 @@ def _write(
 
 def _say_who_leads(leaderboard: "Leaderboard") -> None:
     """Say the order of each board, and whether the first two can be told apart."""
-    from plant_bench.reports.leaderboard.texts import one_line, p_text
+    from plant_bench.foreign_text import p_text, table_cell
 
     for board in leaderboard.boards:
-        scores = [f"{one_line(line.planner)} {line.driving_score.mean:.1f}" for line in board.lines]
+        scores = [
+            f"{table_cell(line.planner)} {line.driving_score.mean:.1f}" for line in board.lines
+        ]
         typer.echo(f"{board.protocol} ({board.world}): DS {', '.join(scores)}")
         top = {line.id for line in board.lines[:2]}
         for item in board.differences:

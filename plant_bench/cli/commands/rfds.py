@@ -70,7 +70,7 @@ def score_rfds(
     from plant_bench.api.rfds import RelevanceRequest, score_relevance
     from plant_bench.api.score import Driving
     from plant_bench.cli.run_progress import Watch, say_crashes
-    from plant_bench.reports.relevance import print_relative_scores
+    from plant_bench.reports.tables import print_relative_scores
     from plant_bench.runner.run.score_run import ScoreRequest
     from plant_bench.scoring.laws import law_of
 

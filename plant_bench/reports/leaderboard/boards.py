@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from itertools import combinations
 from pathlib import Path
 from typing import TypeVar
@@ -10,8 +11,7 @@ from plant_bench.agents.loading.spec import without_folders
 from plant_bench.errors import InputError
 from plant_bench.foreign_text import table_cell
 from plant_bench.reports.carla_checkpoint import ImportedRun, load_checkpoint
-from plant_bench.reports.leaderboard.board import CARLA, HERE, Board, Entry, Leaderboard
-from plant_bench.reports.leaderboard.differences import differences_between
+from plant_bench.reports.leaderboard.board import CARLA, HERE, Board, Difference, Entry, Leaderboard
 from plant_bench.reports.leaderboard.imported import imported_line
 from plant_bench.reports.leaderboard.lines import Line, distinct, run_line
 from plant_bench.reports.leaderboard.published import paper_lines
@@ -22,8 +22,10 @@ from plant_bench.reports.leaderboard.sources import (
     read_ranking,
     read_run,
 )
+from plant_bench.scoring.comparison import paired_difference
 from plant_bench.scoring.laws import Law
 from plant_bench.scoring.metrics import Summary, summarise
+from plant_bench.scoring.significance import holm
 
 RANKERS = ("attention", "masking")  # a line tells the first there is
 LONGEST_ID = 40  # characters
@@ -115,7 +117,7 @@ def _board(
         law.value,
         tuple(entry.line for entry in entries),
         tuple(entries),
-        differences_between(entries, law),
+        _differences_between(entries, law),
         tuple(sorted(rankings, key=lambda item: -item.score.score.mean)),
     )
 
@@ -208,3 +210,19 @@ def _twin_notes(runs: Sequence[RunSource]) -> list[str]:
                 f"({first.provenance.agent}, {checksum[:12]}): both are shown."
             )
     return notes
+
+
+def _differences_between(entries: Sequence[Entry], law: Law) -> tuple[Difference, ...]:
+    """Return the differences of all pairs that share scenarios, p corrected for their number."""
+    found = []
+    for high, low in combinations(entries, 2):
+        try:
+            paired = paired_difference(low.run.results, high.run.results, law=law)
+            if paired.mean < 0.0:  # on what both drove, the lower in the table is the better one
+                paired = paired_difference(high.run.results, low.run.results, law=law)
+                high, low = low, high
+        except InputError:
+            continue  # no scenario in common
+        found.append(Difference(high.line.id, low.line.id, paired, paired.p_value))
+    corrected = holm([item.p_corrected for item in found])
+    return tuple(replace(item, p_corrected=p) for item, p in zip(found, corrected, strict=True))

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from plant_bench.agent import Reason
 from plant_bench.reports.why.incidents import Incident
-from plant_bench.runner.decisions import Answer
+from plant_bench.runner.decisions import Decision
 from plant_bench.runner.review.moments import Moment
 from plant_bench.scoring.endings import BLOCKED_SPEED
 
@@ -31,13 +31,13 @@ class Braking:
     at_once: bool
 
 
-def decisions(answers: Sequence[Answer | None]) -> list[Answer]:
+def decisions(answers: Sequence[Decision | None]) -> list[Decision]:
     """Return the answers once each: between decisions the last one is held."""
     return list({answer.tick: answer for answer in answers if answer is not None}.values())
 
 
 def braking_for(
-    answers: Sequence[Answer], why: Callable[[Reason], bool], incident: Incident
+    answers: Sequence[Decision], why: Callable[[Reason], bool], incident: Incident
 ) -> Braking | None:
     """Return the braking for one reason, from the first such decision on; None without any.
 

@@ -15,7 +15,7 @@ from plant_bench.reports.why.braking import BRAKES, Braking, braking_for, decisi
 from plant_bench.reports.why.incidents import Incident
 from plant_bench.reports.why.red_light import RedLight, red_light_of
 from plant_bench.reports.why.standing import Standing, standing_of
-from plant_bench.runner.decisions import Answer
+from plant_bench.runner.decisions import Decision
 from plant_bench.runner.review.moments import Hindsight, Moment
 from plant_bench.scoring.endings import BLOCKED_SPEED
 from plant_bench.scoring.infractions import InfractionKind
@@ -113,7 +113,7 @@ def gap_to(scene: Scene, actor: int) -> float | None:
 
 
 def _something_else(
-    answers: Sequence[Answer], for_it: Callable[[Reason], bool], incident: Incident
+    answers: Sequence[Decision], for_it: Callable[[Reason], bool], incident: Incident
 ) -> tuple[Reason, Braking] | None:
     for answer in answers:
         reason = answer.reason

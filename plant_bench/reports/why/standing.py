@@ -8,7 +8,7 @@ import numpy as np
 
 from plant_bench.agent import Reason
 from plant_bench.agents.careful.corridor import corridor
-from plant_bench.runner.decisions import Answer
+from plant_bench.runner.decisions import Decision
 from plant_bench.runner.review.moments import Moment
 from plant_bench.scoring.endings import BLOCKED_SPEED
 from plant_bench.world.scene import EGO_LENGTH, TICK
@@ -39,7 +39,7 @@ class Standing:
     gap: float
 
 
-def standing_of(moments: Sequence[Moment], answers: Sequence[Answer]) -> Standing:
+def standing_of(moments: Sequence[Moment], answers: Sequence[Decision]) -> Standing:
     """Return why the ego stood, given the expert's answers to that."""
     wishes = sum(answer.control.acceleration >= GOES for answer in answers)
     waits = [answer for answer in answers if answer.control.acceleration < GOES]

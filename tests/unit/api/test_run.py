@@ -20,7 +20,7 @@ def test_the_summary_is_that_of_the_records(tmp_path: Path, write_run: RunWriter
 
     summary = run.summary
     assert (summary.planner, summary.episodes, summary.law) == ("mine", 12, "lb1.0")
-    assert summary.driving_score == summary.whole.scores.driving_score.mean
+    assert summary.driving_score == summary.whole.scores["driving_score"].mean
     assert summary.driving_score == pytest.approx(run.episodes["driving_score"].mean())
     assert "whole" not in repr(summary)
 

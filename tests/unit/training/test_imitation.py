@@ -12,10 +12,9 @@ from plant_bench.agents.plant.learner import PlanTLearner
 from plant_bench.agents.plant.network import PlanTNetwork
 from plant_bench.agents.plant.options import PlanTOptions
 from plant_bench.agents.plant.weights import load_network
-from plant_bench.data_files import town_dir
 from plant_bench.errors import InputError
 from plant_bench.features.tokens import TokenSpec
-from plant_bench.training import closed_loop, imitation, interrupts
+from plant_bench.training import imitation, interrupts
 from plant_bench.training.batches import Split, split_by_route
 from plant_bench.training.closed_loop import ClosedLoop
 from plant_bench.training.events import StepEnded, TrainingEvent
@@ -242,21 +241,3 @@ def test_only_linear_weights_decay() -> None:
 def test_an_unknown_accelerator_is_an_input_error() -> None:
     with pytest.raises(InputError, match="Cannot train on"):
         make_fabric(accelerator="abacus", devices=1)
-
-
-def test_validation_finds_towns_of_the_data(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    town = tmp_path / "towns" / "elsewhere"
-    town.mkdir(parents=True)
-    (town / "town.json").write_text("{}")
-
-    def open_run(*_: object) -> None:
-        assert town_dir("elsewhere") == town
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(closed_loop, "open_run", open_run)
-    with pytest.raises(KeyboardInterrupt):
-        closed_loop.closed_loop_score(
-            "plant", tmp_path / "run", ClosedLoop("longest6", towns=tmp_path / "towns")
-        )

@@ -95,6 +95,7 @@ def test_a_frame_tells_what_was_before_and_after(make_data: Callable[..., Path])
 
     assert [frame.observation.time for frame in seen] == pytest.approx([2.5, 3.0, 3.5, 4.0, 7.0])
     last = seen[3]
+    assert last.observation.actors is not None
     assert [len(some) for some in (last.before, last.observation.actors, last.later)] == [1, 1, 1]
     ahead = [float(frame.before.poses[0, 0]) for frame in seen[:4]]
     step = 0.5 * SPEED * np.cos(0.5)

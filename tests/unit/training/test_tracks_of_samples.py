@@ -18,7 +18,7 @@ from plant_bench.data.recorder import Recorder
 from plant_bench.data.recording import Recording
 from plant_bench.features.inputs import SceneInput
 from plant_bench.features.tokens import TokenSpec
-from plant_bench.sensing.observe import observe
+from plant_bench.sensing.observe import Sensors
 from plant_bench.training.encodings import load_encodings
 from plant_bench.training.frame_store import load_frames
 from plant_bench.training.frames import SAMPLE_TICKS
@@ -92,12 +92,13 @@ def told_while_driving(
     save_network(PlanTNetwork(PlanTConfig(tokens=SPEC)), folder)
     driver, place = PlanT(str(folder)), RouteProgress(route)
     driver.reset(None)
+    sensors = Sensors(route, 0, driver.inputs)
     told = {}
     for tick in range(len(recording)):
         scene = recording[tick]
         place.follow(scene.ego.x, scene.ego.y)
         if tick % INTERVAL == 0:
-            driver.act(observe(scene, route, place.progress, place.offset, driver.inputs, None))
+            driver.act(sensors.observe(scene, place.progress, place.offset))
             told[tick] = listening.given[-1]
     return told
 

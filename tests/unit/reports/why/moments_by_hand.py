@@ -16,7 +16,7 @@ from plant_bench.agent import (
     RouteAhead,
 )
 from plant_bench.reports.why.incidents import Incident, incidents
-from plant_bench.runner.decisions import Answer
+from plant_bench.runner.decisions import Decision
 from plant_bench.runner.review.moments import Hindsight, Moment
 from plant_bench.scoring.infractions import Infraction, InfractionKind, Status
 from plant_bench.scoring.results import EpisodeResult
@@ -101,11 +101,11 @@ def moment(tick: int, expert: Answers, **changes: Any) -> Moment:
     )  # fmt: skip
     pull, reason = expert(tick)
     ranking = changes.pop("ranking", (BYSTANDER, FOE))
-    planner = Answer(tick, PLAN, Control(0.0, 0.0), None, ranking)
+    planner = Decision(tick, PLAN, Control(0.0, 0.0), None, ranking)
     known: dict[str, Any] = {
         "scene": at, "seen": seen, "control": Control(0.0, 0.0), "plan": PLAN,
         "planned_at": at.ego, "planner": planner,
-        "expert": Answer(tick, Control(pull, 0.0), Control(pull, 0.0), reason),
+        "expert": Decision(tick, Control(pull, 0.0), Control(pull, 0.0), reason),
     }  # fmt: skip
     return Moment(**(known | changes))
 

@@ -1,7 +1,17 @@
-"""Which files belong to a module that is not one of ours: what checksums of planners cover."""
+"""Modules that are not ours: loaded by name or file, and which files belong to them.
 
+Planners and learners come through here; checksums cover the files.
+"""
+
+import hashlib
+import importlib
+import importlib.util
 import sys
 from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from plant_bench.errors import InputError, did_you_mean
 
 _OURS = Path(__file__).resolve().parent
 _INSTALLED = {"site-packages", "dist-packages"}
@@ -38,3 +48,72 @@ def _is_own(path: Path, root: Path) -> bool:
     if not path.is_relative_to(root) or path.is_relative_to(_OURS):
         return False
     return _INSTALLED.isdisjoint(path.relative_to(root.parent).parts)
+
+
+def load_named(module: str, name: str, who: str) -> Any:
+    """Return what a module has under a name: a class, or a function that makes one's instances.
+
+    Args:
+        module: Its dotted name, or the path of a Python file.
+        name: In it.
+        who: Says in messages what is loaded, as in "agent 'mine.py:Mine'".
+
+    Raises:
+        InputError: There is no such module or name, or loading it raised something.
+    """
+    found = load_module(module, who)
+    value = getattr(found, name, None)
+    if value is None:
+        names = [known for known, item in vars(found).items() if isinstance(item, type)]
+        hint = did_you_mean(name, names, cutoff=0.5, quote="'")
+        message = f"There is no '{name}' in {module}.{hint}"
+        raise InputError(message)
+    return value
+
+
+def load_module(module: str, who: str) -> ModuleType:
+    """Return a module by its dotted name or the path of its file; as `load_named`.
+
+    Raises:
+        InputError: There is no such module, or loading it raised something.
+    """
+    try:
+        if module.endswith(".py"):
+            return _from_file(Path(module))
+        _find_modules_in(Path.cwd())
+        return importlib.import_module(module)
+    except InputError:
+        raise
+    except (Exception, SystemExit) as error:
+        message = f"The {who} cannot be loaded: {type(error).__name__}: {error}"
+        raise InputError(message) from error
+
+
+def _find_modules_in(folder: Path) -> None:
+    """Let imports find what lies in a folder, as a script there could."""
+    if str(folder) not in sys.path:
+        sys.path.append(str(folder))
+
+
+def _from_file(path: Path) -> ModuleType:
+    """Load a file once in a process, whoever asks for it."""
+    path = path.expanduser().resolve()
+    _find_modules_in(path.parent)
+    if not path.is_file():
+        message = f"There is no file {path}."
+        raise InputError(message)
+    name = f"plant_bench_agent_{hashlib.sha256(str(path).encode()).hexdigest()[:12]}"
+    if name in sys.modules:
+        return sys.modules[name]
+    found = importlib.util.spec_from_file_location(name, path)
+    if found is None or found.loader is None:
+        message = f"{path} is no Python file."
+        raise InputError(message)
+    module = importlib.util.module_from_spec(found)
+    sys.modules[name] = module
+    try:
+        found.loader.exec_module(module)
+    except BaseException:
+        del sys.modules[name]
+        raise
+    return module

@@ -1,17 +1,13 @@
 """Loads a planner by its name, its module or its file, or starts the command that runs it."""
 
-import hashlib
-import importlib
-import importlib.util
-import sys
 from collections.abc import Callable
-from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 from plant_bench.agent import Agent
 from plant_bench.agents.loading.spec import Kind, PlannerSpec
-from plant_bench.errors import AgentError, InputError, did_you_mean
+from plant_bench.errors import AgentError, InputError
+from plant_bench.module_files import load_module, load_named
 from plant_bench.sensing.inputs import check_inputs
 
 Loader = Callable[[str], Agent]  # makes a planner of its name
@@ -67,14 +63,8 @@ def agent_factory(text: str) -> Any:
     Raises:
         InputError: There is no such class.
     """
-    spec, module = PlannerSpec.parse(text), planner_module(text)
-    factory = getattr(module, spec.name, None)
-    if factory is None:
-        names = [name for name, value in vars(module).items() if isinstance(value, type)]
-        hint = did_you_mean(spec.name, names, cutoff=0.5, quote="'")
-        message = f"There is no '{spec.name}' in {spec.module}.{hint}"
-        raise InputError(message)
-    return factory
+    spec = PlannerSpec.parse(text)
+    return load_named(spec.module, spec.name, f"agent '{text}'")
 
 
 def planner_module(text: str) -> ModuleType:
@@ -83,17 +73,7 @@ def planner_module(text: str) -> ModuleType:
     Raises:
         InputError: There is none, or it cannot be loaded.
     """
-    spec = PlannerSpec.parse(text)
-    try:
-        if spec.kind is Kind.FILE:
-            return _module_from_file(Path(spec.module))
-        _find_modules_in(Path.cwd())
-        return importlib.import_module(spec.module)
-    except InputError:
-        raise
-    except (Exception, SystemExit) as error:
-        message = f"The agent '{text}' cannot be loaded: {type(error).__name__}: {error}"
-        raise InputError(message) from error
+    return load_module(PlannerSpec.parse(text).module, f"agent '{text}'")
 
 
 def _commanded(text: str) -> Agent:
@@ -102,32 +82,3 @@ def _commanded(text: str) -> Agent:
     from plant_bench.agents.remote.programs import program_of
 
     return remote_agent(program_of(text), Limits())
-
-
-def _find_modules_in(folder: Path) -> None:
-    """Let imports find what lies in a folder, as a script there could."""
-    if str(folder) not in sys.path:
-        sys.path.append(str(folder))
-
-
-def _module_from_file(path: Path) -> ModuleType:
-    path = path.expanduser().resolve()
-    _find_modules_in(path.parent)
-    if not path.is_file():
-        message = f"There is no file {path}."
-        raise InputError(message)
-    name = f"plant_bench_agent_{hashlib.sha256(str(path).encode()).hexdigest()[:12]}"
-    if name in sys.modules:
-        return sys.modules[name]
-    found = importlib.util.spec_from_file_location(name, path)
-    if found is None or found.loader is None:
-        message = f"{path} is no Python file."
-        raise InputError(message)
-    module = importlib.util.module_from_spec(found)
-    sys.modules[name] = module
-    try:
-        found.loader.exec_module(module)
-    except BaseException:
-        del sys.modules[name]
-        raise
-    return module

@@ -12,6 +12,7 @@ from types import ModuleType
 from typing import Any
 
 from plant_bench.errors import InputError, did_you_mean
+from plant_bench.source_code import source_of
 
 _OURS = Path(__file__).resolve().parent
 _INSTALLED = {"site-packages", "dist-packages"}
@@ -31,17 +32,39 @@ def package_files(file: Path) -> set[Path]:
     return set(root.rglob("*.py")) if (root / "__init__.py").is_file() else {file.resolve()}
 
 
-def files_loaded_beside(file: Path) -> set[Path]:
-    """Return the files of all modules loaded from a file's folder, or from its whole package.
+def own_files(file: Path) -> set[Path]:
+    """Return a file and all that it imports from its own folder, or from its whole package.
 
-    plant-bench itself and installed packages, which may lie below that folder, are no part of it:
-    which of their modules are loaded depends on the command.
+    Imports inside functions count. What is imported by a computed name, and what a file reads, does
+    not: planners list that as `files`. plant-bench itself, and packages installed below that
+    folder, are no part of it.
     """
     root = _root(file)
-    loaded = (getattr(module, "__file__", None) for module in list(sys.modules.values()))
-    # A few modules (torch._classes) give a bare name that is no file's.
-    files = {Path(name).resolve() for name in loaded if name and Path(name).is_absolute()}
-    return {file.resolve()} | {path for path in files if _is_own(path, root)}
+    base = root.parent if (root / "__init__.py").is_file() else root
+    found: set[Path] = set()
+    coming = [file.resolve()]
+    while coming:
+        path = coming.pop()
+        if path in found or not _is_own(path, root):
+            continue
+        found.add(path)
+        if path.suffix == ".py":
+            for name in source_of(path).modules:
+                coming += _files_of(name, path, base)
+    return found | {file.resolve()}
+
+
+def _files_of(name: str, importer: Path, base: Path) -> list[Path]:
+    """Return the files that an import loads, as far as they lie below a folder."""
+    start = base
+    if name.startswith("."):
+        level = len(name) - len(name.lstrip("."))
+        start = importer.parents[level - 1]
+    parts = [part for part in name.strip(".").split(".") if part]
+    paths = [start.joinpath(*parts[:count]) for count in range(len(parts) + 1)]
+    candidates = [path / "__init__.py" for path in paths]
+    candidates += [path.with_suffix(".py") for path in paths[1:]]
+    return [path.resolve() for path in candidates if path.is_file()]
 
 
 def _is_own(path: Path, root: Path) -> bool:

@@ -9,11 +9,12 @@ import ast
 import hashlib
 import json
 import re
-from collections.abc import Callable, Collection, Iterable, Iterator
+import sys
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
-from importlib.metadata import PackageNotFoundError, version
+from importlib.metadata import PackageNotFoundError, packages_distributions, version
 from pathlib import Path
 
 from plant_bench.whole_files import write_whole_text
@@ -21,9 +22,10 @@ from plant_bench.whole_files import write_whole_text
 _PACKAGE = Path(__file__).resolve().parent
 _NAME = _PACKAGE.name
 _KEPT = _PACKAGE / "__pycache__" / "source-code.json"
+_FOR_TYPES = ("TYPE_CHECKING",)
 _DEFINITIONS = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
-_SPOKEN = re.compile(rf"({_NAME}(?:\.\w+)+)(?::\w+)?")  # "plant_bench.a.b:Class" in a table
-COMPUTING = frozenset(  # packages whose version may change a number
+_SPOKEN = re.compile(rf"({_NAME}(?:\.\w+)+):\w+")  # "plant_bench.a.b:Class" in a table
+COMPUTING = frozenset(  # packages of ours whose version may change a number
     {
         "jax",
         "libsumo",
@@ -46,8 +48,8 @@ class Source:
 
     Attributes:
         hash: Of its syntax tree without docstrings.
-        modules: Of this package, what it imports, by the names in `import` and `from`, and what
-            texts in it spell, as tables of "module:Class" do; of others the top-level names.
+        modules: What it imports, by the names in `import` and `from`, relative ones with their
+            dots; and modules of this package in texts such as "plant_bench.a.b:Class".
         texts: Texts in it that may be names of files.
     """
 
@@ -103,23 +105,34 @@ def imported_modules(path: Path) -> set[str]:
 def imported_packages(files: Iterable[Path]) -> frozenset[str]:
     """Return the top-level names of all that Python files import from outside this package."""
     modules = (name for path in files for name in source_of(path).modules)
-    return frozenset(name.partition(".")[0] for name in modules) - {_NAME}
+    first = {name.partition(".")[0] for name in modules if not name.startswith(".")}
+    return frozenset(first - {_NAME} - sys.stdlib_module_names)
 
 
 def library_versions(packages: Iterable[str]) -> list[str]:
-    """Return name and version of each package that computes, in the order of their names.
+    """Return name and version of each installed package, in the order of their names.
 
-    >>> [text.partition("==")[0] for text in library_versions(["numpy", "rich", "libsumo"])]
+    Args:
+        packages: As they are imported; those that no installed package has are left out.
+
+    >>> [text.partition("==")[0] for text in library_versions(["numpy", "libsumo", "no_such"])]
     ['libsumo', 'numpy']
     """
-    return [f"{name}=={_version(name)}" for name in sorted(COMPUTING.intersection(packages))]
+    found = ((name, _version(name)) for name in sorted(set(packages)))
+    return [f"{name}=={number}" for name, number in found if number is not None]
 
 
-def _version(package: str) -> str:
+def _version(package: str) -> str | None:
     try:
         return version(package)
     except PackageNotFoundError:
-        return "not installed"
+        others = _distributions().get(package, ())
+        return " ".join(sorted(version(name) for name in set(others))) or None
+
+
+@cache
+def _distributions() -> Mapping[str, list[str]]:
+    return packages_distributions()
 
 
 def data_files(module: str) -> list[Path]:
@@ -201,8 +214,7 @@ def source_in(content: bytes) -> Source:
     parts: list[str] = []
     _write(tree, parts.append)
     text = "".join(parts).encode("utf-8", "surrogatepass")
-    modules = {name if _is_ours(name) else name.partition(".")[0] for name in _named(tree)}
-    texts = set(_texts(tree))
+    modules, texts = set(_named(tree)), set(_texts(tree))
     spoken = {found[1] for text in texts if (found := _SPOKEN.fullmatch(text))}
     files = {text for text in texts if _BESIDE.fullmatch(text)} - spoken
     return Source(
@@ -251,7 +263,7 @@ def _statements(tree: ast.AST) -> Iterator[ast.AST]:
     while coming:
         node = coming.pop()
         yield node
-        if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test):
+        if isinstance(node, ast.If) and ast.unparse(node.test).endswith(_FOR_TYPES):
             coming += node.orelse
         elif not (isinstance(node, ast.stmt) and _is_text(node)):
             coming += ast.iter_child_nodes(node)
@@ -261,13 +273,11 @@ def _named(tree: ast.Module) -> Iterator[str]:
     for node in _statements(tree):
         if isinstance(node, ast.Import):
             yield from (item.name for item in node.names)
-        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
-            yield node.module
-            yield from (f"{node.module}.{item.name}" for item in node.names)
-
-
-def _is_ours(name: str) -> bool:
-    return name.partition(".")[0] == _NAME
+        elif isinstance(node, ast.ImportFrom):
+            start = "." * node.level + (node.module or "")
+            gap = "." if node.module else ""
+            yield start
+            yield from (f"{start}{gap}{item.name}" for item in node.names)
 
 
 def _texts(tree: ast.Module) -> Iterator[str]:
@@ -299,27 +309,30 @@ def _file(name: str) -> Path | None:
     return next((file for file in candidates if first == _NAME and file.is_file()), None)
 
 
+_saved = 0  # how many files were known when they were read or written last
+
+
 @cache
 def _kept() -> dict[str, Source]:
     """Return what is known of files, by the hash of their bytes; grows."""
+    global _saved
     with suppress(OSError, ValueError, TypeError, KeyError):
         found = json.loads(_KEPT.read_text(encoding="utf-8"))
         if found["made by"] == _made_by():
-            return {
+            files = {
                 name: Source(text, tuple(modules), tuple(texts))
                 for name, (text, modules, texts) in found["files"].items()
             }
+            _saved = len(files)
+            return files
     return {}
-
-
-_saved = 0  # how many were known when they were written last
 
 
 def _keep() -> None:
     """Write down what is known, where that is more than before and can be written."""
     global _saved
     kept = _kept()
-    if len(kept) == _saved:
+    if len(kept) <= _saved:
         return
     _saved = len(kept)
     files = {name: (item.hash, item.modules, item.texts) for name, item in kept.items()}
@@ -329,4 +342,5 @@ def _keep() -> None:
 
 @cache
 def _made_by() -> str:
-    return hashlib.sha256(Path(__file__).read_bytes()).hexdigest()
+    python = ".".join(map(str, sys.version_info[:2]))
+    return f"{python} {hashlib.sha256(Path(__file__).read_bytes()).hexdigest()}"

@@ -29,7 +29,7 @@ import cloudpickle
 import numpy as np
 
 from plant_bench.agents.loading.checksum import HARMLESS
-from plant_bench.module_files import files_loaded_beside, package_files
+from plant_bench.module_files import own_files, package_files
 from plant_bench.source_code import file_hash, import_closure, module_file, module_name
 
 _ATOMS = (type(None), bool, int, float, complex, str, bytes, type(...))
@@ -230,7 +230,7 @@ def _own_files(name: str, file: Path | None) -> set[Path]:
         return set()
     if module_name(file) is not None:
         return {module_file(other) for other in import_closure(name, without=HARMLESS)}
-    return package_files(file) | files_loaded_beside(file)
+    return package_files(file) | own_files(file)
 
 
 def _content_hash(path: Path) -> str:

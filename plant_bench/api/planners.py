@@ -24,14 +24,13 @@ PlannerLike = str | Agent | Callable[..., Agent]
 WRITTEN = Path("reports") / "planners"
 SHOWN = 8  # characters of a fingerprint
 
-_LOADER = '''"""A planner handed over from Python; plant-bench wrote this.
-
-fingerprint {fingerprint}
-"""
+_LOADER = '''"""A planner handed over from Python; plant-bench wrote this."""
 
 from pathlib import Path
 
 import cloudpickle
+
+FINGERPRINT = "{fingerprint}"  # of what the pickle holds: the planner's checksum covers it
 
 
 def {name}():
@@ -71,7 +70,7 @@ def resolve(planner: object) -> ResolvedPlanner:
     if not makes_planners(planner):
         check_planner(planner)
         return _written(planner, type(planner).__name__)
-    spec = _importable(planner)
+    spec = importable(planner)
     name = getattr(planner, "__name__", type(planner).__name__)
     return _written(planner, name) if spec is None else ResolvedPlanner(spec)
 
@@ -116,7 +115,7 @@ def spec_of(planner: PlannerLike, what: str) -> str:
     return resolved.spec
 
 
-def _importable(planner: object) -> str | None:
+def importable(planner: object) -> str | None:
     """Return the text that names a class or function in a process of its own; None if none does."""
     module = _module_of(planner)
     name = getattr(planner, "__qualname__", "")

@@ -5,6 +5,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from plant_bench.api.planners import importable
+from plant_bench.errors import InputError
+
 if TYPE_CHECKING:  # these load torch
     from plant_bench.learner import Learner
     from plant_bench.training.course import Machine
@@ -54,7 +57,13 @@ def train(
     from plant_bench.training.learners import learner_class
     from plant_bench.training.settings import TrainingSettings
 
-    name = learner if isinstance(learner, str) else f"{learner.__module__}:{learner.__qualname__}"
+    name = learner if isinstance(learner, str) else importable(learner)
+    if name is None:
+        message = (
+            f"{learner} is not found by other processes: put the class into a file, and give "
+            "'file.py:Class'."
+        )
+        raise InputError(message)
     folders = [data] if isinstance(data, str | os.PathLike) else data
     course = Course(
         name,

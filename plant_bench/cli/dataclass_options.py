@@ -42,8 +42,8 @@ class OptionField:
     kind: Any
     default: Any
     help: str
-    low: float | None = None
-    high: float | None = None
+    low: int | float | None = None
+    high: int | float | None = None
 
     def parameter(self, *, optional: bool = False) -> inspect.Parameter:
         """Return the parameter of a function that typer makes an option of.

@@ -228,12 +228,13 @@ def given(observation: Observation, inputs: Iterable[str]) -> Observation:
 
 
 def track_of(inputs: Iterable[str]) -> Track:
-    """Return the track of a planner: that of the input which tells it most.
+    """Return the track of a planner: that of the input which tells it most; unknown ones tell all.
 
     >>> track_of(["objects", "route"]).label, track_of(["route"]).label
     ('objects', 'sensors')
     """
-    return max((INPUTS[name].track for name in inputs if name in INPUTS), default=Track.SENSORS)
+    tracks = (INPUTS[name].track if name in INPUTS else Track.PRIVILEGED for name in inputs)
+    return max(tracks, default=Track.SENSORS)
 
 
 def _choices() -> str:

@@ -48,7 +48,7 @@ class Sensors:
             time=scene.time,
             ego=scene.ego,
             speed_limit=float(route.speed_limits[index]),
-            sensors={name: make(moment) for name, make in self._arrays},
+            sensors={name: _locked(make(moment)) for name, make in self._arrays},
             **{name: make(moment) for name, make in self._fields},
         )
 
@@ -57,3 +57,10 @@ def _point_at(route: Route, progress: float) -> int:
     """Return the index of the last route point passed; never the very last one."""
     last = len(route.points) - 2
     return min(max(int(np.searchsorted(route.along, progress, side="right")) - 1, 0), last)
+
+
+def _locked(values: np.ndarray) -> np.ndarray:
+    """Return an array that cannot be written to, as one that has come from another process."""
+    view = values.view()
+    view.flags.writeable = False
+    return view

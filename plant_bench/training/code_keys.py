@@ -5,7 +5,7 @@ import importlib.util
 import sys
 from pathlib import Path
 
-from plant_bench.module_files import files_loaded_beside
+from plant_bench.module_files import own_files
 from plant_bench.source_code import (
     code_hash,
     file_hash,
@@ -17,18 +17,19 @@ from plant_bench.source_code import (
 HARMLESS = {
     "plant_bench.runner.episode.keys": "makes keys",
     "plant_bench.source_code": "makes keys",
+    "plant_bench.world.hazard_sketch": "how hazards are drawn in tables and pages",
 }
 
 
 def closure_hash(*modules: str) -> str:
     """Return a hash of modules with all that they import from plant-bench.
 
-    Of a module from elsewhere all modules count that were loaded from its folder or package.
-    Comments and docstrings do not count.
+    Of a module from elsewhere all counts that it imports from its own folder or package. Comments
+    and docstrings do not count.
     """
     paths = [path for name in modules if (path := _file(name)) is not None]
     ours = {name for path in paths if (name := module_name(path)) is not None}
-    beside = [files_loaded_beside(path) for path in paths if module_name(path) is None]
+    beside = [own_files(path) for path in paths if module_name(path) is None]
     theirs = {path for files in beside for path in files if path.suffix == ".py"}
     ours = ours.union(*map(imported_modules, theirs))
     lines = [code_hash(import_closure(*ours, without=HARMLESS))]

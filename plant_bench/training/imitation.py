@@ -20,6 +20,7 @@ from plant_bench.training.batches import Split
 from plant_bench.training.card import Origin, model_card
 from plant_bench.training.checkpoint import broken_checkpoint, load_checkpoint, save_checkpoint
 from plant_bench.training.closed_loop import ClosedLoop, closed_loop_score
+from plant_bench.training.code_keys import closure_hash
 from plant_bench.training.events import Driving, EpochEnded, Listener
 from plant_bench.training.interrupts import stop_wish
 from plant_bench.training.learners import Student
@@ -240,6 +241,7 @@ class _Keeper:
         """Return what makes two trainings the same, as plain values."""
         parts = {
             "learner": self._learner.name,
+            "code": closure_hash(type(self._learner).__module__),
             "data": self._split.fingerprint,
             "processes": self._fabric.world_size,
             "torch": str(torch.__version__),

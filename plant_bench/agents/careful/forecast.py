@@ -13,6 +13,7 @@ from plant_bench.compiled import (
     REALS_3D,
     SINGLES,
     SINGLES_2D,
+    WHOLE,
     WHOLES,
     compiled,
 )
@@ -75,16 +76,18 @@ def along_true_lanes(observation: Observation, keep: np.ndarray) -> Forecast:
         actors.extents,
         actors.kinds == ActorKind.PEDESTRIAN,
         PATH_STEP,
+        STEP,
+        STEPS,
     )
     widths = actors.extents[keep, 1].astype(float)
     standing = actors.speeds[keep].astype(float) < STANDING
     return Forecast(poses, lengths, widths, standing, margins(actors.kinds[keep], standing))
 
 
-@compiled(WHOLES, REALS_3D, REALS, REALS, REALS, SINGLES, SINGLES_2D, FLAGS, REAL)
-def _along(keep, paths, pulls, desired, stops, speeds, extents, walking, spacing):
+@compiled(WHOLES, REALS_3D, REALS, REALS, REALS, SINGLES, SINGLES_2D, FLAGS, REAL, REAL, WHOLE)
+def _along(keep, paths, pulls, desired, stops, speeds, extents, walking, spacing, pause, count):
     """Return where some actors are on their paths, and how long their boxes become."""
-    poses, lengths = np.empty((len(keep), STEPS, 3)), np.empty((len(keep), STEPS))
+    poses, lengths = np.empty((len(keep), count, 3)), np.empty((len(keep), count))
     for row in range(len(keep)):
         actor = keep[row]
         speed, pull, length = float(speeds[actor]), pulls[actor], float(extents[actor, 0])
@@ -101,12 +104,12 @@ def _along(keep, paths, pulls, desired, stops, speeds, extents, walking, spacing
         most, least = max(pull, GENTLE_ACCELERATION if drives else 0.0), min(pull, 0.0)
         fast = slow = min(max(speed, 0.0), top)
         early = late = 0.0
-        for step in range(STEPS):
+        for step in range(count):
             if step:
-                faster = min(max(speed + most * (step * STEP), 0.0), top)
-                slower = min(max(speed + least * (step * STEP), 0.0), top)
-                early += 0.5 * STEP * (faster + fast)
-                late += 0.5 * STEP * (slower + slow)
+                faster = min(max(speed + most * (step * pause), 0.0), top)
+                slower = min(max(speed + least * (step * pause), 0.0), top)
+                early += 0.5 * pause * (faster + fast)
+                late += 0.5 * pause * (slower + slow)
                 fast, slow = faster, slower
             farthest, nearest = min(early, room), min(late, room)
             lengths[row, step] = length + farthest - nearest

@@ -1,12 +1,11 @@
 """What a planner is made of, as one hash: equal hashes drive alike, so that records can be kept.
 
-A planner's code is its module with all that this imports from plant-bench, whatever else it has
-loaded from its own folder or package, and the files that it lists as `files`: weights, for
-instance. Comments and docstrings do not count; of the libraries that compute, versions do.
+A planner's code is its module with all that this imports from plant-bench and from its own folder
+or package, and the files that it lists as `files`: weights, for instance. Comments and docstrings
+do not count; of the libraries that compute, versions do.
 """
 
 import hashlib
-from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,8 +13,10 @@ from plant_bench.agent import Agent
 from plant_bench.agents.loading.registry import Loader, load_agent, planner_module
 from plant_bench.agents.loading.spec import Kind, PlannerSpec
 from plant_bench.errors import InputError
-from plant_bench.module_files import files_loaded_beside, package_files
+from plant_bench.module_files import own_files, package_files
 from plant_bench.source_code import (
+    COMPUTING,
+    data_files,
     file_hash,
     import_closure,
     imported_modules,
@@ -33,8 +34,10 @@ HARMLESS = {
     "plant_bench.foreign_text": "texts of messages",
     "plant_bench.inference": "tells how long a network takes",
     "plant_bench.input_files": "how files are read: weights are listed and hashed",
+    "plant_bench.module_files": "how modules of planners are found",
     "plant_bench.source_code": "makes the checksums",
     "plant_bench.whole_files": "how files are written",
+    "plant_bench.world.hazard_sketch": "how hazards are drawn in tables and pages",
 }
 REMOTE = "plant_bench.agents.remote.agent"  # stands for a command: what it is told and may answer
 
@@ -87,9 +90,9 @@ def makings_of(spec: str, load: Loader = load_agent) -> Makings:
     agent = load(spec)
     if PlannerSpec.parse(spec).kind is Kind.COMMAND:
         code = {module_file(name) for name in import_closure(REMOTE, without=_KEPT_APART)}
-        return Makings(frozenset(_listed(agent) | code), frozenset(_libraries(agent, ())))
+        return Makings(frozenset(_listed(agent) | code), _libraries(agent))
     if getattr(agent, "remote", False):  # it was told what it is made of
-        return Makings(frozenset(_listed(agent)), frozenset(_libraries(agent, ())))
+        return Makings(frozenset(_listed(agent)), _libraries(agent))
     return makings_of_loaded(spec, agent)
 
 
@@ -101,11 +104,15 @@ def makings_of_loaded(spec: str, agent: Agent) -> Makings:
     if kind is Kind.BUILT_IN or module_name(file) is not None:
         files, modules = set[Path](), {module.__name__}
     else:
-        files = package_files(file) if kind is Kind.INSTALLED else files_loaded_beside(file)
+        files = package_files(file) if kind is Kind.INSTALLED else own_files(file)
         code = (path for path in files if path.suffix == ".py")
         modules = {name for path in code for name in imported_modules(path)}
-    files |= {module_file(name) for name in import_closure(*modules, without=HARMLESS)}
-    return Makings(frozenset(files | _listed(agent)), frozenset(_libraries(agent, files)))
+    libraries = imported_packages(path for path in files if path.suffix == ".py")
+    closure = import_closure(*modules, without=HARMLESS)
+    ours = {module_file(name) for name in closure}
+    libraries |= COMPUTING & imported_packages(ours)
+    ours |= {path for name in closure for path in data_files(name)}
+    return Makings(frozenset(files | ours | _listed(agent)), _libraries(agent, libraries))
 
 
 _KEPT_APART = {
@@ -113,12 +120,10 @@ _KEPT_APART = {
 }
 
 
-def _libraries(agent: Agent, files: Iterable[Path]) -> Iterable[str]:
-    """Return what a planner says that it computes with; else all that its code imports."""
+def _libraries(agent: Agent, imported: frozenset[str] = frozenset()) -> frozenset[str]:
+    """Return what a planner says that it computes with; else what its code imports."""
     told = getattr(agent, "libraries", None)
-    return (
-        imported_packages(path for path in files if path.suffix == ".py") if told is None else told
-    )
+    return imported if told is None else frozenset(told)
 
 
 def _listed(agent: Agent) -> set[Path]:

@@ -25,7 +25,6 @@ from plant_bench.agents.remote.messages import (
 from plant_bench.agents.remote.process import LENGTH
 from plant_bench.errors import AgentError
 from plant_bench.inference import listen_to_passes
-from plant_bench.source_code import COMPUTING
 
 
 def main() -> None:
@@ -72,7 +71,7 @@ class _Served:
             "interval": decision_interval(agent),
             "ranks": isinstance(agent, Ranker),
             "files": sorted(map(str, self._makings.files)),
-            "libraries": sorted(COMPUTING.intersection(self._makings.libraries)),
+            "libraries": sorted(self._makings.libraries),
         }
 
     def _reset(self, question: Wire) -> Wire:

@@ -1,6 +1,7 @@
 """`plant-bench report`."""
 
 import math
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -92,13 +93,15 @@ def _write(
     from plant_bench.api.report import write_report
     from plant_bench.foreign_text import table_cell
 
-    with progress_bars(WIDTH, TextColumn("{task.completed:.0f}/{task.total:.0f}")) as bars:
+    bars = progress_bars(WIDTH, TextColumn("{task.completed:.0f}/{task.total:.0f}"))
+    with ExitStack() as shown:
         tasks: dict[str, TaskID] = {}
 
         def begin(what: str, steps: int) -> None:
             if "steps" in tasks:
                 bars.advance(tasks["steps"])  # a step is done when the next one starts
             else:
+                shown.enter_context(bars)
                 tasks["steps"] = bars.add_task("", total=steps)
             text = f"{escape(table_cell(what, WIDTH)):<{WIDTH}}"
             bars.update(tasks["steps"], description=text)
@@ -127,7 +130,8 @@ def _write(
 
 def _say_who_leads(leaderboard: "Leaderboard") -> None:
     """Say the order of each board, and whether the first two can be told apart."""
-    from plant_bench.foreign_text import p_text, table_cell
+    from plant_bench.foreign_text import table_cell
+    from plant_bench.reports.leaderboard.texts import p_text
 
     for board in leaderboard.boards:
         scores = [

@@ -9,6 +9,7 @@ import hashlib
 from functools import cache
 
 from plant_bench.source_code import (
+    COMPUTING,
     code_hash,
     import_closure,
     imported_packages,
@@ -30,6 +31,7 @@ HARMLESS = {
     "plant_bench.garbage": "when Python looks for cycles",
     "plant_bench.inference": "tells how long a network takes; goes into timing/ alone",
     "plant_bench.input_files": "how files are read: their content has checksums",
+    "plant_bench.module_files": "how modules of planners are found",
     "plant_bench.runner.collect.data_folder": "where collected data lies",
     "plant_bench.runner.episode.jobs": "what is asked for: the scenario's key holds it",
     "plant_bench.runner.episode.keys": "makes the keys",
@@ -72,5 +74,6 @@ def collecting_checksum() -> str:
 
 
 def _hash(modules: frozenset[str]) -> str:
-    versions = library_versions(imported_packages(map(module_file, modules)))
+    packages = imported_packages(map(module_file, modules))
+    versions = library_versions(COMPUTING & packages)
     return hashlib.sha256("|".join([code_hash(modules), *versions]).encode()).hexdigest()

@@ -1,6 +1,6 @@
 """Runs tasks on a Ray cluster: the same events and the same results as in processes here.
 
-Each worker is an actor that is bound to a node and minds one process (`runner.ray_node`). What
+Each worker is an actor that is bound to a node and minds one process (`runner.ray.node`). What
 fails in that process counts as it does locally. An actor that is lost is no fault of its task: the
 task runs again elsewhere. This process alone writes into the run's folder.
 """

@@ -16,14 +16,14 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Protocol, runtime_checkable
 
-from plant_bench.agents.loading.checksum import agent_files
+from plant_bench.agents.loading.checksum import makings_of
 from plant_bench.agents.loading.spec import with_paths
 from plant_bench.data_files import networks_dir
 from plant_bench.errors import InputError
 from plant_bench.runner.episode.keys import rules_checksum
 from plant_bench.runner.run.provenance import installed_versions
 from plant_bench.runner.workers.isolation import Isolation, loader_of
-from plant_bench.source_code import code_hash, file_hash, module_name
+from plant_bench.source_code import code_hash, file_hash, library_versions, module_name
 from plant_bench.world.town import town_checksum
 
 LARGEST = 2**31  # bytes of a planner's files together
@@ -100,6 +100,8 @@ class Cargo:
         towns_in: Folders in which towns among the files are found.
         agents: Planners that must load there.
         known: Names and hashes of the files that make these planners.
+        libraries: Names and versions of the packages that these planners compute with.
+        isolation: Keeps them in processes of their own.
         towns: Checksum of each town.
         facts: Versions and hashes that must be equal.
     """
@@ -112,6 +114,8 @@ class Cargo:
     towns_in: tuple[str, ...]
     agents: tuple[str, ...]
     known: frozenset[tuple[str, str]]
+    libraries: frozenset[str]
+    isolation: Isolation | None
     towns: Mapping[str, str]
     facts: Mapping[str, str]
 
@@ -125,14 +129,13 @@ def pack(tasks: Iterable[Portable]) -> Cargo:
     needs = {task.needs for task in tasks}
     agents = tuple(sorted({agent for need in needs for agent in need.agents}))
     towns = sorted({town for need in needs for town in need.towns})
-    mine = {
-        path.absolute()
-        for need in needs
-        for agent in need.agents
-        for path in agent_files(agent, loader_of(need.isolation))
-    }
+    isolation = next((need.isolation for need in needs if need.isolation is not None), None)
+    makings = [makings_of(agent, loader_of(isolation)) for agent in agents]
+    mine = {path.absolute() for item in makings for path in item.files}
     code = {path for path in mine if not path.is_relative_to(_PACKAGE)}
-    code |= {near for path in code if path.suffix == ".py" for near in path.parent.glob("*.py")}
+    modules = {path for path in code if path.suffix == ".py"}
+    code |= {near for path in modules for near in path.parent.glob("*.py")}
+    code |= {path for path in (near.with_suffix(".pickle") for near in modules) if path.is_file()}
     further = [town for town in towns if not _installed(town)]
     near_towns = {path for folder in further for path in folder.iterdir() if path.is_file()}
     files = _read(code | {path.absolute() for path in near_towns})
@@ -145,6 +148,8 @@ def pack(tasks: Iterable[Portable]) -> Cargo:
         towns_in=tuple(sorted({str(folder.parent.absolute()) for folder in further})),
         agents=agents,
         known=frozenset((path.name, file_hash(path)) for path in mine | code),
+        libraries=frozenset(text for item in makings for text in library_versions(item.libraries)),
+        isolation=None if isolation is None else isolation.elsewhere(),
         towns={town.name: town_checksum(town.name, [town.parent]) for town in towns},
         facts=facts(),
     )
@@ -194,10 +199,16 @@ def check_arrived(cargo: Cargo, place: Place) -> None:
         if town_checksum(town, place.towns) != checksum:
             message = f"The town '{town}' is another one."
             raise InputError(message)
+    load = loader_of(cargo.isolation)
     for agent in cargo.agents:
-        for path in sorted(agent_files(place.planner(agent))):
+        makings = makings_of(place.planner(agent), load)
+        for path in sorted(makings.files):
             if (path.name, file_hash(path)) not in cargo.known:
                 message = f"'{agent}' is another planner: {path.name} differs."
+                raise InputError(message)
+        for text in library_versions(makings.libraries):
+            if text not in cargo.libraries:
+                message = f"'{agent}' would compute with another version here: {text}."
                 raise InputError(message)
 
 

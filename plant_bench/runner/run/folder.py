@@ -8,7 +8,7 @@ summary.json, summary.csv: derived from the records alone.
 speed.json: derived from the timings.
 superseded/: episodes of an earlier agent, town, route or protocol.
 logs/: what the workers printed.
-claims/: who is driving into it now (`runner.claims`).
+claims/: who is driving into it now (`runner.run.lock`).
 """
 
 import re

@@ -1,7 +1,7 @@
 """Runs tasks in warm worker processes; a worker that dies costs one retry and nothing else.
 
 `Executor` is what a run needs of whoever runs its tasks: `LocalExecutor` does so in processes of
-this machine, `runner.ray_executor` on a Ray cluster. Both tell the same events.
+this machine, `runner.ray.executor` on a Ray cluster. Both tell the same events.
 
 Each worker is a spawned process with a pipe of its own. `ProcessPoolExecutor` gives up the whole
 pool when one worker dies and cannot tell whose task killed it; a shared queue can be left locked by

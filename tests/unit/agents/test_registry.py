@@ -9,6 +9,7 @@ from plant_bench.agents.loading.checksum import agent_checksum, agent_files
 from plant_bench.agents.loading.registry import load_agent
 from plant_bench.agents.loading.spec import AGENTS
 from plant_bench.errors import InputError
+from plant_bench.module_files import own_files
 
 PLANNER = """
 from plant_bench.agent import Control, Input
@@ -91,3 +92,29 @@ def test_classes_that_are_no_agents(planner: Path, name: str, message: str) -> N
 def test_what_planners_are_told_is_part_of_them() -> None:
     assert {"inputs.py", "tokens.py"} <= {path.name for path in agent_files("plant")}
     assert {"driver.py", "limits.py"} <= {path.name for path in agent_files("expert")}
+
+
+def test_a_helper_that_is_imported_late_is_part_of_a_planner(tmp_path: Path) -> None:
+    (tmp_path / "late.py").write_text("GAIN = 1\n")
+    (tmp_path / "beside.py").write_text("GAIN = 1\n")
+    source = PLANNER + "\n\ndef later():\n    from late import GAIN\n    return GAIN\n"
+    (tmp_path / "mine_late.py").write_text(source)
+    spec = f"{tmp_path / 'mine_late.py'}:Mine"
+    before = agent_checksum(spec)
+
+    (tmp_path / "beside.py").write_text("GAIN = 2\n")
+    assert agent_checksum(spec) == before
+    (tmp_path / "late.py").write_text("GAIN = 2\n")
+    assert agent_checksum(spec) != before
+
+
+def test_relative_imports_of_a_package_are_followed(tmp_path: Path) -> None:
+    package = tmp_path / "relatively"
+    package.mkdir()
+    (package / "__init__.py").write_text("")
+    (package / "gains.py").write_text("GAIN = 1\n")
+    (package / "agent.py").write_text("from .gains import GAIN\n" + PLANNER)
+
+    assert {"agent.py", "gains.py", "__init__.py"} <= {
+        path.name for path in own_files(package / "agent.py")
+    }

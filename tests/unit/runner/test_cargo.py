@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from plant_bench.agents.loading.checksum import agent_checksum
+from plant_bench.agents.loading.checksum import Makings, agent_checksum
 from plant_bench.agents.remote.connection import Profile, end_processes
 from plant_bench.agents.remote.process import Limits
 from plant_bench.agents.remote.programs import Program
@@ -77,7 +77,7 @@ def test_code_and_weights_arrive_as_they_were(mine, task, place):
 def test_a_program_can_be_started_where_it_has_arrived(tmp_path, task, place, monkeypatch):
     program = Path(shutil.copy(shutil.which("true") or "", tmp_path / "planner"))
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(cargo, "agent_files", lambda _: {Path("planner")})
+    monkeypatch.setattr(cargo, "makings_of", lambda *_: Makings(frozenset({Path("planner")})))
 
     unpack(pack([task("cruise")]), place)
 

@@ -193,7 +193,7 @@ def spoil(folder: Path) -> None:
         (forget, "There are no weights in"),
         (resize, "size mismatch for"),
         (misname, "Not the config"),
-        (age, "format 1 of network 'plant' found, format 2 of 'plant'"),
+        (age, "format 0 of network 'plant' found, format 2 of 'plant'"),
         (move_to_another_world, "trained under the protocol 'other-v1'"),
         (spoil, "not finite"),
     ],

@@ -115,7 +115,7 @@ def without_folders(argument: str) -> str:
     >>> without_folders("plant@/home/me/models/mine"), without_folders("models/mine")
     ('plant@mine', 'models/mine')
     """
-    return with_paths(argument, lambda path: Path(path).name)
+    return with_paths(argument, lambda path: Path(path).name + "/" * path.endswith("/"))
 
 
 @cache

@@ -221,8 +221,12 @@ def _packed(folder: Path, names: Sequence[str]) -> Path:
     digest = hashlib.sha256("\n".join(names).encode()).hexdigest()[:12]
     pack = folder / f"pack-{digest}"
     parts = [folder / PARTS / f"{name}.npz" for name in names]
-    with _whole_folder(pack) as place:
-        _write_pack(place, zip(names, map(_read_part, parts), strict=True))
+    try:
+        with _whole_folder(pack) as place:
+            _write_pack(place, zip(names, map(_read_part, parts), strict=True))
+    except InputError:
+        if not pack.is_dir():  # otherwise another process was faster, and has cleared away
+            raise
     for part in parts:
         part.unlink(missing_ok=True)
     return pack

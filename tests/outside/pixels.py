@@ -14,7 +14,6 @@ from plant_bench.features.raster import Rasteriser, RasterSpec
 from plant_bench.features.raster_layers import Layer
 from plant_bench.learner import Choice, Learner
 from plant_bench.model_folder import load_weights, read_config
-from plant_bench.world.town import load_town
 
 LAYERS = (Layer.ROAD, Layer.ROUTE, Layer.VEHICLES)
 BRIGHTEST, METRES = 255.0, 10.0
@@ -88,7 +87,7 @@ class Pixels:
         self.files = sorted(Path(folder).glob("*.*"))
 
     def reset(self, route):
-        self.rasteriser = pictures(load_town(route.town), self.options)
+        self.rasteriser = pictures(route.load_town(), self.options)
 
     def act(self, observation):
         picture = torch.from_numpy(self.rasteriser.draw(observation))[None]

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from plant_bench.agents.loading.spec import Kind, PlannerSpec
+from plant_bench.agents.loading.spec import is_command
 from plant_bench.api.planners import PlannerLike, resolve
 from plant_bench.errors import InputError
 from plant_bench.runner.episode.jobs import episode_name
@@ -227,7 +227,7 @@ def isolation_of_command(spec: str) -> Isolation | None:
     Raises:
         InputError: It does not start.
     """
-    if PlannerSpec.parse(spec).kind is not Kind.COMMAND:
+    if not is_command(spec):
         return None
     from plant_bench.agents.remote.process import Limits
     from plant_bench.runner.workers.isolation import isolation_of

@@ -121,11 +121,11 @@ def isolation_for(
     Raises:
         InputError: A limit is given without `--isolate`, or the planner does not start.
     """
-    from plant_bench.agents.loading.spec import Kind, PlannerSpec
+    from plant_bench.agents.loading.spec import is_command
 
     given = {"tick": tick, "start_up": start_up, "memory": memory}
     limits = {name: value for name, value in given.items() if value is not None}
-    if not isolate and PlannerSpec.parse(agent).kind is not Kind.COMMAND:
+    if not isolate and not is_command(agent):
         if limits:
             option = f"--{next(iter(limits)).replace('_', '-')}-limit"
             message = f"{option} limits a planner in a process of its own: give --isolate, too."

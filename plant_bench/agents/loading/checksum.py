@@ -99,10 +99,10 @@ def makings_of(spec: str, load: Loader = load_agent) -> Makings:
 def makings_of_loaded(spec: str, agent: Agent) -> Makings:
     """Return what a planner is made of that has been loaded in this process."""
     kind = PlannerSpec.parse(spec).kind
-    module = planner_module(spec)
-    file = Path(module.__file__ or "")
-    if kind is Kind.BUILT_IN or module_name(file) is not None:
-        files, modules = set[Path](), {module.__name__}
+    file = Path(planner_module(spec).__file__ or "")
+    own = module_name(file)
+    if own is not None:
+        files, modules = set[Path](), {own}
     else:
         files = package_files(file) if kind is Kind.INSTALLED else own_files(file)
         code = (path for path in files if path.suffix == ".py")

@@ -104,6 +104,11 @@ class PlannerSpec:
         return with_paths(self.text, lambda path: str(found(Path(path).expanduser())))
 
 
+def is_command(text: str) -> bool:
+    """Tell whether a text names a program in another process; the rest of it may be wrong."""
+    return text.startswith(COMMAND)
+
+
 def with_paths(text: str, change: Callable[[str], str]) -> str:
     """Return a text with every absolute path in it changed; a path ends at "@", "=" and ":"."""
     return _PATH.sub(lambda match: match[1] + change(match[2]), text)
@@ -120,7 +125,7 @@ def without_folders(argument: str) -> str:
 
 @cache
 def _parsed(text: str) -> PlannerSpec:
-    if text.startswith(COMMAND):
+    if is_command(text):
         return PlannerSpec(text, Kind.COMMAND, "", text.removeprefix(COMMAND))
     target, argument = _split(text)
     kind, found = Kind.BUILT_IN, AGENTS.get(target)

@@ -33,8 +33,8 @@ ROW = '    InputRow("shade", Track.SENSORS, "an image of 3 x 8 x 16 bytes", _sha
 PLANNER = """
 import numpy as np
 
-from plant_bench.agent import Control
-from plant_bench.controller import follow_route
+from plant_bench.agent import Plan
+from plant_bench.geometry.pose import to_frame
 
 
 class Looker:
@@ -49,9 +49,10 @@ class Looker:
         assert (image.shape, image.dtype.name) == ((3, 8, 16), "uint8")
         assert not observation.actors
         speed = 4.0 + float(image.mean()) / 20.0
-        steering = follow_route(observation.ego, observation.route)
-        pull = np.clip(2.0 * (speed - observation.ego.speed), -3.0, 2.0)
-        return Control(float(np.float32(pull)), float(np.float32(np.clip(steering, -0.5, 0.5))))
+        ahead = observation.route.points
+        places = [min(int(speed * time) + 1, len(ahead) - 1) for time in (0.5, 1.0, 1.5, 2.0)]
+        waypoints = to_frame(ahead[places], *observation.ego.pose)
+        return Plan(waypoints.astype(np.float32).astype(float))
 """
 
 GYM = '''
@@ -80,15 +81,15 @@ class Seen:
 def main():
     env = gymnasium.make(
         plant_bench.gym.ENV_ID, observation=Seen(), frame_skip=4, density="light",
+        action="plan",
         disable_env_checker=True,
     ).unwrapped
     planner = Looker()
     env.reset(options={"route": "ROUTE", "repetition": 0})
     over = False
     while not over:
-        control = planner.act(env.observation)
-        action = np.array([control.acceleration, control.steering])
-        over = any(env.step(action)[2:4])
+        plan = planner.act(env.observation)
+        over = any(env.step(plan.waypoints)[2:4])
     print(env.result.to_json())
 
 

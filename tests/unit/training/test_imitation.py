@@ -180,6 +180,7 @@ def test_what_is_told_anew_counts_nothing_at_the_start(had: TokenSpec) -> None:
     now = TokenSpec(meetings=True, tracks=True)
     learner = PlanTLearner(PlanTOptions(PlanTConfig(tokens=now)))
     network = learner.network()
+    assert isinstance(network, PlanTNetwork)
     state = learner.start_from(PlanTOptions(earlier.config), earlier.state_dict())
     network.load_state_dict(state)
 

@@ -90,19 +90,6 @@ class PlannerSpec:
             message = f"The agent '{self.text}' is no command: {error}."
             raise InputError(message) from error
 
-    @property
-    def display(self) -> str:
-        """The text with the names alone of what it tells absolute paths of."""
-        return without_folders(self.text)
-
-    def relocated(self, found: Callable[[Path], Path]) -> str:
-        """Return the text with other absolute paths.
-
-        Args:
-            found: Tells where what lies at a path lies for whoever reads the text.
-        """
-        return with_paths(self.text, lambda path: str(found(Path(path).expanduser())))
-
 
 def is_command(text: str) -> bool:
     """Tell whether a text names a program in another process; the rest of it may be wrong."""

@@ -119,13 +119,14 @@ def _find_modules_in(folder: Path) -> None:
 
 
 def _from_file(path: Path) -> ModuleType:
-    """Load a file once in a process, whoever asks for it."""
+    """Load a file once in a process, whoever asks for it; again once its text has changed."""
     path = path.expanduser().resolve()
     _find_modules_in(path.parent)
     if not path.is_file():
         message = f"There is no file {path}."
         raise InputError(message)
-    name = f"plant_bench_agent_{hashlib.sha256(str(path).encode()).hexdigest()[:12]}"
+    content = hashlib.sha256(str(path).encode() + b"\0" + path.read_bytes())
+    name = f"plant_bench_agent_{content.hexdigest()[:12]}"
     if name in sys.modules:
         return sys.modules[name]
     found = importlib.util.spec_from_file_location(name, path)

@@ -48,7 +48,7 @@ class Sensors:
             time=scene.time,
             ego=scene.ego,
             speed_limit=float(route.speed_limits[index]),
-            sensors={name: _locked(make(moment)) for name, make in self._arrays},
+            sensors={name: _locked(name, make(moment)) for name, make in self._arrays},
             **{name: make(moment) for name, make in self._fields},
         )
 
@@ -59,8 +59,16 @@ def _point_at(route: Route, progress: float) -> int:
     return min(max(int(np.searchsorted(route.along, progress, side="right")) - 1, 0), last)
 
 
-def _locked(values: np.ndarray) -> np.ndarray:
-    """Return an array that cannot be written to, as one that has come from another process."""
+def _locked(name: str, values: object) -> np.ndarray:
+    """Return an array that cannot be written to, as one that has come from another process.
+
+    Raises:
+        TypeError: It is no array of numbers: the row's function is at fault, not the planner.
+    """
+    if not isinstance(values, np.ndarray) or values.dtype.kind not in "biuf":
+        found = getattr(values, "dtype", type(values).__name__)
+        message = f"Input '{name}': expected an array of numbers from its function, got {found}."
+        raise TypeError(message)
     view = values.view()
     view.flags.writeable = False
     return view

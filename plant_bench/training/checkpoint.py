@@ -12,7 +12,7 @@ from plant_bench.whole_files import write_whole
 
 CHECKPOINT_FORMAT = 3
 CHECKPOINT_FILE = "checkpoint.safetensors"
-SAMPLES = "samples"  # in sums: how many were summed over
+SAMPLES = "/samples"  # in sums: how many were summed over; no loss is called so
 PICKLED_FILE = "checkpoint.pt"  # of earlier versions; a pickle can run code, so it is not read
 
 

@@ -24,7 +24,7 @@ def test_a_project_is_whole_and_its_planner_loads(tmp_path, kind):
     assert [path.name for path in tmp_path.iterdir()] == [project.folder.name]
 
 
-@pytest.mark.parametrize("name", ["control", "plan", "network", "simulation"])
+@pytest.mark.parametrize("name", ["control", "plan", "network", "light"])
 def test_a_planner_called_as_a_word_of_the_contract_hides_none(tmp_path, name):
     kind = Kind.TORCH if name in ("plan", "network") else Kind.RULES
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from plant_bench.agents.loading.spec import is_command
+from plant_bench.api.execution import chosen_executor, isolation_for
 from plant_bench.api.planners import PlannerLike, resolve
 from plant_bench.errors import InputError
 from plant_bench.runner.episode.jobs import episode_name
@@ -97,6 +97,10 @@ def score(
     overwrite: bool = False,
     recordings: bool = True,
     law: str = "lb1.0",
+    isolate: bool = False,
+    executor: str = "local",
+    address: str | None = None,
+    shard: str | None = None,
     on_event: Listener | None = None,
 ) -> "Run":
     """Drive a suite and return how well, as `plant-bench score` does.
@@ -120,6 +124,12 @@ def score(
         overwrite: Drive again what is finished.
         recordings: Keep every tick, for `Run.why`, rescoring and replays.
         law: Makes infractions a score: "lb1.0", as Longest6, or "lb2.1".
+        isolate: Keep the planner in a process of its own: one that hangs, leaks or crashes costs
+            its own episode. A "command:PROGRAM" always has one.
+        executor: "local" for processes of this machine, "ray" for a Ray cluster.
+        address: Of the Ray cluster: "HOST:6379" or "ray://HOST:10001"; without it the one that this
+            machine is part of.
+        shard: Drive one part of the episodes, as "1/8", of a run that several calls share.
         on_event: Told of episodes that start, go on and end (`runner.run.suite`).
 
     Raises:
@@ -134,10 +144,12 @@ def score(
     resolved = resolve(planner)
     how = Driving(
         cores() if workers is None else workers,
+        executor=chosen_executor(executor, address, workers, _log.warning),
+        shard=None if shard is None else Shard.parse(shard),
         overwrite=overwrite,
         recordings=recordings,
         law=law_of(law),
-        isolation=isolation_of_command(resolved.spec),
+        isolation=isolation_for(resolved.spec, isolate=isolate),
     )
     request = ScoreRequest(
         resolved.spec, os.fspath(suite), routes, repetitions, seed, density, hazards
@@ -147,7 +159,8 @@ def score(
     for failure in failures_of(run):
         _log.warning("%s", failure)
     found = Run(run.folder.path, how.law)
-    found.write_summary()
+    if not run.unfinished_by_others():
+        found.write_summary()
     return found
 
 
@@ -219,20 +232,6 @@ def cores() -> int:
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
-
-
-def isolation_of_command(spec: str) -> Isolation | None:
-    """Return how a planner that is a command is run; None for all others, which workers load.
-
-    Raises:
-        InputError: It does not start.
-    """
-    if not is_command(spec):
-        return None
-    from plant_bench.agents.remote.process import Limits
-    from plant_bench.runner.workers.isolation import isolation_of
-
-    return isolation_of(spec, Limits())
 
 
 def _ignore(event: SuiteEvent) -> None:

@@ -2,17 +2,12 @@
 
 import os
 from enum import StrEnum
-from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from plant_bench.errors import InputError
-from plant_bench.runner.workers.executors import Executor
-
-if TYPE_CHECKING:
-    from plant_bench.runner.workers.isolation import Isolation
 
 
 def _cores() -> int:
@@ -68,25 +63,6 @@ ManyWorkersOption = Annotated[
 ]
 
 
-def chosen_executor(where: Where, address: str | None, workers: int | None) -> Executor | None:
-    """Return who drives elsewhere; None for processes of this machine.
-
-    Raises:
-        InputError: Ray is wanted and not installed, or the options contradict each other.
-    """
-    if where is Where.LOCAL:
-        if address is not None:
-            message = "--address is of a Ray cluster: give --executor ray with it."
-            raise InputError(message)
-        return None
-    if find_spec("ray") is None:
-        message = "Ray is not installed. Install it with: pip install 'plant-bench[ray]'"
-        raise InputError(message)
-    from plant_bench.runner.ray.executor import RayExecutor
-
-    return RayExecutor(address or "auto", workers, lambda line: typer.echo(line, err=True))
-
-
 IsolateOption = Annotated[
     bool,
     typer.Option(
@@ -108,33 +84,9 @@ MemoryLimitOption = Annotated[
 ]
 
 
-def isolation_for(
-    agent: str,
-    *,
-    isolate: bool,
-    tick: float | None,
-    start_up: float | None,
-    memory: float | None,
-) -> "Isolation | None":
-    """Return how the planner is to be kept apart; None where it is loaded by the workers.
-
-    Raises:
-        InputError: A limit is given without `--isolate`, or the planner does not start.
-    """
-    from plant_bench.agents.loading.spec import is_command
-
-    given = {"tick": tick, "start_up": start_up, "memory": memory}
-    limits = {name: value for name, value in given.items() if value is not None}
-    if not isolate and not is_command(agent):
-        if limits:
-            option = f"--{next(iter(limits)).replace('_', '-')}-limit"
-            message = f"{option} limits a planner in a process of its own: give --isolate, too."
-            raise InputError(message)
-        return None
-    from plant_bench.agents.remote.process import Limits
-    from plant_bench.runner.workers.isolation import isolation_of
-
-    return isolation_of(agent, Limits(**limits))
+def say_aside(line: str) -> None:
+    """Print what the user should know beside a command's output, to standard error."""
+    typer.echo(line, err=True)
 
 
 def refuse_overwriting(seed: int | None, out: Path | None, *, check: bool) -> None:

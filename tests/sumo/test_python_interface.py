@@ -70,6 +70,27 @@ def test_a_name_a_file_a_class_and_an_object_score_the_same() -> None:
     assert driven(runs[0])[0]["completion"] > 0.5
 
 
+def test_a_planner_in_its_own_process_scores_the_same() -> None:
+    here = score("cruise", out="here")
+    apart = score("cruise", out="apart", isolate=True)
+    assert driven(here) == driven(apart)
+
+
+def test_the_last_shard_completes_the_run(place: Path) -> None:
+    first = score("cruise", repetitions=2, out="run", shard="1/2")
+    assert len(first.results) == 1
+    assert not (place / "run" / "summary.json").exists()
+
+    last = score("cruise", repetitions=2, out="run", shard="2/2")
+
+    assert len(last.results) == 2
+    assert (
+        last.summary.episodes
+        == json.loads((place / "run" / "summary.json").read_text())["episodes"]
+        == 2
+    )
+
+
 def test_a_changed_class_is_driven_again_and_an_unchanged_one_is_not() -> None:
     events: list[object] = []
     first = score(local_planner(1.0), on_event=events.append)

@@ -17,7 +17,7 @@ from plant_bench.cli.options import (
     RoutesOption,
     SuiteOption,
     Where,
-    chosen_executor,
+    say_aside,
 )
 
 RANKER_HELP = (
@@ -67,6 +67,7 @@ def score_rfds(
 
         plant-bench rfds --agent rule-based --ranker masking
     """
+    from plant_bench.api.execution import chosen_executor
     from plant_bench.api.rfds import RelevanceRequest, score_relevance
     from plant_bench.api.score import Driving
     from plant_bench.cli.run_progress import Watch, say_crashes
@@ -79,7 +80,7 @@ def score_rfds(
         overwrite=overwrite,
         recordings=recordings,
         law=law_of(law),
-        executor=chosen_executor(executor, address, workers),
+        executor=chosen_executor(executor, address, workers, say_aside),
     )
     drives = ScoreRequest("expert", suite, routes, repetitions, seed, density, hazards)
     request = RelevanceRequest(agent, ranker or (), drives, out)

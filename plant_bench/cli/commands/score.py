@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from plant_bench.api.execution import chosen_executor, isolation_for
 from plant_bench.cli.options import (
     CORES,
     AddressOption,
@@ -23,8 +24,7 @@ from plant_bench.cli.options import (
     SuiteOption,
     TickLimitOption,
     Where,
-    chosen_executor,
-    isolation_for,
+    say_aside,
 )
 from plant_bench.garbage import collect_rarely
 from plant_bench.runner.workers.executors import LocalExecutor
@@ -89,7 +89,7 @@ def score(
         plant-bench score --agent plant --executor ray --address ray://head:10001
     """
     collect_rarely()
-    cluster = chosen_executor(executor, address, workers)
+    cluster = chosen_executor(executor, address, workers, say_aside)
     here = LocalExecutor(workers or CORES, loading(agent, isolate=isolate))
     # First of all, since its workers load what they need while this process does.
     with here.connected() if cluster is None else nullcontext():
@@ -108,9 +108,11 @@ def score(
             isolation=isolation_for(
                 agent,
                 isolate=isolate,
-                tick=tick_limit,
-                start_up=start_up_limit,
-                memory=memory_limit,
+                limits={
+                    "tick": tick_limit,
+                    "start_up": start_up_limit,
+                    "memory": memory_limit,
+                },
             ),
         )
         request = ScoreRequest(agent, suite, routes, repetitions, seed, density, hazards)

@@ -11,7 +11,6 @@ from plant_bench.cli.options import (
     MemoryLimitOption,
     StartUpLimitOption,
     TickLimitOption,
-    isolation_for,
 )
 from plant_bench.cli.progress import ending_at_ctrl_c, progress_bars
 from plant_bench.errors import InputError
@@ -70,13 +69,16 @@ def verify_run(
 
         plant-bench verify submitted --agent their_agent.py:Agent --isolate --all
     """
+    from plant_bench.api.execution import isolation_for
     from plant_bench.api.verify import VerifyRequest
 
     if isolate and agent is None:
         message = "--isolate keeps the planner apart that --agent names: give --agent, too."
         raise InputError(message)
     isolation = isolation_for(
-        agent or "", isolate=isolate, tick=tick_limit, start_up=start_up_limit, memory=memory_limit
+        agent or "",
+        isolate=isolate,
+        limits={"tick": tick_limit, "start_up": start_up_limit, "memory": memory_limit},
     )
     request = VerifyRequest(
         run,

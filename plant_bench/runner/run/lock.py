@@ -54,7 +54,7 @@ class Shard:
         number, _, count = text.partition("/")
         if number.isdecimal() and count.isdecimal() and 1 <= int(number) <= int(count):
             return cls(int(number), int(count))
-        message = f"--shard {text}: I/N is wanted, with I from 1 to N, as in 1/8."
+        message = f"Shard '{text}': expected I/N with I from 1 to N, as in 1/8."
         raise InputError(message)
 
     def __str__(self) -> str:

@@ -49,6 +49,13 @@ def test_a_file_is_loaded_and_hashed_by_content(planner: Path) -> None:
     assert agent_checksum(spec) != before
 
 
+def test_a_file_that_has_been_edited_is_loaded_again(planner: Path) -> None:
+    spec = f"{planner}:Mine"
+    assert type(load_agent(spec)) is type(load_agent(spec))
+    planner.write_text(PLANNER + "Mine.edited = True\n")
+    assert vars(type(load_agent(spec)))["edited"]
+
+
 @pytest.mark.parametrize(
     ("spec", "message"),
     [

@@ -152,7 +152,7 @@ def test_shards_share_all_episodes_evenly_and_none_twice():
 
 @pytest.mark.parametrize("text", ["0/3", "4/3", "1", "a/b", "1/0", "-1/3"])
 def test_what_is_no_shard_is_refused(text):
-    with pytest.raises(InputError, match="I/N is wanted"):
+    with pytest.raises(InputError, match="expected I/N"):
         Shard.parse(text)
     assert str(Shard.parse("2/3")) == "2/3"
 

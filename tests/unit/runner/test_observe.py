@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from plant_bench.agent import Input, Observation
+from plant_bench.sensing import observe as observing
+from plant_bench.sensing.inputs import InputRow, Track
 from plant_bench.sensing.observe import Sensors
 from plant_bench.world.hazard import Hazard, HazardKind
 from plant_bench.world.route import load_suite
@@ -59,3 +61,13 @@ def test_the_plan_tells_no_hazards_and_cannot_be_written() -> None:
     assert route.plan.hazards == ()
     with pytest.raises(ValueError, match="read-only"):
         route.plan.points[:] = 0.0
+
+
+@pytest.mark.parametrize("given", [[1.0, 2.0], None, np.array(["text"])])
+def test_a_function_that_gives_no_array_of_numbers_is_named(monkeypatch, given) -> None:
+    row = InputRow("shade", Track.SENSORS, "an image", lambda moment: given)
+    monkeypatch.setitem(vars(observing), "INPUTS", {"shade": row})
+    monkeypatch.setitem(vars(observing), "check_inputs", lambda inputs, who: None)
+
+    with pytest.raises(TypeError, match="Input 'shade': expected an array of numbers"):
+        observe(scene_at(10.0), 10.0, frozenset({"shade"}))

@@ -107,6 +107,23 @@ def test_stopped_and_gone_on_it_comes_to_the_same(tmp_path: Path, town_data: Pat
     assert head == "epoch,rate,train_waypoints,valid_waypoints,driving_score"
 
 
+def test_a_loss_may_have_any_name(
+    tmp_path: Path, town_data: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole = learner_class(SPEC).loss
+
+    def renamed(self: Any, network: Any, batch: Any) -> dict[str, torch.Tensor]:
+        (value,) = whole(self, network, batch).values()
+        return {"samples": value}
+
+    monkeypatch.setattr(learner_class(SPEC), "loss", renamed)
+    model = course(town_data, tmp_path / "model", settings=TrainingSettings(epochs=1, batch=4))
+    assert learn(model)
+    head, row = (model.work_folder / "losses.csv").read_text().splitlines()[:2]
+    found = dict(zip(head.split(","), row.split(","), strict=True))
+    assert 0.0 < float(found["train_samples"]) != 1.0
+
+
 @pytest.mark.sumo
 def test_what_it_has_learned_drives(tmp_path: Path, town_data: Path) -> None:
     model = course(town_data, tmp_path / "model", settings=TrainingSettings(epochs=1, batch=8))

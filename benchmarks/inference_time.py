@@ -27,15 +27,15 @@ from plant_bench.agents.plant.config import (
     SizeName,
     load_config,
 )
-from plant_bench.agents.plant.export import export_graph
-from plant_bench.agents.plant.graph import GraphPredictor
 from plant_bench.agents.plant.network import PlanTNetwork
+from plant_bench.agents.plant.network_files import load_network, save_network
+from plant_bench.agents.plant.onnx_export import export_graph
+from plant_bench.agents.plant.onnx_network import GraphPredictor
 from plant_bench.agents.plant.predictor import TorchPredictor
-from plant_bench.agents.plant.weights import load_network, save_network
 from plant_bench.data_files import models_dir
-from plant_bench.features.inputs import SceneInput
+from plant_bench.features.network_inputs import SceneInput
 from plant_bench.features.tokens import NOWHERE, TokenKind, Tokens
-from plant_bench.inference import listen_to_passes
+from plant_bench.inference_timing import listen_to_passes
 from plant_bench.runner.run.provenance import processor_name
 
 TOKENS = (12, 16, 24)

@@ -14,10 +14,10 @@ from pathlib import Path
 
 from playwright.sync_api import Browser, sync_playwright
 
-from plant_bench.reports.leaderboard.boards import make_leaderboard
-from plant_bench.reports.leaderboard.page import write_page
-from plant_bench.reports.leaderboard.sources import find_sources, read_run
-from plant_bench.scoring.laws import Law
+from plant_bench.reports.leaderboard.board_builder import make_leaderboard
+from plant_bench.reports.leaderboard.leaderboard_page import write_page
+from plant_bench.reports.leaderboard.score_sources import find_sources, read_run
+from plant_bench.scoring.penalties import Law
 
 REPETITIONS = 3
 LARGEST_MB, SLOWEST_S = 3.0, 1.0

@@ -20,8 +20,8 @@ from pathlib import Path
 
 from plant_bench.agents.loading.checksum import agent_checksum
 from plant_bench.runner.episode.jobs import make_jobs
-from plant_bench.runner.ray.packaging import Needs, Place
-from plant_bench.runner.run.suite import _run_task, _Task
+from plant_bench.runner.ray.payload import Needs, Place
+from plant_bench.runner.run.episode_queue import _run_task, _Task
 from plant_bench.runner.workers.executors import Event, Executor, Finished, LocalExecutor, Started
 from plant_bench.runner.workers.worker import Report
 from plant_bench.world.route import load_suite

@@ -21,11 +21,12 @@ from pathlib import Path
 
 from pydantic import TypeAdapter
 
-from plant_bench.training import encodings, frame_store, packs
-from plant_bench.training.course import Course, Listeners, Machine, learn
+from plant_bench.training import column_store as packs
+from plant_bench.training import encodings, frame_store
 from plant_bench.training.events import StepEnded
 from plant_bench.training.learners import learner_class
 from plant_bench.training.settings import TrainingSettings
+from plant_bench.training.training_run import Course, Listeners, Machine, learn
 
 SKIPPED = 10  # steps, in which processes start
 EVERY = 1.0  # s between two looks at the memory

@@ -9,7 +9,7 @@ PlantBenchError
 import difflib
 from collections.abc import Iterable
 
-from plant_bench.foreign_text import shortened, spelt_out
+from plant_bench.text_escaping import shortened, spelt_out
 
 LONGEST = 200  # characters of another error's text
 LONGEST_MESSAGE = 2000  # characters of one of ours

@@ -12,9 +12,9 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from plant_bench.atomic_files import whole_file, write_whole_text
 from plant_bench.errors import InputError, in_one_line
-from plant_bench.input_files import check_file, read_json
-from plant_bench.whole_files import whole_file, write_whole_text
+from plant_bench.untrusted_files import check_file, read_json
 from plant_bench.world.route import PROTOCOL
 
 if TYPE_CHECKING:

@@ -17,7 +17,7 @@ from functools import cache
 from importlib.metadata import PackageNotFoundError, packages_distributions, version
 from pathlib import Path
 
-from plant_bench.whole_files import write_whole_text
+from plant_bench.atomic_files import write_whole_text
 
 _PACKAGE = Path(__file__).resolve().parent
 _NAME = _PACKAGE.name

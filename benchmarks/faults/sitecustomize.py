@@ -55,7 +55,7 @@ def _lose(path: Path, *, renamed: bool) -> None:
 
 def _install(fault: Fault) -> None:
     """Let the one function that brings files to the disk tell of its instants."""
-    from plant_bench import whole_files
+    from plant_bench import atomic_files as whole_files
 
     to_disk, replace = whole_files._to_disk, Path.replace
 

@@ -11,11 +11,11 @@ import numpy as np
 from fuzzing.form import Format, used
 from plant_bench.agent import Observation
 from plant_bench.agent_check import check_action, decision_interval, reason_of
-from plant_bench.agents.remote.agent import RemoteRanker
 from plant_bench.agents.remote.codec import array_out, pack
-from plant_bench.agents.remote.connection import Connection, Profile, _idle
+from plant_bench.agents.remote.launch_command import Program
 from plant_bench.agents.remote.process import LENGTH, Limits, PlannerProcess
-from plant_bench.agents.remote.programs import Program
+from plant_bench.agents.remote.process_reuse import Connection, Profile, _idle
+from plant_bench.agents.remote.remote_agent import RemoteRanker
 from plant_bench.errors import AgentError
 from plant_bench.world.scene import EgoState
 

@@ -66,7 +66,7 @@ def _origin_seeds() -> list[bytes]:
 
 
 def _use_origin(box: Path) -> None:
-    from plant_bench.training.sources import source_of
+    from plant_bench.training.data_provenance import source_of
 
     source_of(box, 3)
 
@@ -110,7 +110,7 @@ def _part_seeds() -> list[bytes]:
 
 
 def _use_part(box: Path) -> None:
-    from plant_bench.training.packs import _read_part
+    from plant_bench.training.column_store import _read_part
 
     _read_part(box / "s.npz")
 

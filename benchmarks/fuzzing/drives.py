@@ -11,15 +11,15 @@ import numpy as np
 from fuzzing.data import answer_at, scene_at
 from fuzzing.form import Format, used
 from fuzzing.runs import put_run, run_files
-from plant_bench.agents.plant.options import PlanTOptions
+from plant_bench.agents.plant.training_options import PlanTOptions
 from plant_bench.data.recorder import Recorder
 from plant_bench.data.statistics import describe_data, find_data_faults
 from plant_bench.errors import InputError
-from plant_bench.reports.replay.episode import load_episode, replay_script
-from plant_bench.reports.replay.source import ReplaySource
-from plant_bench.runner.run import rescoring
+from plant_bench.reports.replay.replay_episode import load_episode, replay_script
+from plant_bench.reports.replay.replay_source import ReplaySource
+from plant_bench.runner.run import rescore_run as rescoring
 from plant_bench.runner.run.folder import RunFolder
-from plant_bench.runner.run.rescoring import rescore_folder
+from plant_bench.runner.run.rescore_run import rescore_folder
 from plant_bench.scoring.infractions import Status
 from plant_bench.scoring.results import EpisodeHeader, EpisodeResult
 from plant_bench.towns.routes import suite_text

@@ -16,7 +16,7 @@ from fuzzing.form import Format
 from plant_bench.errors import InputError
 from plant_bench.reports.tables import print_rows
 from plant_bench.towns.importing import suite_making
-from plant_bench.towns.importing.report import HEADS, finding_rows
+from plant_bench.towns.importing.import_report import HEADS, finding_rows
 from plant_bench.towns.importing.suite_making import RoutesWanted
 from plant_bench.towns.importing.town_making import (
     ImportedTown,

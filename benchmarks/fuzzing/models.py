@@ -16,7 +16,7 @@ def _small() -> None:
 def _put_model(box: Path) -> None:
     from plant_bench.agents.plant.config import PlanTConfig
     from plant_bench.agents.plant.network import PlanTNetwork
-    from plant_bench.agents.plant.weights import save_network
+    from plant_bench.agents.plant.network_files import save_network
 
     _small()
     save_network(PlanTNetwork(PlanTConfig()), box / "model")
@@ -26,7 +26,7 @@ def _model_file(name: str) -> bytes:
     with tempfile.TemporaryDirectory() as place:
         _put_model(Path(place))
         if name.endswith(".onnx"):
-            from plant_bench.agents.plant.export import export_graph
+            from plant_bench.agents.plant.onnx_export import export_graph
 
             export_graph(Path(place) / "model", 32)
         return (Path(place) / "model" / name).read_bytes()
@@ -41,9 +41,9 @@ def _use_config(box: Path) -> None:
 
 
 def _use_weights(box: Path) -> None:
-    from plant_bench.agents.plant.weights import load_network
+    from plant_bench.agents.plant.network_files import load_network
     from plant_bench.model_folder import weights_hash
-    from plant_bench.reports.leaderboard.weights import parameter_count
+    from plant_bench.reports.leaderboard.parameter_count import parameter_count
 
     weights_hash(box / "model")
     parameter_count(f"x@{box / 'model'}")
@@ -51,7 +51,7 @@ def _use_weights(box: Path) -> None:
 
 
 def _use_graph(box: Path) -> None:
-    from plant_bench.agents.plant.graph import GraphPredictor
+    from plant_bench.agents.plant.onnx_network import GraphPredictor
 
     GraphPredictor(box / "model" / "network.onnx")
 

@@ -7,17 +7,17 @@ from fuzzing.drives import drive_seeds
 from fuzzing.form import Format
 from fuzzing.runs import put_run, run_files
 from plant_bench.errors import InputError
-from plant_bench.reports.leaderboard.boards import make_leaderboard
+from plant_bench.reports.leaderboard.board_builder import make_leaderboard
 from plant_bench.reports.leaderboard.exports import write_exports
-from plant_bench.reports.leaderboard.page import write_page
-from plant_bench.reports.leaderboard.sources import find_sources
-from plant_bench.reports.replay.episode import load_episode, replay_script
-from plant_bench.reports.replay.source import ReplaySource
+from plant_bench.reports.leaderboard.leaderboard_page import write_page
+from plant_bench.reports.leaderboard.score_sources import find_sources
+from plant_bench.reports.replay.replay_episode import load_episode, replay_script
+from plant_bench.reports.replay.replay_source import ReplaySource
 from plant_bench.reports.tables import print_difference, print_summary
 from plant_bench.runner.run.folder import RunFolder
-from plant_bench.runner.run.summary import write_summary
+from plant_bench.runner.run.summary_files import write_summary
 from plant_bench.scoring.comparison import paired_difference
-from plant_bench.scoring.laws import law_of
+from plant_bench.scoring.penalties import law_of
 from plant_bench.scoring.results import EpisodeResult
 
 

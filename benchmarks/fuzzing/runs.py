@@ -15,10 +15,10 @@ from plant_bench.runner.episode.timing import Timing
 from plant_bench.runner.review import submission
 from plant_bench.runner.review.submission import read_submission
 from plant_bench.runner.run.folder import RunFolder
-from plant_bench.runner.run.lock import Holder, Shard, claimed
 from plant_bench.runner.run.provenance import Provenance, provenance
+from plant_bench.runner.run.run_lock import Holder, Shard, claimed
 from plant_bench.runner.run.speed import read_timings, speed_of
-from plant_bench.runner.run.summary import summary_texts, write_summary
+from plant_bench.runner.run.summary_files import summary_texts, write_summary
 from plant_bench.scoring.infractions import Infraction, InfractionKind, Status
 from plant_bench.scoring.results import EpisodeResult, HazardRecord
 from plant_bench.world.hazard import HazardKind, Phase
@@ -123,7 +123,7 @@ def _ranking_seeds() -> list[bytes]:
 
 
 def _use_ranking(box: Path) -> None:
-    from plant_bench.reports.leaderboard.sources import read_ranking
+    from plant_bench.reports.leaderboard.score_sources import read_ranking
 
     read_ranking(box / "run")
 
@@ -139,7 +139,7 @@ def _carla_seeds() -> list[bytes]:
 
 def _use_carla(box: Path) -> None:
     from plant_bench.reports.carla_checkpoint import load_checkpoint
-    from plant_bench.reports.leaderboard.imported import imported_line
+    from plant_bench.reports.leaderboard.imported_checkpoints import imported_line
 
     imported_line(load_checkpoint(box / "carla.json"), id="x", planner="y")
 
@@ -165,7 +165,7 @@ def _index_seeds() -> list[bytes]:
 
 
 def _use_index(box: Path) -> None:
-    from plant_bench.reports.replay.site import _listed_before
+    from plant_bench.reports.replay.replay_site import _listed_before
 
     _listed_before(box, set(), {"id", "title"})
 

@@ -73,7 +73,7 @@ def _spec_seeds() -> list[bytes]:
 
 
 def _use_spec(box: Path) -> None:
-    from plant_bench.towns.spec import read_spec
+    from plant_bench.towns.town_spec import read_spec
 
     read_spec(box / "spec.toml")
 

@@ -9,7 +9,7 @@ from plant_bench.agent_check import decision_interval, reason_of
 from plant_bench.agents.careful.driver import STILL
 from plant_bench.agents.rule_based_tracks import RuleBasedTracks
 from plant_bench.controller import control_of
-from plant_bench.features.tracks import Tracks
+from plant_bench.features.motion import Tracks
 from plant_bench.sensing.inputs import PERCEIVED, given
 from plant_bench.world.route import Route
 from plant_bench.world.scene import TICK

@@ -1,8 +1,8 @@
 """A reference line: follows its leader by the IDM, stops for its lights and sees nothing else."""
 
 from plant_bench.agent import Control, Input, Observation
-from plant_bench.agents.careful.corridor import corridor
 from plant_bench.agents.careful.driver import HALF, INTERVAL
+from plant_bench.agents.careful.leader import corridor
 from plant_bench.agents.idm import idm, light_limit
 from plant_bench.controller import follow_route
 from plant_bench.errors import AgentError

@@ -4,8 +4,8 @@ import math
 
 from plant_bench.agent import Control, Input, Observation, Reason
 from plant_bench.agents.careful.driver import CarefulDriver
-from plant_bench.agents.careful.tracked_forecast import TrackedForecast
-from plant_bench.features.tracks import Tracks
+from plant_bench.agents.careful.motion_forecast import TrackedForecast
+from plant_bench.features.motion import Tracks
 from plant_bench.world.route import Route
 
 

@@ -54,7 +54,7 @@ def isolation_for(
     Raises:
         InputError: A limit is given for a planner that the workers load, or it does not start.
     """
-    from plant_bench.agents.loading.spec import is_command
+    from plant_bench.agents.loading.planner_spec import is_command
 
     given = {name: value for name, value in (limits or {}).items() if value is not None}
     if not isolate and not is_command(spec):

@@ -29,8 +29,8 @@ import cloudpickle
 import numpy as np
 
 from plant_bench.agents.loading.checksum import HARMLESS
-from plant_bench.module_files import own_files, package_files
 from plant_bench.source_code import file_hash, import_closure, module_file, module_name
+from plant_bench.user_modules import own_files, package_files
 
 _ATOMS = (type(None), bool, int, float, complex, str, bytes, type(...))
 _INSTALLED = {"site-packages", "dist-packages"}

@@ -78,7 +78,7 @@ def check_name(name: str) -> None:
             f"a letter first, and no word of Python's.{near}"
         )
         raise InputError(message)
-    from plant_bench.agents.loading.spec import AGENTS
+    from plant_bench.agents.loading.planner_spec import AGENTS
 
     if name.replace("_", "-") in AGENTS:
         message = f"'{name}' is a planner of plant-bench's own. Choose another name."
@@ -112,7 +112,7 @@ def _class_name(name: str) -> str:
 
 
 def _fill(template: Path, folder: Path, words: dict[str, str]) -> None:
-    from plant_bench.whole_files import write_whole_text
+    from plant_bench.atomic_files import write_whole_text
 
     for path in sorted(template.rglob(f"*{SUFFIX}")):
         place = path.relative_to(template).with_suffix("")

@@ -15,10 +15,10 @@ from pathlib import Path
 from types import ModuleType
 
 from plant_bench.agent import Agent
-from plant_bench.agents.loading.spec import AGENTS
+from plant_bench.agents.loading.planner_spec import AGENTS
+from plant_bench.atomic_files import write_whole, write_whole_text
 from plant_bench.errors import InputError, in_one_line
 from plant_bench.runner.run.score_run import ScoreRequest
-from plant_bench.whole_files import write_whole, write_whole_text
 
 PlannerLike = str | Agent | Callable[..., Agent]
 WRITTEN = Path("reports") / "planners"

@@ -4,15 +4,15 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from plant_bench.reports.leaderboard.board import Leaderboard
-from plant_bench.reports.leaderboard.boards import make_leaderboard
+from plant_bench.reports.leaderboard.board_builder import make_leaderboard
 from plant_bench.reports.leaderboard.exports import write_exports
 from plant_bench.reports.leaderboard.figures import write_figures
-from plant_bench.reports.leaderboard.page import write_page
+from plant_bench.reports.leaderboard.leaderboard_page import write_page
 from plant_bench.reports.leaderboard.replays import replay_sources
-from plant_bench.reports.leaderboard.sources import Sources, find_sources
-from plant_bench.reports.replay.site import write_replays
-from plant_bench.runner.review.expert_asking import ask_expert
-from plant_bench.scoring.laws import Law
+from plant_bench.reports.leaderboard.score_sources import Sources, find_sources
+from plant_bench.reports.replay.replay_site import write_replays
+from plant_bench.runner.review.expert_queries import ask_expert
+from plant_bench.scoring.penalties import Law
 
 RUNS = Path("reports")  # where `plant-bench score` puts runs
 PAGE = "leaderboard.html"

@@ -5,10 +5,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from plant_bench.runner.run.folder import RunFolder
-from plant_bench.runner.run.rescoring import Rescored, rescore_folder
-from plant_bench.runner.run.summary import write_rescored_summary
-from plant_bench.scoring.laws import Law
+from plant_bench.runner.run.rescore_run import Rescored, rescore_folder
+from plant_bench.runner.run.summary_files import write_rescored_summary
 from plant_bench.scoring.metrics import Summary
+from plant_bench.scoring.penalties import Law
 
 
 @dataclass(frozen=True)

@@ -22,8 +22,8 @@ from plant_bench.errors import InputError
 from plant_bench.runner.episode.jobs import episode_name
 from plant_bench.runner.run.score_run import Run as OpenRun
 from plant_bench.runner.run.score_run import ScoreRequest
-from plant_bench.runner.run.summary import write_summary
-from plant_bench.scoring.laws import law_of
+from plant_bench.runner.run.summary_files import write_summary
+from plant_bench.scoring.penalties import law_of
 from plant_bench.scoring.relevance import RelativeScore, relative_score
 from plant_bench.scoring.results import EpisodeResult
 

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 from plant_bench.errors import InputError
 from plant_bench.runner.run.folder import RunFolder
-from plant_bench.runner.run.summary import write_summary
+from plant_bench.runner.run.summary_files import write_summary
 from plant_bench.scoring.comparison import PairedDifference, paired_difference
-from plant_bench.scoring.laws import Law, law_of
 from plant_bench.scoring.metrics import Summary, summarise, summary_frame
+from plant_bench.scoring.penalties import Law, law_of
 from plant_bench.scoring.results import EpisodeResult
 
 if TYPE_CHECKING:  # both draw, which most looks at a run do not need

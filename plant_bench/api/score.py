@@ -12,15 +12,15 @@ from plant_bench.api.execution import chosen_executor, isolation_for
 from plant_bench.api.planners import PlannerLike, resolve
 from plant_bench.errors import InputError
 from plant_bench.runner.episode.jobs import episode_name
-from plant_bench.runner.run.lock import Shard
+from plant_bench.runner.run.episode_queue import SuiteEvent, run_suite
+from plant_bench.runner.run.run_lock import Shard
 from plant_bench.runner.run.score_run import Run as OpenRun
 from plant_bench.runner.run.score_run import ScoreRequest, open_run
-from plant_bench.runner.run.suite import SuiteEvent, run_suite
 from plant_bench.runner.workers.executors import Executor, LocalExecutor
 from plant_bench.runner.workers.isolation import Isolation, loader_of
-from plant_bench.runner.workers.loading import loading
+from plant_bench.runner.workers.preloading import loading
 from plant_bench.scoring.infractions import Status
-from plant_bench.scoring.laws import Law, law_of
+from plant_bench.scoring.penalties import Law, law_of
 
 if TYPE_CHECKING:  # summaries are of pandas, which a run that is only driven does not need
     from plant_bench.api.run import Run
@@ -240,7 +240,7 @@ def _ignore(event: SuiteEvent) -> None:
 
 def _keep(run: OpenRun, law: Law) -> None:
     """Sum up what is finished of a run that was stopped."""
-    from plant_bench.runner.run.summary import write_summary
+    from plant_bench.runner.run.summary_files import write_summary
 
     run.sweep()
     left = run.unfinished()

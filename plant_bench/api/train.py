@@ -10,9 +10,9 @@ from plant_bench.errors import InputError
 
 if TYPE_CHECKING:  # these load torch
     from plant_bench.learner import Learner
-    from plant_bench.training.course import Machine
     from plant_bench.training.events import Listener
     from plant_bench.training.settings import TrainingSettings
+    from plant_bench.training.training_run import Machine
 
 PathLike = str | os.PathLike[str]
 
@@ -53,9 +53,9 @@ def train(
         InputError: Data or a folder cannot be used, or the folder holds another training.
         KeyboardInterrupt: It was stopped; the same call goes on.
     """
-    from plant_bench.training.course import SILENT, Course, Listeners, Machine, learn
     from plant_bench.training.learners import learner_class
     from plant_bench.training.settings import TrainingSettings
+    from plant_bench.training.training_run import SILENT, Course, Listeners, Machine, learn
 
     name = learner if isinstance(learner, str) else importable(learner)
     if name is None:

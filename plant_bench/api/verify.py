@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from plant_bench.agents.loading.checksum import agent_checksum
-from plant_bench.agents.loading.spec import AGENTS
+from plant_bench.agents.loading.planner_spec import AGENTS
 from plant_bench.errors import InputError
-from plant_bench.reports.verification import Verification
+from plant_bench.reports.verification_report import Verification
 from plant_bench.runner.review.submission import Submission, read_submission
 from plant_bench.runner.review.verification import (
     AGENT,

@@ -6,15 +6,20 @@ from pathlib import Path
 
 from plant_bench.data.recording import Recording
 from plant_bench.errors import InputError
-from plant_bench.reports.choosing import episodes_of
-from plant_bench.reports.why.findings import Finding, find
+from plant_bench.reports.episode_selection import episodes_of
+from plant_bench.reports.why.incident_figure import save_picture
+from plant_bench.reports.why.incident_findings import Finding, find
+from plant_bench.reports.why.incident_list import worst_first
+from plant_bench.reports.why.incident_text import (
+    again_line,
+    episode_line,
+    incident_line,
+    surroundings,
+)
 from plant_bench.reports.why.incidents import check_recorded, incidents
-from plant_bench.reports.why.listing import worst_first
-from plant_bench.reports.why.picture import save_picture
-from plant_bench.reports.why.text import again_line, episode_line, incident_line, surroundings
 from plant_bench.reports.why.verdicts import verdict
-from plant_bench.runner.review.hindsight import look_back
-from plant_bench.runner.review.moments import Hindsight
+from plant_bench.runner.review.postmortem import look_back
+from plant_bench.runner.review.review_frames import Hindsight
 from plant_bench.runner.run.folder import RunFolder
 from plant_bench.scoring.results import EpisodeResult
 from plant_bench.world.route import Route, load_suite

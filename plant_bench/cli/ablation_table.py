@@ -11,7 +11,7 @@ from plant_bench.api.score import Driving
 from plant_bench.cli.options import EXIT_INTERRUPTED
 from plant_bench.cli.run_progress import drive_missing, say_crashes
 from plant_bench.cli.training_progress import learn_visibly
-from plant_bench.reports.ablations import (
+from plant_bench.reports.ablation_report import (
     AblationRow,
     ablation_csv,
     ablation_markdown,
@@ -29,7 +29,7 @@ from plant_bench.training.ablation_run import (
     recordings_of,
     run_ablations,
 )
-from plant_bench.training.ablations import Variant, variants_of
+from plant_bench.training.ablation_variants import Variant, variants_of
 
 TABLE, CSV = "ablations.md", "ablations.csv"
 

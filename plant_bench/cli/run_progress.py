@@ -12,16 +12,16 @@ from plant_bench.api.score import Driving, Listener, failures_of
 from plant_bench.cli.options import EXIT_FAILED, EXIT_INPUT, EXIT_INTERRUPTED
 from plant_bench.cli.progress import progress_bars
 from plant_bench.runner.episode.jobs import Job
-from plant_bench.runner.run.score_run import Run, ScoreRequest
-from plant_bench.runner.run.suite import (
+from plant_bench.runner.run.episode_queue import (
     EpisodeEnded,
     EpisodeProgressed,
     EpisodeRetried,
     EpisodeStarted,
     SuiteEvent,
 )
+from plant_bench.runner.run.score_run import Run, ScoreRequest
 from plant_bench.scoring.infractions import Status
-from plant_bench.scoring.laws import Law
+from plant_bench.scoring.penalties import Law
 
 
 class RunProgress:

@@ -5,9 +5,9 @@ from rich.progress import MofNCompleteColumn, Progress, TaskID
 
 from plant_bench.cli.progress import progress_bars
 from plant_bench.training.batches import Split
-from plant_bench.training.course import Course, Listeners, learn
 from plant_bench.training.events import Driving, EpochEnded, StepEnded, TrainingEvent
-from plant_bench.training.logs import NO_TENSORBOARD, has_tensorboard
+from plant_bench.training.history import NO_TENSORBOARD, has_tensorboard
+from plant_bench.training.training_run import Course, Listeners, learn
 
 SMOOTHING = 0.98  # of the loss shown
 

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from plant_bench.agent import Reason
-from plant_bench.data.ticks import Action, Ticks
+from plant_bench.data.tick_log import Action, Ticks
 from plant_bench.world.scene import Actors, Scene
 
 

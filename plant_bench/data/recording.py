@@ -16,7 +16,7 @@ import pyarrow as pa
 
 from plant_bench.agent import Cause, Control, Plan, Reason
 from plant_bench.data.recording_file import ACTOR_COLUMNS, EGO_COLUMNS, REASON_COLUMNS, read_table
-from plant_bench.data.ticks import Action
+from plant_bench.data.tick_log import Action
 from plant_bench.errors import InputError, in_one_line
 from plant_bench.world.scene import Actors, EgoState, Scene
 

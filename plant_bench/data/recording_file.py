@@ -12,7 +12,7 @@ import pyarrow.parquet as pq
 
 from plant_bench.agent import Cause
 from plant_bench.data.parquet_footer import value_counts
-from plant_bench.input_files import check_file, parse_json
+from plant_bench.untrusted_files import check_file, parse_json
 
 RECORDING_FORMAT, THINNED_FORMAT = 2, 3
 READABLE_FORMATS = (1, RECORDING_FORMAT, THINNED_FORMAT)  # 1 has no reasons

@@ -9,6 +9,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from plant_bench.agent import Control, Plan, Reason
+from plant_bench.atomic_files import whole_file
 from plant_bench.data.recording_file import (
     ACTOR_COLUMNS,
     EGO_COLUMNS,
@@ -17,8 +18,7 @@ from plant_bench.data.recording_file import (
     RECORDING_FORMAT,
     THINNED_FORMAT,
 )
-from plant_bench.data.ticks import Action, Ticks
-from plant_bench.whole_files import whole_file
+from plant_bench.data.tick_log import Action, Ticks
 from plant_bench.world.scene import Scene
 
 COMPRESSION_LEVEL = 3  # of zstd

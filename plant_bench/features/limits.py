@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 from plant_bench.agent import RouteAhead
-from plant_bench.world.braking import CURVE_BRAKING
+from plant_bench.world.driver_braking import CURVE_BRAKING
 
 
 def allowed_speed(route: RouteAhead) -> float:

@@ -13,7 +13,7 @@ from jaxtyping import UInt8
 from plant_bench.agent import Observation
 from plant_bench.errors import AgentError, InputError
 from plant_bench.features.raster_layers import PAINTERS, Canvas, Layer
-from plant_bench.features.roads import LINE_VALUES, ROAD_VALUES, road_map
+from plant_bench.features.road_raster import LINE_VALUES, ROAD_VALUES, road_map
 from plant_bench.world.town import Town
 
 REMEMBERED = frozenset({Layer.VEHICLES, Layer.SPEEDS, Layer.VULNERABLE, Layer.LIGHTS})

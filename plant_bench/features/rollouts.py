@@ -4,7 +4,7 @@ import numpy as np
 from jaxtyping import Float
 
 from plant_bench.agent import RouteAhead
-from plant_bench.compiled import REAL, REALS, REALS_2D, WHOLE, compiled
+from plant_bench.jit import REAL, REALS, REALS_2D, WHOLE, compiled
 
 STEP = 0.25  # s between two instants
 STEPS = 28  # instants, the first now: 6.75 s, in which a large junction is crossed from standing

@@ -14,10 +14,10 @@ import shapely
 from jaxtyping import Float, Int, UInt8
 
 from plant_bench.agent import NextLight, RouteAhead
-from plant_bench.compiled import FLAG, FLAGS, REALS, SINGLES, SINGLES_2D, WHOLES, compiled
-from plant_bench.features.meetings import MEETING_ATTRIBUTES, meetings
-from plant_bench.features.tracks import TRACK_ATTRIBUTES, Rates, no_rates
+from plant_bench.features.motion import TRACK_ATTRIBUTES, Rates, no_rates
+from plant_bench.features.predicted_conflicts import MEETING_ATTRIBUTES, meetings
 from plant_bench.geometry.pose import wrap_angle
+from plant_bench.jit import FLAG, FLAGS, REALS, SINGLES, SINGLES_2D, WHOLES, compiled
 from plant_bench.world.scene import EGO_LENGTH, EGO_WIDTH, ActorKind, Actors, EgoState, Light
 
 ATTRIBUTES = 6
@@ -60,9 +60,9 @@ class TokenSpec:
         stop_line: Whether the line of a red or yellow light is told as a box across the route.
             PlanT is told by its flag that there is one, not where.
         meetings: Whether actors have four more attributes: where and when they get into the ego's
-            way if they go on as they do (`plant_bench.features.meetings`). PlanT has none.
+            way if they go on as they do (`plant_bench.features.predicted_conflicts`). PlanT has none.
         tracks: Whether actors have two more attributes, acceleration and turn rate
-            (`plant_bench.features.tracks`), and are expected to go on so. PlanT has none.
+            (`plant_bench.features.motion`), and are expected to go on so. PlanT has none.
     """
 
     reach: float = 30.0

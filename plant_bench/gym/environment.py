@@ -10,11 +10,11 @@ from gymnasium.utils import EzPickle
 from plant_bench.agent import MOST_INTERVAL, Observation
 from plant_bench.errors import InputError
 from plant_bench.gym.actions import action_kind, inside
+from plant_bench.gym.bev_image import picture
 from plant_bench.gym.encoders import Encoder, encoder_inputs, encoder_of
-from plant_bench.gym.episode import DrivenEpisode
-from plant_bench.gym.picture import picture
+from plant_bench.gym.gym_episode import DrivenEpisode
 from plant_bench.gym.rewards import reward_of
-from plant_bench.gym.seat import ADVICE, take_seat
+from plant_bench.gym.simulation_lock import ADVICE, take_seat
 from plant_bench.gym.transition import Reward
 from plant_bench.runner.episode.jobs import Job, repetition_seed, select_routes
 from plant_bench.scoring.infractions import InfractionKind, Status

@@ -7,7 +7,7 @@ from gymnasium import spaces
 
 from plant_bench.agent import LIGHT_RANGE, ROUTE_AHEAD, Observation
 from plant_bench.geometry.pose import to_frame, wrap_angles
-from plant_bench.gym.bounds import FASTEST, LONGEST, ROUTE_REACH, box, in_bounds
+from plant_bench.gym.observation_bounds import FASTEST, LONGEST, ROUTE_REACH, box, in_bounds
 from plant_bench.sim.ego import ACCELERATION_LIMIT, BRAKING_LIMIT, STEERING_LIMIT
 from plant_bench.sim.traffic import SIGHT
 from plant_bench.world.scene import EGO_LENGTH, ActorKind, Light

@@ -6,10 +6,10 @@ from jaxtyping import Float, UInt8
 
 from plant_bench.agent import Observation
 from plant_bench.errors import InputError
-from plant_bench.features.inputs import scene_input
+from plant_bench.features.motion import Tracks
+from plant_bench.features.network_inputs import scene_input
 from plant_bench.features.tokens import TokenKind, Tokens, TokenSpec
-from plant_bench.features.tracks import Tracks
-from plant_bench.gym.bounds import FASTEST, ROUTE_REACH, box, in_bounds
+from plant_bench.gym.observation_bounds import FASTEST, ROUTE_REACH, box, in_bounds
 from plant_bench.world.town import Town
 
 # Walkers and the lines of lights are told; meetings and tracks, which follow from boxes, are not.

@@ -14,7 +14,6 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from plant_bench.errors import InputError
-from plant_bench.foreign_text import one_line
 from plant_bench.reports.carla_checkpoint_records import ImportedRecord, imported_record
 from plant_bench.reports.carla_checkpoint_schema import (
     ALL_NAMES,
@@ -23,8 +22,9 @@ from plant_bench.reports.carla_checkpoint_schema import (
     SCORE_LABELS,
     Checkpoint,
 )
-from plant_bench.scoring.normalised import LEAST_KM
+from plant_bench.scoring.normalised_score import LEAST_KM
 from plant_bench.scoring.results import EpisodeResult
+from plant_bench.text_escaping import one_line
 
 LB1, LB2, BENCH2DRIVE = "carla-lb1.0", "carla-lb2", "carla-bench2drive"
 LARGEST = 256_000_000  # bytes of a file that is read

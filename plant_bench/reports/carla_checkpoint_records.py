@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 from pydantic import ValidationError
 
-from plant_bench.foreign_text import one_line
 from plant_bench.reports.carla_checkpoint_schema import ALL_NAMES, OUTSIDE, Record
 from plant_bench.scoring.results import EpisodeResult
+from plant_bench.text_escaping import one_line
 
 SCORE_TOLERANCE = 0.1  # of DS against RC x IS: forks round to three digits
 

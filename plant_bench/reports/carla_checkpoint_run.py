@@ -5,13 +5,13 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from plant_bench.errors import InputError
-from plant_bench.input_files import read_text
 from plant_bench.reports.carla_checkpoint_writing import checkpoint
 from plant_bench.runner.episode.jobs import select_ids
 from plant_bench.runner.episode.timing import Timing
 from plant_bench.runner.run.folder import RunFolder
 from plant_bench.runner.run.provenance import Provenance
 from plant_bench.scoring.results import EpisodeResult
+from plant_bench.untrusted_files import read_text
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from plant_bench.atomic_files import write_whole_text
 from plant_bench.reports.carla_checkpoint_schema import (
     ALL_NAMES,
     EXTRA_FORMAT,
@@ -21,9 +22,8 @@ from plant_bench.reports.carla_checkpoint_schema import (
     SCORE_LABELS,
 )
 from plant_bench.scoring.infractions import Infraction, InfractionKind, Status
-from plant_bench.scoring.normalised import LEAST_KM, counts_per_km, kilometres, outside_metres
+from plant_bench.scoring.normalised_score import LEAST_KM, counts_per_km, kilometres, outside_metres
 from plant_bench.scoring.results import EpisodeResult
-from plant_bench.whole_files import write_whole_text
 from plant_bench.world.scene import ActorKind
 
 CRASHES = (Status.AGENT_CRASHED, Status.SIMULATION_CRASHED)

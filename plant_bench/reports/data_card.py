@@ -4,7 +4,7 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from plant_bench.agents.loading.spec import without_folders
+from plant_bench.agents.loading.planner_spec import without_folders
 from plant_bench.data.statistics import DataStatistics
 from plant_bench.reports.data_tables import data_tables
 from plant_bench.runner.collect.data_folder import EpisodeNote

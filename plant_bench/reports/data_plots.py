@@ -5,8 +5,8 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
+from plant_bench.atomic_files import whole_file
 from plant_bench.data.statistics import NEARBY, SPEED_STEP, DataStatistics
-from plant_bench.whole_files import whole_file
 
 SIZE, DPI = (7.0, 4.0), 120
 COLOUR = "#3b6ea5"

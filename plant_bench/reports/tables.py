@@ -12,9 +12,9 @@ from rich.table import Table
 from plant_bench.runner.run.speed import Speed
 from plant_bench.scoring.comparison import LEAST_ROUTES, Detectable, PairedDifference
 from plant_bench.scoring.infractions import InfractionKind
-from plant_bench.scoring.laws import Law
 from plant_bench.scoring.metrics import Scores, Summary
 from plant_bench.scoring.metrics_table import Metric, Shown, score_metrics, shown_metrics
+from plant_bench.scoring.penalties import Law
 from plant_bench.scoring.relevance import RelativeScore
 from plant_bench.world.hazard import Phase
 

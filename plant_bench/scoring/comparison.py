@@ -11,7 +11,7 @@ from statistics import NormalDist
 import numpy as np
 
 from plant_bench.errors import InputError
-from plant_bench.scoring.laws import Law
+from plant_bench.scoring.penalties import Law
 from plant_bench.scoring.results import EpisodeResult
 from plant_bench.scoring.significance import sign_flip_test
 

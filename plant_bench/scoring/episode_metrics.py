@@ -15,10 +15,10 @@ from typing import TypeVar
 
 import numpy as np
 
-from plant_bench.scoring.endings import BLOCKED_SPEED
+from plant_bench.scoring.driven_paths import followers
 from plant_bench.scoring.near_misses import least_post_encroachment_time, least_time_to_collision
-from plant_bench.scoring.paths import followers
-from plant_bench.scoring.track import VEHICLES, VULNERABLE, Sightings, Track
+from plant_bench.scoring.termination import BLOCKED_SPEED
+from plant_bench.scoring.trajectory import VEHICLES, VULNERABLE, Sightings, Track
 from plant_bench.world.scene import TICK
 
 HARD_BRAKING = -4.0  # m/s2 (Bench2Drive, longitudinal comfort: -4.05)

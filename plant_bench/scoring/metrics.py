@@ -16,16 +16,16 @@ from pydantic import model_serializer
 
 from plant_bench.errors import InputError
 from plant_bench.scoring.comparison import Detectable, detectable_difference
+from plant_bench.scoring.episode_measures import Number
 from plant_bench.scoring.infractions import COLLISIONS, InfractionKind, Status
-from plant_bench.scoring.laws import Law
-from plant_bench.scoring.measures import Number
 from plant_bench.scoring.metrics_table import RANKED, Metric, measure_metrics, score_metrics
-from plant_bench.scoring.normalised import (
+from plant_bench.scoring.normalised_score import (
     LEAST_KM,
     counts_per_km,
     kilometres,
     outside_metres,
 )
+from plant_bench.scoring.penalties import Law
 from plant_bench.scoring.results import EpisodeResult
 from plant_bench.world.hazard import Phase
 from plant_bench.world.scene import ActorKind

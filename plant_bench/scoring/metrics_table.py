@@ -9,10 +9,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
-from plant_bench.scoring.infractions import InfractionKind
-from plant_bench.scoring.laws import Law
-from plant_bench.scoring.normalised import counts_per_km, normalised_score
-from plant_bench.scoring.over_run import (
+from plant_bench.scoring.aggregation import (
     EpisodeValue,
     OverRun,
     km_per_km,
@@ -23,6 +20,9 @@ from plant_bench.scoring.over_run import (
     per_km,
     share_of_time,
 )
+from plant_bench.scoring.infractions import InfractionKind
+from plant_bench.scoring.normalised_score import counts_per_km, normalised_score
+from plant_bench.scoring.penalties import Law
 from plant_bench.scoring.results import EpisodeResult
 
 RANKED = "driving_score"  # by which leaderboards are sorted and differences are tested

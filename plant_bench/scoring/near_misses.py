@@ -11,8 +11,8 @@ from jaxtyping import Bool, Float
 
 from plant_bench.geometry.box import overlap
 from plant_bench.scoring.collisions import STANDING
-from plant_bench.scoring.paths import EgoPath, OtherPaths, followers
-from plant_bench.scoring.track import SAMPLE, Sightings, Track
+from plant_bench.scoring.driven_paths import EgoPath, OtherPaths, followers
+from plant_bench.scoring.trajectory import SAMPLE, Sightings, Track
 from plant_bench.world.scene import EGO_EXTENT
 
 TTC_HORIZON = 5.0  # s: own choice; beyond it nobody is near

@@ -9,13 +9,13 @@ import math
 
 from plant_bench.errors import InputError
 from plant_bench.scoring.collisions import Collisions
-from plant_bench.scoring.endings import ENDING_INFRACTIONS, Endings
+from plant_bench.scoring.episode_measures import Measures, measure
 from plant_bench.scoring.infractions import Infraction, InfractionKind, Status
 from plant_bench.scoring.lanes import LaneFault, lane_map
-from plant_bench.scoring.measures import Measures, measure
 from plant_bench.scoring.red_lights import RedLights
 from plant_bench.scoring.results import Crash, EpisodeHeader, EpisodeResult, HazardRecord
-from plant_bench.scoring.track import TrackRecorder
+from plant_bench.scoring.termination import ENDING_INFRACTIONS, Endings
+from plant_bench.scoring.trajectory import TrackRecorder
 from plant_bench.world.route import Route
 from plant_bench.world.route_progress import RouteProgress
 from plant_bench.world.scene import EgoState, Scene

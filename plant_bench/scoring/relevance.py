@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from plant_bench.errors import InputError
-from plant_bench.scoring.laws import Law
 from plant_bench.scoring.metrics import Spread
+from plant_bench.scoring.penalties import Law
 from plant_bench.scoring.results import EpisodeResult
 
 

@@ -6,11 +6,11 @@ from pathlib import Path
 from pydantic import BaseModel, ConfigDict, Field
 
 from plant_bench.errors import InputError, in_one_line
-from plant_bench.input_files import read_text
+from plant_bench.scoring.episode_measures import Measures
 from plant_bench.scoring.episode_metrics import EPISODE_METRICS
 from plant_bench.scoring.infractions import Infraction, Status
-from plant_bench.scoring.laws import Law, score_of
-from plant_bench.scoring.measures import Measures
+from plant_bench.scoring.penalties import Law, score_of
+from plant_bench.untrusted_files import read_text
 from plant_bench.world.hazard import HazardKind, Phase
 
 RESULT_FORMAT = max(item.since for item in EPISODE_METRICS.values())  # 1 had no measures

@@ -8,18 +8,18 @@ import numpy as np
 from plant_bench.agent import Control, Privileged
 from plant_bench.geometry.polyline import Cursor
 from plant_bench.geometry.pose import wrap_angle
-from plant_bench.sim.bystanders.bystanders import LEVEL_GAP, Bystanders
-from plant_bench.sim.deadlocks import Deadlocks
 from plant_bench.sim.densities import density_of
 from plant_bench.sim.ego import advance
+from plant_bench.sim.gridlock import Deadlocks
 from plant_bench.sim.hazards.director import Director
-from plant_bench.sim.hazards.stage import Stage
+from plant_bench.sim.hazards.hazard_world import Stage
 from plant_bench.sim.lane_paths import LanePaths
-from plant_bench.sim.places import places_of
-from plant_bench.sim.seeing import join, join_facts, vehicle_actors
+from plant_bench.sim.roadside.roadside_actors import LEVEL_GAP, Bystanders
+from plant_bench.sim.scene_builder import join, join_facts, vehicle_actors
 from plant_bench.sim.sumo import Sumo, VehicleState
+from plant_bench.sim.town_layout import places_of
 from plant_bench.sim.traffic import MANAGE_INTERVAL, SIGHT, Traffic
-from plant_bench.world.actor_numbers import TRAFFIC
+from plant_bench.world.actor_ids import TRAFFIC
 from plant_bench.world.hazard import HazardOutcome
 from plant_bench.world.route import Scenario
 from plant_bench.world.scene import EGO_LENGTH, TICK, Actors, EgoState, Scene

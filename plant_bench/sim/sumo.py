@@ -14,7 +14,7 @@ from plant_bench.sim.sumo_commands import Commands, place_vehicle
 from plant_bench.sim.sumo_library import libsumo
 from plant_bench.sim.sumo_signals import Signals
 from plant_bench.sim.vehicle_types import TYPES_FILE
-from plant_bench.world.actor_numbers import EGO
+from plant_bench.world.actor_ids import EGO
 from plant_bench.world.scene import EGO_LENGTH, TICK
 
 EGO_ID = str(EGO)

@@ -12,10 +12,10 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Int
 
-from plant_bench.sim.streets import SAMPLE_SPACING, StreetGrid
+from plant_bench.sim.entry_lanes import SAMPLE_SPACING, StreetGrid
 from plant_bench.sim.sumo import Sumo
 from plant_bench.sim.vehicle_types import VEHICLE_TYPES, VehicleType
-from plant_bench.world.actor_numbers import TRAFFIC
+from plant_bench.world.actor_ids import TRAFFIC
 from plant_bench.world.scene import EGO_LENGTH, ActorKind
 
 SIGHT = 80.0  # m: what the ego may see, and nothing appears or vanishes in

@@ -8,7 +8,7 @@ import math
 from dataclasses import dataclass
 from pathlib import Path
 
-from plant_bench.world.crossing import RIDER_LENGTH, WALKER_LENGTH
+from plant_bench.world.crossing_distance import RIDER_LENGTH, WALKER_LENGTH
 from plant_bench.world.scene import EGO_LENGTH, EGO_WIDTH, ActorKind
 
 TYPES_FILE = Path(__file__).with_name("vehicle_types.add.xml")

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from plant_bench.towns.streets import Shape, arc_lengths, join, resample, tightest_radius
+from plant_bench.towns.street_shapes import Shape, arc_lengths, join, resample, tightest_radius
 from plant_bench.world.town import Link, Town
 
 Indices = NDArray[np.int_]

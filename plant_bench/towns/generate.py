@@ -5,17 +5,17 @@ from pathlib import Path
 
 import numpy as np
 
+from plant_bench.atomic_files import write_whole_text
 from plant_bench.data_files import networks_dir
 from plant_bench.errors import InputError
 from plant_bench.towns.characters import CHARACTERS
 from plant_bench.towns.extract import extract_town
 from plant_bench.towns.netconvert import complaints_of_sumo, convert
-from plant_bench.towns.picture import save_picture
-from plant_bench.towns.soundness import find_faults
-from plant_bench.towns.spec import TownSpec, read_spec
-from plant_bench.towns.summary import TownSummary, summarise
-from plant_bench.towns.unseen import UNSEEN
-from plant_bench.whole_files import write_whole_text
+from plant_bench.towns.town_checks import find_faults
+from plant_bench.towns.town_image import save_picture
+from plant_bench.towns.town_spec import TownSpec, read_spec
+from plant_bench.towns.town_summary import TownSummary, summarise
+from plant_bench.towns.unseen_towns import UNSEEN
 from plant_bench.world.town import Life, Town, load_town
 
 SPEC_FILE, NET_FILE, TOWN_FILE, PICTURE_FILE = (

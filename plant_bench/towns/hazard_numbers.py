@@ -7,7 +7,7 @@ names them; None where nobody could survive the hazard.
 import random
 
 from plant_bench.towns.hazard_places import Place
-from plant_bench.world.crossing import (
+from plant_bench.world.crossing_distance import (
     FARTHEST_START,
     RIDER_LENGTH,
     SPEED_SPREAD,

@@ -8,8 +8,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 from plant_bench.towns.hazard_track import MARGIN, MERGE_RUN, Track
-from plant_bench.world.approaches import approaches
-from plant_bench.world.braking import BRAKING, GRIP, REACTION
+from plant_bench.world.conflicting_paths import approaches
+from plant_bench.world.driver_braking import BRAKING, GRIP, REACTION
 from plant_bench.world.hazard import HazardKind
 from plant_bench.world.hazard_table import HAZARDS, load_part
 from plant_bench.world.route import Route

@@ -9,9 +9,8 @@ from typing import Literal
 
 import numpy as np
 
-from plant_bench.towns.plan import Edge, Node, StreetPlan
-from plant_bench.towns.spec import RoadClass
-from plant_bench.towns.streets import (
+from plant_bench.towns.street_plan import Edge, Node, StreetPlan
+from plant_bench.towns.street_shapes import (
     Pose,
     Shape,
     arc_lengths,
@@ -22,6 +21,7 @@ from plant_bench.towns.streets import (
     thin_out,
     tightest_radius,
 )
+from plant_bench.towns.town_spec import RoadClass
 
 Leads = Literal["out", "in"]
 

@@ -10,8 +10,8 @@ import numpy as np
 import sumo
 
 from plant_bench.errors import InputError
-from plant_bench.towns.plan import StreetPlan
-from plant_bench.towns.spec import TownSpec
+from plant_bench.towns.street_plan import StreetPlan
+from plant_bench.towns.town_spec import TownSpec
 
 TIMEOUT_S = 120
 

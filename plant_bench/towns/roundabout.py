@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from plant_bench.towns.plan import Edge, Node, StreetPlan
-from plant_bench.towns.spec import TownSpec
-from plant_bench.towns.streets import Pose, Shape, curve_between
+from plant_bench.towns.street_plan import Edge, Node, StreetPlan
+from plant_bench.towns.street_shapes import Pose, Shape, curve_between
+from plant_bench.towns.town_spec import TownSpec
 
 LANES = 2
 SPEED = 8.33

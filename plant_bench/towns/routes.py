@@ -10,14 +10,14 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from plant_bench.atomic_files import write_whole_text
 from plant_bench.data_files import routes_dir
 from plant_bench.errors import InputError
-from plant_bench.towns import unseen
+from plant_bench.towns import unseen_towns as unseen
 from plant_bench.towns.route_choice import choose, draft_paths, driven_on, share
 from plant_bench.towns.route_graph import StreetGraph
 from plant_bench.towns.route_hazards import place_hazards
 from plant_bench.towns.route_making import MANOEUVRES
-from plant_bench.whole_files import write_whole_text
 from plant_bench.world.route import ROUTE_FORMAT, Route
 from plant_bench.world.town import Town, load_town
 

@@ -5,9 +5,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from plant_bench.geometry.pose import wrap_angle
-from plant_bench.towns.plan import Edge, Node, StreetPlan
-from plant_bench.towns.spec import TownSpec
-from plant_bench.towns.streets import Pose, Shape, curve_through
+from plant_bench.towns.street_plan import Edge, Node, StreetPlan
+from plant_bench.towns.street_shapes import Pose, Shape, curve_through
+from plant_bench.towns.town_spec import TownSpec
 
 EAST, NORTH, WEST, SOUTH = 0.0, np.pi / 2, np.pi, -np.pi / 2
 

@@ -4,9 +4,9 @@ import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
+from plant_bench.atomic_files import move_whole, write_whole_text
 from plant_bench.errors import InputError
 from plant_bench.towns.generate import NET_FILE, TOWN_FILE, make_town, town_names, town_spec
-from plant_bench.whole_files import move_whole, write_whole_text
 
 LAYOUTS = 2  # further towns of each character
 FIRST_LAYOUT = 1001  # seed of the first; the benchmark's own seeds are small

@@ -3,8 +3,8 @@
 import numpy as np
 
 from plant_bench.geometry.pose import wrap_angle
-from plant_bench.towns.plan import Edge, StreetPlan
-from plant_bench.towns.streets import end_pose, start_pose
+from plant_bench.towns.street_plan import Edge, StreetPlan
+from plant_bench.towns.street_shapes import end_pose, start_pose
 
 REVERSING = float(np.radians(155))
 SLIGHT = float(np.radians(30))

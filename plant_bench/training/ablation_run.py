@@ -18,12 +18,12 @@ from plant_bench.runner.episode.jobs import episode_name, select_routes
 from plant_bench.runner.run.folder import RunFolder
 from plant_bench.runner.run.score_run import Run, ScoreRequest
 from plant_bench.runner.run.speed import write_speed
-from plant_bench.runner.run.summary import write_summary
+from plant_bench.runner.run.summary_files import write_summary
 from plant_bench.sim.densities import density_of
-from plant_bench.training.ablations import Recipe, trainings_of, variants_of
-from plant_bench.training.course import Course, Machine
+from plant_bench.training.ablation_variants import Recipe, trainings_of, variants_of
 from plant_bench.training.frame_store import recordings_in
 from plant_bench.training.threads import threads_kept
+from plant_bench.training.training_run import Course, Machine
 from plant_bench.world.route import load_suite
 
 DONE = "done.json"

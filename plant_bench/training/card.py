@@ -12,7 +12,7 @@ from plant_bench import __version__
 from plant_bench.learner import Learner
 from plant_bench.runner.run.provenance import processor_name
 from plant_bench.training.batches import Split
-from plant_bench.training.logs import DRIVING_SCORE, columns_of
+from plant_bench.training.history import DRIVING_SCORE, columns_of
 from plant_bench.training.settings import TrainingSettings
 
 _VERSIONS = ("torch", "lightning-fabric", "numpy", "libsumo")

@@ -6,9 +6,9 @@ from typing import Any
 
 from pydantic import TypeAdapter
 
+from plant_bench.atomic_files import write_whole
 from plant_bench.errors import InputError, in_one_line
 from plant_bench.training.tensor_tree import load_tree, save_tree
-from plant_bench.whole_files import write_whole
 
 CHECKPOINT_FORMAT = 3
 CHECKPOINT_FILE = "checkpoint.safetensors"

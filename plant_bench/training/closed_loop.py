@@ -5,9 +5,9 @@ from pathlib import Path
 
 from plant_bench.data_files import routes_dir
 from plant_bench.errors import InputError
+from plant_bench.runner.run.episode_queue import SuiteEvent, run_suite
 from plant_bench.runner.run.score_run import ScoreRequest, open_run
-from plant_bench.runner.run.suite import SuiteEvent, run_suite
-from plant_bench.runner.run.summary import write_summary
+from plant_bench.runner.run.summary_files import write_summary
 from plant_bench.towns.routes import SUITES
 from plant_bench.training.threads import threads_kept
 from plant_bench.world.route import load_suite

@@ -5,7 +5,6 @@ import importlib.util
 import sys
 from pathlib import Path
 
-from plant_bench.module_files import own_files
 from plant_bench.source_code import (
     code_hash,
     file_hash,
@@ -13,6 +12,7 @@ from plant_bench.source_code import (
     imported_modules,
     module_name,
 )
+from plant_bench.user_modules import own_files
 
 HARMLESS = {
     "plant_bench.runner.episode.keys": "makes keys",

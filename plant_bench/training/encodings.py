@@ -15,10 +15,17 @@ from jaxtyping import Int
 from plant_bench.errors import InputError
 from plant_bench.learner import Encoded, Learner
 from plant_bench.training.code_keys import closure_hash
+from plant_bench.training.column_store import (
+    Making,
+    Pack,
+    Progress,
+    open_pack,
+    open_packs,
+    starts_of,
+)
 from plant_bench.training.frame_store import KEY_LENGTH, Episodes, Frames, frames_key
 from plant_bench.training.frames import TargetKind
 from plant_bench.training.learners import Student
-from plant_bench.training.packs import Making, Pack, Progress, open_pack, open_packs, starts_of
 
 ENCODED_FORMAT = 1
 COUNT = "count"  # of the objects of each frame; a column of ours beside the learner's

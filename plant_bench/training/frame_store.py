@@ -1,4 +1,4 @@
-"""The frames of data folders, made once and kept; see `plant_bench.training.packs`.
+"""The frames of data folders, made once and kept; see `plant_bench.training.column_store`.
 
 DIR/routes/*.json          the routes driven (suite files)
 DIR/episodes/*.parquet     recordings; their metadata names the route
@@ -23,6 +23,7 @@ from plant_bench.errors import InputError
 from plant_bench.learner import Frame
 from plant_bench.runner.collect.data_folder import DataFolder
 from plant_bench.training.code_keys import closure_hash
+from plant_bench.training.column_store import Making, Pack, Progress, open_packs, starts_of
 from plant_bench.training.frames import (
     OF_ACTORS,
     Rows,
@@ -31,7 +32,6 @@ from plant_bench.training.frames import (
     no_answer,
     rows_of,
 )
-from plant_bench.training.packs import Making, Pack, Progress, open_packs, starts_of
 from plant_bench.world.route import PROTOCOL, Route, load_suite
 
 FRAMES_FORMAT = 1

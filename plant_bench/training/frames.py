@@ -13,7 +13,7 @@ from jaxtyping import Float
 
 from plant_bench.agent import PLAN_INTERVAL, PLAN_STEPS, Control, Input, Observation
 from plant_bench.data.recording import Recording
-from plant_bench.data.ticks import Action
+from plant_bench.data.tick_log import Action
 from plant_bench.errors import InputError
 from plant_bench.features.limits import allowed_speed
 from plant_bench.features.rollouts import STEP, ego_poses, rollout

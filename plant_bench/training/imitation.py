@@ -13,6 +13,7 @@ import torch
 from lightning_fabric import Fabric
 from lightning_fabric.strategies.ddp import DDPStrategy
 
+from plant_bench.atomic_files import write_whole, write_whole_text
 from plant_bench.errors import InputError
 from plant_bench.model_folder import CONFIG_FILE, WEIGHTS_FILE, fill, save_model, weights_hash
 from plant_bench.runner.run.provenance import command_line
@@ -22,14 +23,13 @@ from plant_bench.training.checkpoint import broken_checkpoint, load_checkpoint, 
 from plant_bench.training.closed_loop import ClosedLoop, closed_loop_score
 from plant_bench.training.code_keys import closure_hash
 from plant_bench.training.events import Driving, EpochEnded, Listener
-from plant_bench.training.interrupts import stop_wish
+from plant_bench.training.graceful_interrupt import stop_wish
+from plant_bench.training.history import DRIVING_SCORE, History
+from plant_bench.training.initial_weights import state_to_start_from
 from plant_bench.training.learners import Student
 from plant_bench.training.loader import Loader
-from plant_bench.training.logs import DRIVING_SCORE, History
 from plant_bench.training.settings import TrainingSettings
-from plant_bench.training.starts import state_to_start_from
 from plant_bench.training.trainer import Trainer
-from plant_bench.whole_files import write_whole, write_whole_text
 
 CHECKPOINT_EVERY = 300.0  # s, besides that at the end of each epoch
 LONGEST_WAIT = timedelta(days=2)  # of the other processes, while the first one drives validations

@@ -10,7 +10,7 @@ from pydantic import TypeAdapter
 
 from plant_bench.errors import InputError, did_you_mean
 from plant_bench.learner import Learner
-from plant_bench.module_files import load_named
+from plant_bench.user_modules import load_named
 
 LEARNERS: dict[str, str] = {
     "plant": "plant_bench.agents.plant.learner:PlanTLearner",

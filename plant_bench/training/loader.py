@@ -17,10 +17,10 @@ from torch.utils.data import DataLoader, Dataset
 
 from plant_bench.errors import InputError
 from plant_bench.learner import Encoded
+from plant_bench.training.column_store import Progress
 from plant_bench.training.encodings import Encodings, load_encodings, stacked
 from plant_bench.training.frame_store import Frames
 from plant_bench.training.learners import Student
-from plant_bench.training.packs import Progress
 
 AHEAD = 2  # batches that each process of the loaders has ready
 

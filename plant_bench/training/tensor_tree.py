@@ -7,8 +7,8 @@ from typing import Any
 import torch
 from safetensors import SafetensorError, safe_open
 
-from plant_bench.input_files import check_file
 from plant_bench.model_folder import save_tensors
+from plant_bench.untrusted_files import check_file
 
 LARGEST = 8_000_000_000  # bytes
 _TREE, _TENSOR, _PAIRS = "tree", "tensor", "pairs"

@@ -14,7 +14,7 @@ from plant_bench.world import hazard_sketch as draw
 from plant_bench.world.hazard_sketch import BESIDE, NEAR, Box, Sketch, person
 
 SCRIPTS, PLACES = "plant_bench.sim.hazards", "plant_bench.towns.hazard_places"
-NUMBERS, WAYS = "plant_bench.towns.hazard_numbers", "plant_bench.world.approaches"
+NUMBERS, WAYS = "plant_bench.towns.hazard_numbers", "plant_bench.world.conflicting_paths"
 
 
 class Arm(NamedTuple):
@@ -158,7 +158,7 @@ class HazardKind(StrEnum):
                 (draw.NORTHWARD,),
                 ((2.6, -5.6, "green"), (12.6, -5.6, "red")),
             ),
-            script=f"{SCRIPTS}.meeting:Meeting",
+            script=f"{SCRIPTS}.junction_conflict:Meeting",
             where=f"{PLACES}:at_junctions",
             fits=f"{WAYS}:crosses",
             weight=8.0,
@@ -196,7 +196,7 @@ class HazardKind(StrEnum):
             sketch=Sketch(
                 "junction", draw.RIGHT, (Box(6.25, 13.0, -90.0, ((6.25, 10.0), (6.25, -8.0))),)
             ),
-            script=f"{SCRIPTS}.meeting:Meeting",
+            script=f"{SCRIPTS}.junction_conflict:Meeting",
             where=f"{PLACES}:at_junctions",
             fits=f"{WAYS}:joins_from_left",
             weight=16.0,
@@ -209,7 +209,7 @@ class HazardKind(StrEnum):
             carla=10,
             sentence="A vehicle arrives together with the ego at a junction without lights.",
             sketch=Sketch("junction", draw.AHEAD, (draw.NORTHWARD,)),
-            script=f"{SCRIPTS}.meeting:Meeting",
+            script=f"{SCRIPTS}.junction_conflict:Meeting",
             where=f"{PLACES}:at_junctions",
             fits=f"{WAYS}:is_unsignalled",
             weight=14.0,

@@ -13,7 +13,7 @@ from jaxtyping import Float
 from plant_bench.data_files import routes_dir, town_dir, towns_dirs_of
 from plant_bench.errors import InputError, in_one_line
 from plant_bench.geometry.polyline import arc_lengths
-from plant_bench.input_files import read_json
+from plant_bench.untrusted_files import read_json
 from plant_bench.world.hazard import Hazard
 from plant_bench.world.route_schema import RoutePayload
 from plant_bench.world.town import Town, load_town, town_checksum

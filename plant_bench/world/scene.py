@@ -6,7 +6,7 @@ from enum import IntEnum
 import numpy as np
 from jaxtyping import Bool, Float, Int, UInt8
 
-from plant_bench.world.actor_numbers import PARKED, TRAFFIC
+from plant_bench.world.actor_ids import PARKED, TRAFFIC
 
 TICK = 0.05  # s: 20 Hz, as the CARLA leaderboard
 EGO_LENGTH = 4.90  # m, CARLA's lincoln.mkz2017 (PlanT, carla_agent_files/PlanT_agent.py)

@@ -16,7 +16,7 @@ from jaxtyping import Float
 from plant_bench.data_files import town_dir
 from plant_bench.errors import InputError, in_one_line
 from plant_bench.geometry.polyline import arc_lengths
-from plant_bench.input_files import parse_json, read_text
+from plant_bench.untrusted_files import parse_json, read_text
 from plant_bench.world.town_schema import TownPayload
 
 TOWN_FORMAT = 2

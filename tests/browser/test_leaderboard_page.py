@@ -5,13 +5,13 @@ import json
 import pytest
 
 from plant_bench.reports.carla_checkpoint_writing import checkpoint
-from plant_bench.reports.leaderboard.boards import make_leaderboard
-from plant_bench.reports.leaderboard.page import write_page
-from plant_bench.reports.leaderboard.sources import find_sources, read_run
+from plant_bench.reports.leaderboard.board_builder import make_leaderboard
+from plant_bench.reports.leaderboard.leaderboard_page import write_page
+from plant_bench.reports.leaderboard.score_sources import find_sources, read_run
 from plant_bench.scoring import metrics_table
-from plant_bench.scoring.laws import Law
+from plant_bench.scoring.aggregation import OverRun, median
 from plant_bench.scoring.metrics_table import LOWER, METRICS, measure_row, score_row
-from plant_bench.scoring.over_run import OverRun, median
+from plant_bench.scoring.penalties import Law
 
 HOSTILE = "</script><img src=x onerror=alert(1)><b>😀 \u202e" + "x" * 10_000
 DRILL_DOWNS = 9  # with own runs and without rankings

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from plant_bench.reports.replay.site import replay_path, write_replays
-from plant_bench.runner.review.expert_view import ExpertView
+from plant_bench.reports.replay.replay_site import replay_path, write_replays
+from plant_bench.runner.review.expert_braking import ExpertView
 from tests.unit.reports.replay.drives import HIT_AT, SPEED, drive
 
 PHONE = (390, 844)

@@ -5,8 +5,8 @@ import pytest
 
 from plant_bench.agent import Cause, Control, Input, Observation, Plan, Reason
 from plant_bench.agent_check import check_agent
+from plant_bench.agents.loading.planner_spec import AGENTS
 from plant_bench.agents.loading.registry import load_agent
-from plant_bench.agents.loading.spec import AGENTS
 from plant_bench.errors import AgentError
 from plant_bench.sensing.observe import Sensors
 from plant_bench.sim.simulation import Simulation

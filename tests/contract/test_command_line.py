@@ -111,7 +111,7 @@ def test_bad_input_is_one_message_and_exit_code_2(arguments, words, tmp_path):
 
 
 def test_agents_are_listed_with_what_they_are_given(tmp_path):
-    from plant_bench.agents.loading.spec import AGENTS
+    from plant_bench.agents.loading.planner_spec import AGENTS
 
     lines = plant_bench("agents", cwd=tmp_path).stdout.splitlines()
 
@@ -151,7 +151,7 @@ def test_what_is_checked_is_all_there_is_unless_one_is_named(monkeypatch):
 
 def test_rescore_and_compare_load_no_simulator():
     code = (
-        "import sys, plant_bench.cli, plant_bench.runner.run.rescoring, plant_bench.reports.tables;"
+        "import sys, plant_bench.cli, plant_bench.runner.run.rescore_run, plant_bench.reports.tables;"
         "sys.exit(bool({'libsumo', 'torch'} & sys.modules.keys()))"
     )
 

@@ -14,8 +14,8 @@ from typing import Any
 import pytest
 
 from plant_bench.runner.ray.executor import RayExecutor
+from plant_bench.runner.run.episode_queue import EpisodeEnded, EpisodeRetried, run_suite
 from plant_bench.runner.run.score_run import Run, ScoreRequest, open_run
-from plant_bench.runner.run.suite import EpisodeEnded, EpisodeRetried, run_suite
 from plant_bench.world.route import ROUTE_FORMAT
 from tests.shortened import first_metres
 

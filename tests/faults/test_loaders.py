@@ -132,7 +132,7 @@ def test_a_training_of_an_earlier_version_is_not_unpickled(tmp_path: Path) -> No
 
 def test_a_graph_whose_values_lie_in_another_file_is_refused(tmp_path: Path) -> None:
     onnx = pytest.importorskip("onnx")
-    from plant_bench.agents.plant.graph import GraphPredictor
+    from plant_bench.agents.plant.onnx_network import GraphPredictor
 
     tensor = onnx.TensorProto(
         name="w", data_type=1, dims=[1], data_location=onnx.TensorProto.EXTERNAL

@@ -11,9 +11,9 @@ import pytest
 from plant_bench.agent import PATH_POSES, Observation, Privileged, RouteAhead
 from plant_bench.agents.careful.driver import CarefulDriver
 from plant_bench.agents.careful.forecast import along_true_lanes, straight_on
-from plant_bench.agents.careful.tracked_forecast import TrackedForecast
+from plant_bench.agents.careful.motion_forecast import TrackedForecast
+from plant_bench.features.motion import rates_between
 from plant_bench.features.tokens import TokenSpec, tokens_of
-from plant_bench.features.tracks import rates_between
 from plant_bench.world.scene import Actors, EgoState
 
 WANTED = Path(__file__).with_name("decisions.json")

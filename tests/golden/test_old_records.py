@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from plant_bench.scoring.infractions import InfractionKind, Status
-from plant_bench.scoring.laws import Law
+from plant_bench.scoring.penalties import Law
 from plant_bench.scoring.results import EpisodeResult
 
 RECORDS = Path(__file__).parent / "records"

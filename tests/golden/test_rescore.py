@@ -9,7 +9,7 @@ from plant_bench.data.recording import Recording
 from plant_bench.errors import InputError
 from plant_bench.scoring.infractions import Status
 from plant_bench.scoring.referee import Referee, result_of
-from plant_bench.scoring.rescore import rescore
+from plant_bench.scoring.rescore_episode import rescore
 from plant_bench.scoring.results import RESULT_FORMAT, Crash, EpisodeHeader
 from plant_bench.world.scene import ActorKind, Light
 

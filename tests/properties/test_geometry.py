@@ -5,7 +5,7 @@ import shapely
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from plant_bench.agents.careful.overlaps import overlapping
+from plant_bench.agents.careful.box_overlaps import overlapping
 from plant_bench.geometry.box import corners, overlap, overlap_one
 from plant_bench.geometry.polyline import Cursor, arc_lengths, distance_to, resample
 from plant_bench.geometry.pose import from_frame, to_frame, wrap_angle

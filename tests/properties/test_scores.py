@@ -3,9 +3,9 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from plant_bench.scoring.infractions import Infraction, InfractionKind, Status
-from plant_bench.scoring.laws import Law
 from plant_bench.scoring.metrics import summarise
-from plant_bench.scoring.normalised import infraction_score_per_km, normalised_score
+from plant_bench.scoring.normalised_score import infraction_score_per_km, normalised_score
+from plant_bench.scoring.penalties import Law
 from plant_bench.scoring.results import EpisodeResult
 
 shares = st.floats(0.0, 1.0)

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from plant_bench.agent import Control, Input, Observation, Privileged, RouteAhead
-from plant_bench.agents.careful.corridor import corridor
+from plant_bench.agents.careful.leader import corridor
 from plant_bench.agents.idm import idm, light_limit
 from plant_bench.controller import follow_route
 from plant_bench.features.limits import allowed_speed

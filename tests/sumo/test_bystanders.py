@@ -11,9 +11,9 @@ from plant_bench.agents.loading.registry import load_agent
 from plant_bench.geometry.box import overlap_one
 from plant_bench.scoring.referee import Referee
 from plant_bench.sensing.observe import Sensors
-from plant_bench.sim.bystanders.roadway import Roadway
-from plant_bench.sim.places import places_of
+from plant_bench.sim.roadside.lane_distance import Roadway
 from plant_bench.sim.simulation import Simulation
+from plant_bench.sim.town_layout import places_of
 from plant_bench.sim.traffic import SIGHT
 from plant_bench.world.route import Route, Scenario, load_suite
 from plant_bench.world.scene import EGO_EXTENT, TICK, ActorKind, Actors, Scene

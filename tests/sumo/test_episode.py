@@ -15,7 +15,7 @@ from plant_bench.data.recording import Recording
 from plant_bench.data.recording_file import RECORDING_FORMAT
 from plant_bench.runner.episode.jobs import Job
 from plant_bench.runner.episode.loop import run_episode
-from plant_bench.scoring.rescore import rescore
+from plant_bench.scoring.rescore_episode import rescore
 from plant_bench.scoring.results import EpisodeResult
 from plant_bench.world.hazard import Phase
 from plant_bench.world.route import Route, load_suite

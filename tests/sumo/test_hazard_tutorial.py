@@ -20,7 +20,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from plant_bench.sim.simulation import Simulation
-from plant_bench.towns.hazard_picture import save_hazard_pictures
+from plant_bench.towns.hazard_image import save_hazard_pictures
 from plant_bench.towns.route_hazards import place_hazards
 from plant_bench.world.hazard import Hazard, HazardKind
 from plant_bench.world.route import Scenario, load_suite

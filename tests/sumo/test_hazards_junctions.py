@@ -7,7 +7,7 @@ from plant_bench.agent import Control
 from plant_bench.sim.hazards.arrival import PULL, speed_to_arrive, time_to_go
 from plant_bench.sim.hazards.merge_pressure import place_inside
 from plant_bench.sim.simulation import Simulation
-from plant_bench.world.approaches import Approach, approaches, passage_at
+from plant_bench.world.conflicting_paths import Approach, approaches, passage_at
 from plant_bench.world.hazard import Hazard, HazardKind, Phase
 from plant_bench.world.route import Route, Scenario, load_suite
 from plant_bench.world.scene import EgoState

@@ -16,13 +16,13 @@ from plant_bench.data_files import TOWNS_VARIABLE, networks_dir
 from plant_bench.errors import InputError
 from plant_bench.towns.importing import levels, suite_making
 from plant_bench.towns.importing.carla_routes import read_carla_routes
-from plant_bench.towns.importing.checking import check
-from plant_bench.towns.importing.mending import mend
+from plant_bench.towns.importing.map_checks import check
+from plant_bench.towns.importing.map_source import read_source
 from plant_bench.towns.importing.net_edits import ends_of_edges
+from plant_bench.towns.importing.network_repair import mend
 from plant_bench.towns.importing.route_import import TownFound, match_routes
-from plant_bench.towns.importing.source import read_source
 from plant_bench.towns.importing.suite_making import RoutesWanted, make_routes
-from plant_bench.towns.soundness import find_unreachable
+from plant_bench.towns.town_checks import find_unreachable
 from plant_bench.world.route import load_suite
 from plant_bench.world.town import Town
 from tests.unit.towns.importing.carla_files import as_carla

@@ -14,7 +14,7 @@ from plant_bench.agent_check import same_action
 from plant_bench.agents import cruise
 from plant_bench.data.recording import Recording
 from plant_bench.runner.episode.jobs import repetition_seed
-from plant_bench.runner.run.suite import EpisodeEnded
+from plant_bench.runner.run.episode_queue import EpisodeEnded
 from plant_bench.world.route import ROUTE_FORMAT
 from tests.shortened import first_metres
 

@@ -12,13 +12,13 @@ from plant_bench.agents.loading.checksum import agent_checksum
 from plant_bench.data.recorder import Recorder
 from plant_bench.data.recording import Recording
 from plant_bench.errors import InputError
-from plant_bench.runner.collect.takeover import Takeover
+from plant_bench.runner.collect.dagger import Takeover
 from plant_bench.runner.episode.jobs import Job
 from plant_bench.runner.episode.loop import run_episode
-from plant_bench.runner.review.expert_asking import ask_expert
-from plant_bench.runner.review.hindsight import look_back
-from plant_bench.runner.review.moments import Window
+from plant_bench.runner.review.expert_queries import ask_expert
+from plant_bench.runner.review.postmortem import look_back
 from plant_bench.runner.review.resimulation import simulate_again
+from plant_bench.runner.review.review_frames import Window
 from plant_bench.scoring.results import EpisodeResult
 from plant_bench.world.route import Route
 

@@ -9,10 +9,10 @@ import pytest
 from plant_bench.agent import Control
 from plant_bench.agents.loading.checksum import agent_checksum
 from plant_bench.data.recording import Recording
+from plant_bench.runner.collect.collect_task import DriveTask, drive_one
+from plant_bench.runner.collect.dagger import PATIENCE, RELIEF, Takeover
 from plant_bench.runner.collect.data_folder import DataFolder, EpisodeNote
-from plant_bench.runner.collect.plan import PlannedEpisode
-from plant_bench.runner.collect.takeover import PATIENCE, RELIEF, Takeover
-from plant_bench.runner.collect.work import DriveTask, drive_one
+from plant_bench.runner.collect.episode_plan import PlannedEpisode
 from plant_bench.runner.episode.jobs import Job
 from plant_bench.runner.episode.loop import run_episode
 from plant_bench.world.route import Route

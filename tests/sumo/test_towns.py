@@ -18,8 +18,8 @@ from plant_bench.towns.generate import (
     town_spec,
 )
 from plant_bench.towns.netconvert import complaints_of_sumo
-from plant_bench.towns.soundness import find_dead_lanes, find_missing, find_unreachable
-from plant_bench.towns.unseen import UNSEEN
+from plant_bench.towns.town_checks import find_dead_lanes, find_missing, find_unreachable
+from plant_bench.towns.unseen_towns import UNSEEN
 from plant_bench.world.town import Town, load_town
 
 pytestmark = pytest.mark.sumo

@@ -10,7 +10,7 @@ import pytest
 
 from plant_bench.data_files import networks_dir
 from plant_bench.geometry.box import overlap
-from plant_bench.sim.streets import StreetGrid
+from plant_bench.sim.entry_lanes import StreetGrid
 from plant_bench.sim.sumo import Sumo, VehicleState
 from plant_bench.sim.traffic import MANAGE_INTERVAL, Traffic
 from plant_bench.sim.vehicle_types import VehicleType

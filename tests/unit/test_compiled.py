@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 
 import plant_bench
-from plant_bench import compiled as room
-from plant_bench.compiled import REALS, compiled
+from plant_bench import jit as room
+from plant_bench.jit import REALS, compiled
 
 PACKAGE = Path(plant_bench.__file__).parent
 
@@ -66,7 +66,7 @@ def test_compiled_functions_use_nothing_of_other_files() -> None:
 
 
 SOURCE = """
-from plant_bench.compiled import REALS, compiled
+from plant_bench.jit import REALS, compiled
 
 FACTOR = 2.0
 

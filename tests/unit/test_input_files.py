@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from plant_bench.input_files import parse_json, read_text
+from plant_bench.untrusted_files import parse_json, read_text
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from plant_bench.whole_files import move_whole, write_whole, write_whole_text
+from plant_bench.atomic_files import move_whole, write_whole, write_whole_text
 
 
 @pytest.fixture

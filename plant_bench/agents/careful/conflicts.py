@@ -6,8 +6,8 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float, Int
 
+from plant_bench.agents.careful.box_overlaps import first_overlaps
 from plant_bench.agents.careful.forecast import TIMES, Forecast
-from plant_bench.agents.careful.overlaps import first_overlaps
 from plant_bench.world.scene import EGO_EXTENT
 
 MARGIN_ASIDE = 0.25  # m on each side of others

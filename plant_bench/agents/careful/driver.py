@@ -18,11 +18,11 @@ from plant_bench.agent import (
     Reason,
     RouteAhead,
 )
+from plant_bench.agents.careful.actor_filter import brake_for_ego, left_behind, may_conflict
 from plant_bench.agents.careful.conflicts import clearest, first_conflicts
-from plant_bench.agents.careful.corridor import Corridor, corridor
 from plant_bench.agents.careful.forecast import Forecast
-from plant_bench.agents.careful.neighbours import brake_for_ego, left_behind, may_conflict
-from plant_bench.agents.careful.rollouts import at_slower_pace
+from plant_bench.agents.careful.leader import Corridor, corridor
+from plant_bench.agents.careful.reduced_pace import at_slower_pace
 from plant_bench.agents.idm import idm, light_limit, stop_within
 from plant_bench.controller import follow_route
 from plant_bench.errors import AgentError

@@ -6,7 +6,9 @@ import numpy as np
 from jaxtyping import Bool, Float, UInt8
 
 from plant_bench.agent import PATH_STEP, Observation
-from plant_bench.compiled import (
+from plant_bench.errors import AgentError
+from plant_bench.features.rollouts import STEP, STEPS
+from plant_bench.jit import (
     FLAGS,
     REAL,
     REALS,
@@ -17,8 +19,6 @@ from plant_bench.compiled import (
     WHOLES,
     compiled,
 )
-from plant_bench.errors import AgentError
-from plant_bench.features.rollouts import STEP, STEPS
 from plant_bench.world.scene import ActorKind, Actors
 
 TIMES = np.arange(STEPS) * STEP

@@ -10,10 +10,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from plant_bench.agent import Agent
+from plant_bench.agents.loading.planner_spec import Kind, PlannerSpec
 from plant_bench.agents.loading.registry import Loader, load_agent, planner_module
-from plant_bench.agents.loading.spec import Kind, PlannerSpec
 from plant_bench.errors import InputError
-from plant_bench.module_files import own_files, package_files
 from plant_bench.source_code import (
     COMPUTING,
     data_files,
@@ -25,21 +24,24 @@ from plant_bench.source_code import (
     module_file,
     module_name,
 )
+from plant_bench.user_modules import own_files, package_files
 
 HARMLESS = {
     "plant_bench.agents.loading": "how planners are found, and the table of them",
     "plant_bench.agents.remote": "carries a planner's answers from another process, to the bit",
     "plant_bench.data_files": "where files lie: weights are listed and hashed",
     "plant_bench.errors": "texts of messages",
-    "plant_bench.foreign_text": "texts of messages",
-    "plant_bench.inference": "tells how long a network takes",
-    "plant_bench.input_files": "how files are read: weights are listed and hashed",
-    "plant_bench.module_files": "how modules of planners are found",
+    "plant_bench.text_escaping": "texts of messages",
+    "plant_bench.inference_timing": "tells how long a network takes",
+    "plant_bench.untrusted_files": "how files are read: weights are listed and hashed",
+    "plant_bench.user_modules": "how modules of planners are found",
     "plant_bench.source_code": "makes the checksums",
-    "plant_bench.whole_files": "how files are written",
+    "plant_bench.atomic_files": "how files are written",
     "plant_bench.world.hazard_sketch": "how hazards are drawn in tables and pages",
 }
-REMOTE = "plant_bench.agents.remote.agent"  # stands for a command: what it is told and may answer
+REMOTE = (
+    "plant_bench.agents.remote.remote_agent"  # stands for a command: what it is told and may answer
+)
 
 
 @dataclass(frozen=True)

@@ -5,10 +5,10 @@ from types import ModuleType
 from typing import Any
 
 from plant_bench.agent import Agent
-from plant_bench.agents.loading.spec import Kind, PlannerSpec
+from plant_bench.agents.loading.planner_spec import Kind, PlannerSpec
 from plant_bench.errors import AgentError, InputError
-from plant_bench.module_files import load_module, load_named
 from plant_bench.sensing.inputs import check_inputs
+from plant_bench.user_modules import load_module, load_named
 
 Loader = Callable[[str], Agent]  # makes a planner of its name
 
@@ -17,7 +17,7 @@ def load_agent(text: str) -> Agent:
     """Return a new planner.
 
     Args:
-        text: Names it, see `plant_bench.agents.loading.spec`.
+        text: Names it, see `plant_bench.agents.loading.planner_spec`.
 
     Raises:
         InputError: There is no such planner, or it is none; says what was meant perhaps.
@@ -77,8 +77,8 @@ def planner_module(text: str) -> ModuleType:
 
 
 def _commanded(text: str) -> Agent:
-    from plant_bench.agents.remote.agent import remote_agent
+    from plant_bench.agents.remote.launch_command import program_of
     from plant_bench.agents.remote.process import Limits
-    from plant_bench.agents.remote.programs import program_of
+    from plant_bench.agents.remote.remote_agent import remote_agent
 
     return remote_agent(program_of(text), Limits())

@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 from plant_bench.agents.plant.config import SizeName
-from plant_bench.agents.plant.options import PlanTOptions
+from plant_bench.agents.plant.training_options import PlanTOptions
 from plant_bench.learner import Choice
 
 PAPER_WHOLE = "81.36 ± 6.54"  # DS of PlanT MEDIUM on 3x data (PlanT, table 2)

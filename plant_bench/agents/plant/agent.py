@@ -14,9 +14,9 @@ from plant_bench.agents.plant.config import GRAPH_FILE, load_config
 from plant_bench.controller import follow_plan
 from plant_bench.data_files import models_dir
 from plant_bench.errors import AgentError
-from plant_bench.features.inputs import SceneInput, scene_input
+from plant_bench.features.motion import Tracks
+from plant_bench.features.network_inputs import SceneInput, scene_input
 from plant_bench.features.tokens import NOWHERE
-from plant_bench.features.tracks import Tracks
 from plant_bench.model_folder import CONFIG_FILE, WEIGHTS_FILE
 from plant_bench.world.route import Route
 from plant_bench.world.scene import Light
@@ -120,11 +120,11 @@ def load_predictor(folder: Path) -> Predictor:
         InputError: The folder holds no weights that can be used.
     """
     if (folder / GRAPH_FILE).is_file():
-        from plant_bench.agents.plant.graph import GraphPredictor
+        from plant_bench.agents.plant.onnx_network import GraphPredictor
 
         return GraphPredictor(folder / GRAPH_FILE)
+    from plant_bench.agents.plant.network_files import load_network
     from plant_bench.agents.plant.predictor import TorchPredictor  # torch is loaded here only
-    from plant_bench.agents.plant.weights import load_network
 
     return TorchPredictor(load_network(folder))
 

@@ -10,15 +10,15 @@ from torch import Tensor, nn
 
 from plant_bench.agents.plant.ablations import ABLATIONS, PAPER_WHOLE
 from plant_bench.agents.plant.config import GRAPH_FILE, NETWORK, PlanTConfig, config_from
-from plant_bench.agents.plant.encode import PADDING, encode
-from plant_bench.agents.plant.encoder import bert_parameters
 from plant_bench.agents.plant.losses import Targets, losses_of
 from plant_bench.agents.plant.network import Batch, PlanTNetwork
-from plant_bench.agents.plant.options import PlanTOptions
+from plant_bench.agents.plant.samples import PADDING, encode
+from plant_bench.agents.plant.training_options import PlanTOptions
+from plant_bench.agents.plant.transformer import bert_parameters
 from plant_bench.errors import InputError
-from plant_bench.features.meetings import MEETING_ATTRIBUTES
+from plant_bench.features.motion import TRACK_ATTRIBUTES
+from plant_bench.features.predicted_conflicts import MEETING_ATTRIBUTES
 from plant_bench.features.tokens import ATTRIBUTES, TokenSpec
-from plant_bench.features.tracks import TRACK_ATTRIBUTES
 from plant_bench.learner import Encoded, Forward, Frame, Learner
 
 _OF_GRAPHS = ("onnx", "weights_bits")  # options that decide no weights
@@ -32,7 +32,7 @@ class PlanTLearner(Learner[PlanTOptions]):
     Options = PlanTOptions
     cached = True
     padding = PADDING
-    encoders = ("plant_bench.agents.plant.encode",)
+    encoders = ("plant_bench.agents.plant.samples",)
     ablations = ABLATIONS
     paper = PAPER_WHOLE
 
@@ -123,7 +123,7 @@ class PlanTLearner(Learner[PlanTOptions]):
         """
         (folder / GRAPH_FILE).unlink(missing_ok=True)
         if self.options.onnx:
-            from plant_bench.agents.plant.export import export_graph
+            from plant_bench.agents.plant.onnx_export import export_graph
 
             export_graph(folder, self.options.weights_bits)
 

@@ -14,7 +14,7 @@ from torch.nn import functional
 
 from plant_bench.agent import PLAN_STEPS
 from plant_bench.agents.plant.config import PlanTConfig
-from plant_bench.agents.plant.encoder import DEVIATION, Encoder, initialise
+from plant_bench.agents.plant.transformer import DEVIATION, Encoder, initialise
 from plant_bench.features.tokens import TokenKind, TokenSpec
 
 DECODER_WIDTH = 64  # of the GRU, the light's flag apart (PlanT, model.py)
@@ -24,7 +24,7 @@ METRES, SPEED = 10.0, 10.0  # the same for points and for the ego's speed and li
 
 
 class Batch(NamedTuple):
-    """What the network is told of some scenes; see `plant_bench.features.inputs`.
+    """What the network is told of some scenes; see `plant_bench.features.network_inputs`.
 
     Attributes:
         attributes: Of the tokens.

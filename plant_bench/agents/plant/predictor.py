@@ -5,8 +5,8 @@ import torch
 from jaxtyping import Float
 
 from plant_bench.agents.plant.network import Batch, PlanTNetwork
-from plant_bench.features.inputs import SceneInput
-from plant_bench.inference import forward_pass
+from plant_bench.features.network_inputs import SceneInput
+from plant_bench.inference_timing import forward_pass
 
 
 class TorchPredictor:

@@ -6,9 +6,9 @@ from pathlib import Path
 from plant_bench.agent import Agent, Ranker
 from plant_bench.agents.expert import Expert
 from plant_bench.agents.loading.checksum import Makings, makings_of
+from plant_bench.agents.loading.planner_spec import Kind, PlannerSpec
 from plant_bench.agents.loading.registry import load_agent
-from plant_bench.agents.loading.spec import Kind, PlannerSpec
-from plant_bench.agents.ranking.filtered import Filtered
+from plant_bench.agents.ranking.filtered_planner import Filtered
 from plant_bench.agents.ranking.masking import Masking
 from plant_bench.agents.ranking.rankers import Nearest, Oracle, Random
 from plant_bench.errors import InputError

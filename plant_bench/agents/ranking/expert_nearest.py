@@ -1,7 +1,7 @@
 """A reference line: the expert that sees the nearest actor alone."""
 
 from plant_bench.agents.expert import Expert
-from plant_bench.agents.ranking.filtered import Filtered
+from plant_bench.agents.ranking.filtered_planner import Filtered
 from plant_bench.agents.ranking.rankers import Nearest
 
 

@@ -7,7 +7,7 @@ from typing import Any
 import msgpack
 import numpy as np
 
-from plant_bench.agents.remote.failures import ProtocolError
+from plant_bench.agents.remote.remote_errors import ProtocolError
 
 FLOAT64 = np.dtype("<f8")
 MOST_ITEMS = 100_000  # of one list or map in a message

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from plant_bench.agents.remote.failures import (
+from plant_bench.agents.remote.remote_errors import (
     MemoryLimitError,
     ProcessEndedError,
     ProtocolError,

@@ -63,11 +63,11 @@ def ablate_learner(
     from plant_bench.cli.ablation_table import ablate
     from plant_bench.runner.run.score_run import ScoreRequest
     from plant_bench.training.ablation_run import AblationRequest
-    from plant_bench.training.ablations import Recipe
-    from plant_bench.training.course import Machine
+    from plant_bench.training.ablation_variants import Recipe
+    from plant_bench.training.initial_weights import options_in
     from plant_bench.training.learners import Student, learner_class
     from plant_bench.training.settings import TrainingSettings
-    from plant_bench.training.starts import options_in
+    from plant_bench.training.training_run import Machine
 
     kind = learner_class(learner)
     common, own = _fields(learner)
@@ -123,8 +123,8 @@ def ablate_learner_stub() -> None:
 
 def _fields(learner: str) -> tuple[list[OptionField], list[OptionField]]:
     """Return the options of all trainings, and the learner's own."""
-    from plant_bench.training.course import Course
     from plant_bench.training.learners import learner_class
+    from plant_bench.training.training_run import Course
 
     kind = learner_class(learner)
     known = kind(kind.Options()).recipe

@@ -13,8 +13,8 @@ def list_agents() -> None:
     `plant_bench.agents`, as `plant-bench new-agent` writes it, is found by its name.
     """
     from plant_bench.agents.loading.installed import installed_planners
+    from plant_bench.agents.loading.planner_spec import AGENTS
     from plant_bench.agents.loading.registry import describe_agent
-    from plant_bench.agents.loading.spec import AGENTS
 
     installed = installed_planners()
     width = max(len(name) for name in [*AGENTS, *installed])

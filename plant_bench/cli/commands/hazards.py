@@ -37,7 +37,7 @@ def list_hazards(
     heads = ["hazard", "mark", "CARLA type", "number", "what happens"]
     print_rows(f"Hazards of {suite}: {counts.total()}", heads, rows)
     if pictures is not None:
-        from plant_bench.towns.hazard_picture import save_hazard_pictures
+        from plant_bench.towns.hazard_image import save_hazard_pictures
 
         save_hazard_pictures(pictures)
         typer.echo(f"Pictures are in {pictures}.")

@@ -34,7 +34,7 @@ def import_town(
         plant-bench score --suite mytown/routes --agent expert
     """
     from plant_bench.reports.tables import print_rows
-    from plant_bench.towns.importing.report import HEADS, finding_rows
+    from plant_bench.towns.importing.import_report import HEADS, finding_rows
     from plant_bench.towns.importing.suite_making import RoutesWanted
     from plant_bench.towns.importing.town_making import (
         check_name,

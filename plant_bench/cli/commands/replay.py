@@ -10,7 +10,7 @@ from plant_bench.cli.progress import ending_at_ctrl_c
 
 if TYPE_CHECKING:
     from plant_bench.reports.replay.movie import Wanted
-    from plant_bench.reports.replay.source import ReplaySource
+    from plant_bench.reports.replay.replay_source import ReplaySource
 
 
 def replay(
@@ -60,7 +60,7 @@ def replay(
     """
     from plant_bench.errors import InputError
     from plant_bench.reports.replay.movie import Wanted, check_folder, check_path
-    from plant_bench.reports.replay.source import source_in_run
+    from plant_bench.reports.replay.replay_source import source_in_run
 
     made = {"png": png, "gif": gif, "mp4": mp4}
     files = {name: path for name, path in made.items() if path is not None}
@@ -77,7 +77,7 @@ def replay(
         sources.append(source_in_run(against, route, sources[0].result.repetition))
     wanted.check(max(source.result.duration for source in sources))
     if expert:
-        from plant_bench.runner.review.expert_asking import ask_expert
+        from plant_bench.runner.review.expert_queries import ask_expert
 
         sources = [dataclasses.replace(source, ask_expert=ask_expert) for source in sources]
     with ending_at_ctrl_c("Stopped. What was half written is removed."):
@@ -91,8 +91,8 @@ def _write_page(sources: "list[ReplaySource]", out: Path) -> None:
     from rich.progress import MofNCompleteColumn
 
     from plant_bench.cli.progress import progress_bars
-    from plant_bench.reports.replay.site import write_replays
-    from plant_bench.reports.replay.source import load_recording
+    from plant_bench.reports.replay.replay_site import write_replays
+    from plant_bench.reports.replay.replay_source import load_recording
 
     for source in sources:
         load_recording(source)  # a page would tell as well what is wrong, but later
@@ -110,8 +110,8 @@ def _write_files(sources: "list[ReplaySource]", files: dict[str, Path], wanted: 
     from rich.progress import MofNCompleteColumn, TaskID
 
     from plant_bench.cli.progress import progress_bars
-    from plant_bench.reports.replay.episode import load_episode
     from plant_bench.reports.replay.movie import SAVERS
+    from plant_bench.reports.replay.replay_episode import load_episode
 
     with progress_bars(8, MofNCompleteColumn()) as bars:
         reading = bars.add_task("reading", total=len(sources))

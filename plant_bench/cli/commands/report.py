@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from rich.progress import TaskID
 
     from plant_bench.reports.leaderboard.board import Leaderboard
-    from plant_bench.scoring.laws import Law
+    from plant_bench.scoring.penalties import Law
 
 WIDTH = 34  # of what the bar tells, characters
 
@@ -57,7 +57,7 @@ def report(
         plant-bench report reports/* --out leaderboard --no-replays
     """
     from plant_bench.api.report import PAGE
-    from plant_bench.scoring.laws import law_of
+    from plant_bench.scoring.penalties import law_of
 
     chosen = law_of(law)
     with ending_at_ctrl_c():
@@ -91,7 +91,7 @@ def _write(
     from rich.progress import TextColumn
 
     from plant_bench.api.report import write_report
-    from plant_bench.foreign_text import table_cell
+    from plant_bench.text_escaping import table_cell
 
     bars = progress_bars(WIDTH, TextColumn("{task.completed:.0f}/{task.total:.0f}"))
     with ExitStack() as shown:
@@ -130,8 +130,8 @@ def _write(
 
 def _say_who_leads(leaderboard: "Leaderboard") -> None:
     """Say the order of each board, and whether the first two can be told apart."""
-    from plant_bench.foreign_text import table_cell
-    from plant_bench.reports.leaderboard.texts import p_text
+    from plant_bench.reports.leaderboard.table_text import p_text
+    from plant_bench.text_escaping import table_cell
 
     for board in leaderboard.boards:
         scores = [

@@ -8,7 +8,7 @@ import typer
 from plant_bench.cli.options import LawOption
 
 if TYPE_CHECKING:
-    from plant_bench.runner.run.rescoring import Rescored
+    from plant_bench.runner.run.rescore_run import Rescored
 
 
 def rescore_run(
@@ -27,7 +27,7 @@ def rescore_run(
     """
     from plant_bench.api.rescore import rescore_run as rescore
     from plant_bench.reports.tables import print_summary
-    from plant_bench.scoring.laws import law_of
+    from plant_bench.scoring.penalties import law_of
 
     chosen = law_of(law)
 

@@ -73,7 +73,7 @@ def score_rfds(
     from plant_bench.cli.run_progress import Watch, say_crashes
     from plant_bench.reports.tables import print_relative_scores
     from plant_bench.runner.run.score_run import ScoreRequest
-    from plant_bench.scoring.laws import law_of
+    from plant_bench.scoring.penalties import law_of
 
     how = Driving(
         workers=workers or CORES,

@@ -64,7 +64,7 @@ def list_routes(
 ) -> None:
     """List a suite's routes; the number is what `plant-bench score --routes` takes."""
     from plant_bench.reports.tables import print_rows
-    from plant_bench.towns.route_picture import save_suite_pictures
+    from plant_bench.towns.route_image import save_suite_pictures
     from plant_bench.towns.routes import describe_suite
     from plant_bench.world.route import load_suite
 

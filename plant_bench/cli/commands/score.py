@@ -26,9 +26,9 @@ from plant_bench.cli.options import (
     Where,
     say_aside,
 )
-from plant_bench.garbage import collect_rarely
+from plant_bench.gc_policy import collect_rarely
 from plant_bench.runner.workers.executors import LocalExecutor
-from plant_bench.runner.workers.loading import loading
+from plant_bench.runner.workers.preloading import loading
 
 if TYPE_CHECKING:
     from plant_bench.api.score import Driving
@@ -94,9 +94,9 @@ def score(
     # First of all, since its workers load what they need while this process does.
     with here.connected() if cluster is None else nullcontext():
         from plant_bench.api.score import Driving
-        from plant_bench.runner.run.lock import Shard
+        from plant_bench.runner.run.run_lock import Shard
         from plant_bench.runner.run.score_run import ScoreRequest
-        from plant_bench.scoring.laws import law_of
+        from plant_bench.scoring.penalties import law_of
 
         how = Driving(
             workers=workers or CORES,
@@ -136,7 +136,7 @@ def _drive(request: "ScoreRequest", out: Path | None, how: "Driving") -> int:
     from plant_bench.reports.tables import print_planner_time, print_speed, print_summary
     from plant_bench.runner.episode.jobs import episode_name
     from plant_bench.runner.run.speed import read_timings, speed_of, write_speed
-    from plant_bench.runner.run.summary import write_summary
+    from plant_bench.runner.run.summary_files import write_summary
 
     if left := run.unfinished_by_others():
         typer.echo(

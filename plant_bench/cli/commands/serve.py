@@ -20,7 +20,7 @@ def serve(
 
         plant-bench serve reports/leaderboard
     """
-    from plant_bench.reports.replay.serving import address_of, file_server
+    from plant_bench.reports.replay.file_server import address_of, file_server
 
     with file_server(folder, port) as server:
         typer.echo(f"Serving {folder} at {address_of(server, folder)} (Ctrl-C ends it).")

@@ -63,8 +63,8 @@ def list_towns(
     """List the towns and what each contains; imported ones with --suite NAME/routes."""
     from plant_bench.reports.tables import print_rows
     from plant_bench.towns.generate import describe_town, stored_towns
-    from plant_bench.towns.picture import save_town_picture
-    from plant_bench.towns.unseen import UNSEEN
+    from plant_bench.towns.town_image import save_town_picture
+    from plant_bench.towns.unseen_towns import UNSEEN
     from plant_bench.world.route import load_suite
 
     names = stored_towns() if suite is None else sorted({r.town for r in load_suite(suite)})

@@ -64,8 +64,8 @@ def train_command(name: str) -> TyperCommand:
     Raises:
         InputError: There is no such learner, or its options are none.
     """
-    from plant_bench.training.course import Course
     from plant_bench.training.learners import learner_class
+    from plant_bench.training.training_run import Course
 
     kind = learner_class(name)
     found = option_fields(Course, inside={"options": kind.Options}, without=frozenset({"learner"}))

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from plant_bench.atomic_files import write_whole_text
 from plant_bench.cli.options import (
     CORES,
     IsolateOption,
@@ -14,11 +15,10 @@ from plant_bench.cli.options import (
 )
 from plant_bench.cli.progress import ending_at_ctrl_c, progress_bars
 from plant_bench.errors import InputError
-from plant_bench.whole_files import write_whole_text
 
 if TYPE_CHECKING:
     from plant_bench.api.verify import VerifyRequest
-    from plant_bench.reports.verification import Verification
+    from plant_bench.reports.verification_report import Verification
 
 
 def verify_run(
@@ -103,7 +103,7 @@ def _verify(
     from rich.progress import TaskProgressColumn
 
     from plant_bench.api import verify
-    from plant_bench.reports.verification import print_submission, print_verification
+    from plant_bench.reports.verification_report import print_submission, print_verification
 
     run = verify.read_run(request, suite=suite, routes=routes, repetitions=repetitions)
     print_submission(run)

@@ -42,7 +42,7 @@ def explain_run(
 
         plant-bench why reports/plant-longest6 town03-1 --repetition 0 --out why.png
     """
-    from plant_bench.reports.why.listing import print_infractions
+    from plant_bench.reports.why.incident_list import print_infractions
     from plant_bench.runner.run.folder import RunFolder
 
     with ending_at_ctrl_c():
@@ -58,8 +58,8 @@ def _explain(
 ) -> None:
     """Print and draw each infraction of a route's episodes, as they are looked at."""
     from plant_bench.api.why import explain
-    from plant_bench.reports.choosing import episodes_of
-    from plant_bench.reports.why.text import episode_line, print_episode
+    from plant_bench.reports.episode_selection import episodes_of
+    from plant_bench.reports.why.incident_text import episode_line, print_episode
 
     several = len(episodes_of(folder, route, repetition)) > 1
     with _EpisodeBar() as bar:

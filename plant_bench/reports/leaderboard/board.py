@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass
 
-from plant_bench.reports.leaderboard.lines import Line
-from plant_bench.reports.leaderboard.sources import RankingSource, RunSource
+from plant_bench.reports.leaderboard.rows import Line
+from plant_bench.reports.leaderboard.score_sources import RankingSource, RunSource
 from plant_bench.scoring.comparison import PairedDifference
 from plant_bench.scoring.metrics import Summary
 

@@ -6,7 +6,7 @@ from dataclasses import fields
 import pandas as pd
 
 from plant_bench.reports.leaderboard.board import Board, Difference, Entry, Leaderboard
-from plant_bench.reports.leaderboard.lines import Line
+from plant_bench.reports.leaderboard.rows import Line
 from plant_bench.scoring.metrics import Spread, summary_frame
 from plant_bench.scoring.metrics_table import score_metrics
 

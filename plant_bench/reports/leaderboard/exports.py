@@ -7,6 +7,7 @@ from pathlib import Path
 import pandas as pd
 
 from plant_bench import __version__
+from plant_bench.atomic_files import write_whole, write_whole_text
 from plant_bench.reports.leaderboard.board import Board, Leaderboard
 from plant_bench.reports.leaderboard.columns import (
     board_columns,
@@ -16,7 +17,6 @@ from plant_bench.reports.leaderboard.columns import (
 )
 from plant_bench.reports.leaderboard.latex import latex_text
 from plant_bench.reports.leaderboard.markdown import markdown_text
-from plant_bench.whole_files import write_whole, write_whole_text
 
 FORMAT = 1
 

@@ -8,10 +8,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ft2font import FT2Font
 
-from plant_bench.foreign_text import table_cell
+from plant_bench.atomic_files import write_whole
 from plant_bench.reports.leaderboard.board import Board, Difference, Leaderboard
-from plant_bench.reports.leaderboard.texts import LEVEL
-from plant_bench.whole_files import write_whole
+from plant_bench.reports.leaderboard.table_text import LEVEL
+from plant_bench.text_escaping import table_cell
 
 KINDS = ("svg", "png")
 LONGEST = 28  # characters of a name

@@ -3,15 +3,15 @@
 import math
 from collections.abc import Sequence
 
-from plant_bench.foreign_text import table_cell
 from plant_bench.reports.leaderboard.board import Board, Leaderboard
-from plant_bench.reports.leaderboard.lines import Line
-from plant_bench.reports.leaderboard.texts import (
+from plant_bench.reports.leaderboard.rows import Line
+from plant_bench.reports.leaderboard.table_text import (
     Column,
     board_title,
     columns,
 )
 from plant_bench.scoring.metrics_table import Better
+from plant_bench.text_escaping import table_cell
 
 _LATEX = {
     "\\": r"\textbackslash{}",

@@ -4,15 +4,15 @@ import math
 import re
 from collections.abc import Sequence
 
-from plant_bench.foreign_text import table_cell
 from plant_bench.reports.leaderboard.board import Board, Difference, Leaderboard
-from plant_bench.reports.leaderboard.lines import Line
-from plant_bench.reports.leaderboard.texts import (
+from plant_bench.reports.leaderboard.rows import Line
+from plant_bench.reports.leaderboard.table_text import (
     LEVEL,
     board_title,
     columns,
     p_text,
 )
+from plant_bench.text_escaping import table_cell
 
 
 def markdown_text(leaderboard: Leaderboard) -> str:

@@ -2,7 +2,7 @@
 
 import math
 
-from plant_bench.reports.leaderboard.lines import UNKNOWN, Line
+from plant_bench.reports.leaderboard.rows import UNKNOWN, Line
 from plant_bench.scoring.metrics import Spread
 from plant_bench.sensing.inputs import Track
 

@@ -1,7 +1,7 @@
 """Which episodes of a leaderboard have a replay, and what it is called."""
 
 from plant_bench.reports.leaderboard.board import Leaderboard
-from plant_bench.reports.replay.source import AskExpert, ReplaySource
+from plant_bench.reports.replay.replay_source import AskExpert, ReplaySource
 
 
 def replay_sources(

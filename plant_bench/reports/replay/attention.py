@@ -7,14 +7,14 @@ from jaxtyping import Float, Int
 
 from plant_bench.agent import Agent, Input, Observation, Plan, Ranker
 from plant_bench.agents.loading.checksum import agent_checksum
+from plant_bench.agents.loading.planner_spec import without_folders
 from plant_bench.agents.loading.registry import load_agent
-from plant_bench.agents.loading.spec import without_folders
 from plant_bench.data.recording import Recording
-from plant_bench.data.ticks import Action
+from plant_bench.data.tick_log import Action
 from plant_bench.errors import PlantBenchError
 from plant_bench.reports.replay.overlay import Progress
 from plant_bench.runner.decisions import PlannerSession
-from plant_bench.runner.review.ranking import relevance_of
+from plant_bench.runner.review.actor_ranking import relevance_of
 from plant_bench.scoring.results import EpisodeResult
 from plant_bench.world.route import Route
 

@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
+from plant_bench.atomic_files import whole_file
 from plant_bench.errors import InputError
-from plant_bench.reports.replay.episode import EpisodeReplay
-from plant_bench.reports.replay.panels import Panels
-from plant_bench.whole_files import whole_file
+from plant_bench.reports.replay.image_layout import Panels
+from plant_bench.reports.replay.replay_episode import EpisodeReplay
 
 STRIP = 5  # moments of a strip
 MOST_GIF = 600  # pictures: more would take hundreds of megabytes

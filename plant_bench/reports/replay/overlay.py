@@ -7,9 +7,9 @@ from jaxtyping import Float, Int
 
 from plant_bench.agent import NOBODY, PLAN_STEPS, Plan
 from plant_bench.data.recording import Recording
-from plant_bench.reports.replay.frames import EVERY
-from plant_bench.reports.replay.source import ReplaySource
-from plant_bench.runner.review.expert_view import EXPERT, ExpertView, told_by_expert
+from plant_bench.reports.replay.replay_frames import EVERY
+from plant_bench.reports.replay.replay_source import ReplaySource
+from plant_bench.runner.review.expert_braking import EXPERT, ExpertView, told_by_expert
 from plant_bench.scoring.infractions import Infraction
 from plant_bench.scoring.results import EpisodeResult, HazardRecord
 from plant_bench.world.hazard_table import HAZARDS

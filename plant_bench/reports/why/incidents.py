@@ -4,11 +4,11 @@ from dataclasses import dataclass
 
 from plant_bench.agent import MOST_INTERVAL
 from plant_bench.errors import InputError
-from plant_bench.runner.review.moments import Window
-from plant_bench.scoring.endings import BLOCKED_TIME
+from plant_bench.runner.review.review_frames import Window
 from plant_bench.scoring.infractions import Infraction, InfractionKind
 from plant_bench.scoring.results import EpisodeResult
-from plant_bench.world.actor_numbers import is_parked
+from plant_bench.scoring.termination import BLOCKED_TIME
+from plant_bench.world.actor_ids import is_parked
 from plant_bench.world.scene import TICK, ActorKind
 
 KIND_NAMES: dict[InfractionKind, str] = {

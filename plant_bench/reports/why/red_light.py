@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from plant_bench.reports.why.incidents import Incident
-from plant_bench.runner.review.moments import Moment
+from plant_bench.runner.review.review_frames import Moment
 from plant_bench.world.route import Route
 from plant_bench.world.scene import EGO_LENGTH, Light
 

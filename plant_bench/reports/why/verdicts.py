@@ -1,11 +1,11 @@
 """Findings as sentences; they state what was measured, and nothing else."""
 
 from plant_bench.agent import NOBODY, Cause, Reason
-from plant_bench.reports.why.braking import Braking
-from plant_bench.reports.why.findings import FIRST_FEW, Finding, Noticed
+from plant_bench.reports.why.brake_onset import Braking
+from plant_bench.reports.why.incident_findings import FIRST_FEW, Finding, Noticed
 from plant_bench.reports.why.incidents import actor_name
-from plant_bench.reports.why.standing import Standing
-from plant_bench.runner.review.moments import Hindsight
+from plant_bench.reports.why.stationary import Standing
+from plant_bench.runner.review.review_frames import Hindsight
 from plant_bench.scoring.infractions import InfractionKind
 from plant_bench.world.scene import ActorKind
 

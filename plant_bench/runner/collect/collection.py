@@ -5,19 +5,19 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from plant_bench.agents.loading.checksum import agent_checksum
-from plant_bench.agents.loading.spec import without_folders
+from plant_bench.agents.loading.planner_spec import without_folders
 from plant_bench.errors import SimulationError
-from plant_bench.runner.collect.data_folder import DataFolder, EpisodeNote, Origin
-from plant_bench.runner.collect.plan import EXPERT, PlannedEpisode, planned_episodes
-from plant_bench.runner.collect.request import CollectRequest
-from plant_bench.runner.collect.takeover import check_driver
-from plant_bench.runner.collect.work import (
+from plant_bench.runner.collect.collect_task import (
     DriveTask,
     TownTask,
     drive_one,
     lost_note,
     prepare_town,
 )
+from plant_bench.runner.collect.dagger import check_driver
+from plant_bench.runner.collect.data_folder import DataFolder, EpisodeNote, Origin
+from plant_bench.runner.collect.episode_plan import EXPERT, PlannedEpisode, planned_episodes
+from plant_bench.runner.collect.request import CollectRequest
 from plant_bench.runner.episode.keys import collecting_checksum, rules_checksum
 from plant_bench.runner.episode.timing import Timing
 from plant_bench.runner.run.provenance import installed_versions

@@ -14,11 +14,11 @@ from pathlib import Path
 
 from pydantic import BaseModel, ConfigDict
 
+from plant_bench.atomic_files import UNFINISHED
 from plant_bench.errors import InputError
-from plant_bench.input_files import read_json, read_text
 from plant_bench.runner.run.folder import RunFolder
 from plant_bench.towns.routes import suite_text
-from plant_bench.whole_files import UNFINISHED
+from plant_bench.untrusted_files import read_json, read_text
 from plant_bench.world.route import Route, load_suite
 
 _PARTS = ("episodes", "records", "routes", "towns", "unfinished", "logs")

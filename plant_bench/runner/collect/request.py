@@ -3,7 +3,7 @@
 import shlex
 from dataclasses import dataclass
 
-from plant_bench.agents.loading.spec import without_folders
+from plant_bench.agents.loading.planner_spec import without_folders
 from plant_bench.errors import InputError
 
 UNIT = 228_000  # frames at 2 Hz: 1x of PlanT (section 4)

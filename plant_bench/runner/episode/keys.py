@@ -20,18 +20,18 @@ from plant_bench.source_code import (
 
 LOOP = "plant_bench.runner.episode.loop"
 WORLD = "plant_bench.sim"
-COLLECTING = "plant_bench.runner.collect.work"
+COLLECTING = "plant_bench.runner.collect.collect_task"
 
 HARMLESS = {
     "plant_bench.agents": "planners, and how they are found: each has a checksum of its own",
     "plant_bench.data": "writes down what was driven; reads it for data and replays",
     "plant_bench.data_files": "where files lie: towns and routes have checksums of their content",
     "plant_bench.errors": "texts of messages",
-    "plant_bench.foreign_text": "texts of messages",
-    "plant_bench.garbage": "when Python looks for cycles",
-    "plant_bench.inference": "tells how long a network takes; goes into timing/ alone",
-    "plant_bench.input_files": "how files are read: their content has checksums",
-    "plant_bench.module_files": "how modules of planners are found",
+    "plant_bench.text_escaping": "texts of messages",
+    "plant_bench.gc_policy": "when Python looks for cycles",
+    "plant_bench.inference_timing": "tells how long a network takes; goes into timing/ alone",
+    "plant_bench.untrusted_files": "how files are read: their content has checksums",
+    "plant_bench.user_modules": "how modules of planners are found",
     "plant_bench.runner.collect.data_folder": "where collected data lies",
     "plant_bench.runner.episode.jobs": "what is asked for: the scenario's key holds it",
     "plant_bench.runner.episode.keys": "makes the keys",
@@ -39,10 +39,10 @@ HARMLESS = {
     "plant_bench.runner.episode.timing": "the clock; goes into timing/ alone",
     "plant_bench.runner.run": "the run's folder and what is said of it",
     "plant_bench.runner.workers": "which process drives",
-    "plant_bench.scoring.laws": "turns records into scores when they are read",
+    "plant_bench.scoring.penalties": "turns records into scores when they are read",
     "plant_bench.source_code": "makes the keys",
     "plant_bench.towns": "makes towns and routes: their content has checksums",
-    "plant_bench.whole_files": "how files are written",
+    "plant_bench.atomic_files": "how files are written",
     "plant_bench.world.hazard_sketch": "how hazards are drawn in tables and pages",
 }
 

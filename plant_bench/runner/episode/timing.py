@@ -6,7 +6,7 @@ from typing import Annotated
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
-from plant_bench.inference import listen_to_passes
+from plant_bench.inference_timing import listen_to_passes
 from plant_bench.runner.run.provenance import processor_name
 from plant_bench.world.scene import TICK
 

@@ -14,9 +14,9 @@ from pathlib import Path
 from typing import Any
 
 from plant_bench.errors import InputError, SimulationError
-from plant_bench.runner.ray.connection import connection_to
+from plant_bench.runner.ray.cluster import connection_to
 from plant_bench.runner.ray.node import Brought, Cannot, News, NodeWorker
-from plant_bench.runner.ray.packaging import Cargo, pack
+from plant_bench.runner.ray.payload import Cargo, pack
 from plant_bench.runner.workers.executors import (
     Agenda,
     Finished,

@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import Any
 
 from plant_bench.errors import PlantBenchError
-from plant_bench.runner.ray.packaging import (
+from plant_bench.runner.ray.payload import (
     Cargo,
     Place,
     Portable,
@@ -30,7 +30,7 @@ from plant_bench.runner.ray.packaging import (
     facts,
     unpack,
 )
-from plant_bench.runner.workers.processes import cause_of_death, start_process
+from plant_bench.runner.workers.process_start import cause_of_death, start_process
 from plant_bench.runner.workers.worker import Failed, Message, Ready, Report, Share, Work, serve
 
 LISTEN = 1.0  # s for which one call waits for news

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from plant_bench.errors import InputError
-from plant_bench.input_files import check_file, read_text
 from plant_bench.runner.episode.jobs import Job, select_routes
 from plant_bench.runner.review.submission_checks import (
     Finding,
@@ -24,6 +23,7 @@ from plant_bench.runner.review.submission_checks import (
 from plant_bench.runner.run.folder import RunFolder
 from plant_bench.runner.run.provenance import Provenance
 from plant_bench.scoring.results import LARGEST_RECORD, EpisodeResult
+from plant_bench.untrusted_files import check_file, read_text
 from plant_bench.world.route import Route, load_suite, suite_names
 
 

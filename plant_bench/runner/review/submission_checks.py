@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from pydantic import BaseModel
 
 from plant_bench.errors import InputError, in_one_line
-from plant_bench.input_files import read_text
 from plant_bench.runner.episode.jobs import Job, episode_name, repetition_seed
 from plant_bench.runner.run.folder import RunFolder
 from plant_bench.runner.run.provenance import Provenance, installed_versions
-from plant_bench.runner.run.summary import summary_texts
-from plant_bench.scoring.laws import Law
+from plant_bench.runner.run.summary_files import summary_texts
+from plant_bench.scoring.penalties import Law
 from plant_bench.scoring.results import EpisodeHeader, EpisodeResult
+from plant_bench.untrusted_files import read_text
 from plant_bench.world.route import Route
 
 _CHECKED_ELSEWHERE = {"format", "inputs"}  # of a header: what driving again will tell

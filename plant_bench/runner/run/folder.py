@@ -19,10 +19,10 @@ from pathlib import Path
 
 from pydantic import BaseModel
 
+from plant_bench.atomic_files import UNFINISHED, move_whole, write_whole
 from plant_bench.errors import InputError
 from plant_bench.runner.run.provenance import Provenance
 from plant_bench.scoring.results import EpisodeResult
-from plant_bench.whole_files import UNFINISHED, move_whole, write_whole
 
 _PARTS = {"episodes": ".json", "timing": ".json", "recordings": ".parquet"}
 

@@ -9,10 +9,10 @@ from pathlib import Path
 from pydantic import BaseModel, ConfigDict, Field
 
 from plant_bench import __version__
-from plant_bench.agents.loading.spec import without_folders
+from plant_bench.agents.loading.planner_spec import without_folders
 from plant_bench.errors import InputError, in_one_line
-from plant_bench.input_files import read_text
 from plant_bench.scoring.results import MOST_REPETITIONS
+from plant_bench.untrusted_files import read_text
 from plant_bench.world.route import NO_HAZARDS_PROTOCOL, PROTOCOL, Route
 
 RUN_FORMAT = 1

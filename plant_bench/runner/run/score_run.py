@@ -12,8 +12,8 @@ from plant_bench.agents.loading.registry import Loader, load_agent
 from plant_bench.errors import InputError
 from plant_bench.runner.episode.jobs import Job, episode_name, make_jobs, select_routes
 from plant_bench.runner.run.folder import RunFolder
-from plant_bench.runner.run.lock import Shard, claimed
 from plant_bench.runner.run.provenance import Provenance, provenance
+from plant_bench.runner.run.run_lock import Shard, claimed
 from plant_bench.sim.densities import density_of
 from plant_bench.world.route import Route, load_suite
 

@@ -7,9 +7,9 @@ from statistics import median
 
 from pydantic import TypeAdapter
 
-from plant_bench.input_files import read_text
 from plant_bench.runner.episode.timing import Timing
 from plant_bench.runner.run.folder import RunFolder
+from plant_bench.untrusted_files import read_text
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import Any, Protocol, runtime_checkable
 
 from plant_bench.errors import InputError, SimulationError
-from plant_bench.runner.workers.processes import cause_of_death, start_process
+from plant_bench.runner.workers.process_start import cause_of_death, start_process
 from plant_bench.runner.workers.worker import (
     Assignment,
     Done,

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 
 from plant_bench.agent import Agent
 from plant_bench.agents.loading.registry import Loader, load_agent
-from plant_bench.agents.remote.programs import Program, program_of
+from plant_bench.agents.remote.launch_command import Program, program_of
 
 if TYPE_CHECKING:  # runs without it need neither msgpack nor what only Linux has
-    from plant_bench.agents.remote.connection import Profile
     from plant_bench.agents.remote.process import Limits
+    from plant_bench.agents.remote.process_reuse import Profile
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class Isolation:
 
     def planner(self, spec: str) -> Agent:
         """Return the run's planner; it starts with its first `reset`."""
-        from plant_bench.agents.remote.agent import remote_agent
+        from plant_bench.agents.remote.remote_agent import remote_agent
 
         known = self.profile if spec == self.program.spec else None
         program = self.program if known else program_of(spec)
@@ -52,8 +52,8 @@ def isolation_of(agent: str, limits: "Limits") -> Isolation:
     Raises:
         InputError: It does not start.
     """
-    from plant_bench.agents.remote.agent import remote_agent
-    from plant_bench.agents.remote.connection import end_processes
+    from plant_bench.agents.remote.process_reuse import end_processes
+    from plant_bench.agents.remote.remote_agent import remote_agent
 
     program = program_of(agent)
     planner = remote_agent(program, limits)

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from plant_bench.errors import InputError, SimulationError
-from plant_bench.garbage import collect_rarely
+from plant_bench.gc_policy import collect_rarely
 
 REPORT_EVERY = 0.2  # s between two progress reports
 

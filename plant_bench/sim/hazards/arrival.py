@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
-from plant_bench.sim.hazards.stage import Stage
-from plant_bench.world.braking import CURVE_BRAKING
+from plant_bench.sim.hazards.hazard_world import Stage
+from plant_bench.world.driver_braking import CURVE_BRAKING
 from plant_bench.world.route import Passage, Route
 from plant_bench.world.scene import EGO_LENGTH, EgoState
 

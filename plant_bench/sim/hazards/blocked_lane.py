@@ -6,8 +6,8 @@ sight and shortly before it arrives, so that few others must queue behind it.
 
 import random
 
-from plant_bench.sim.hazards.script import number_of
-from plant_bench.sim.hazards.stage import Stage
+from plant_bench.sim.hazards.behaviour import number_of
+from plant_bench.sim.hazards.hazard_world import Stage
 from plant_bench.sim.vehicle_types import VAN
 from plant_bench.world.hazard import Hazard, Phase
 from plant_bench.world.scene import EgoState

@@ -5,8 +5,8 @@ import random
 
 from plant_bench.agent import Control
 from plant_bench.sim.hazards.hard_brake import gap_to, leader_of
-from plant_bench.sim.hazards.stage import Stage
-from plant_bench.world.braking import BRAKING, GRIP, REACTION
+from plant_bench.sim.hazards.hazard_world import Stage
+from plant_bench.world.driver_braking import BRAKING, GRIP, REACTION
 from plant_bench.world.hazard import Hazard, Phase
 from plant_bench.world.scene import EgoState
 

@@ -12,10 +12,10 @@ import random
 import numpy as np
 
 from plant_bench.geometry.polyline import distance_to
-from plant_bench.sim.hazards.stage import Stage
+from plant_bench.sim.hazards.hazard_world import Stage
 from plant_bench.sim.sumo import VehicleState
 from plant_bench.sim.vehicle_types import RIDER, VAN, WALKER
-from plant_bench.world.crossing import FARTHEST_START, SPEED_SPREAD, meets_at, needed_start
+from plant_bench.world.crossing_distance import FARTHEST_START, SPEED_SPREAD, meets_at, needed_start
 from plant_bench.world.hazard import Hazard, Phase
 from plant_bench.world.scene import EGO_WIDTH, TICK, EgoState
 

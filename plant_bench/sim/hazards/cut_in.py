@@ -10,11 +10,11 @@ import random
 import numpy as np
 
 from plant_bench.geometry.polyline import arc_lengths
+from plant_bench.sim.hazards.behaviour import HoldsTraffic, number_of
 from plant_bench.sim.hazards.hard_brake import LANE_HALF, Neighbour, along_route
-from plant_bench.sim.hazards.script import HoldsTraffic, number_of
-from plant_bench.sim.hazards.stage import Stage
+from plant_bench.sim.hazards.hazard_world import Stage
 from plant_bench.sim.vehicle_types import CAR
-from plant_bench.world.braking import BRAKING, REACTION
+from plant_bench.world.driver_braking import BRAKING, REACTION
 from plant_bench.world.hazard import Hazard, Phase
 from plant_bench.world.scene import EGO_LENGTH, TICK, ActorKind, EgoState
 from plant_bench.world.town import Lane

@@ -4,8 +4,8 @@ import random
 from collections.abc import Callable
 
 from plant_bench.agent import Control
-from plant_bench.sim.hazards.script import HoldsTraffic, Script
-from plant_bench.sim.hazards.stage import Stage
+from plant_bench.sim.hazards.behaviour import HoldsTraffic, Script
+from plant_bench.sim.hazards.hazard_world import Stage
 from plant_bench.world.hazard import Hazard, HazardKind, HazardOutcome, Phase
 from plant_bench.world.hazard_table import HAZARDS, load_part
 from plant_bench.world.scene import TICK, EgoState

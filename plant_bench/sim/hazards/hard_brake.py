@@ -11,10 +11,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from plant_bench.sim.hazards.script import HoldsTraffic, number_of
-from plant_bench.sim.hazards.stage import Stage
+from plant_bench.sim.hazards.behaviour import HoldsTraffic, number_of
+from plant_bench.sim.hazards.hazard_world import Stage
 from plant_bench.sim.vehicle_types import CAR
-from plant_bench.world.braking import BRAKING, REACTION, SPARE
+from plant_bench.world.driver_braking import BRAKING, REACTION, SPARE
 from plant_bench.world.hazard import Hazard, Phase
 from plant_bench.world.scene import EGO_LENGTH, ActorKind, EgoState
 

@@ -12,11 +12,11 @@ import numpy as np
 from plant_bench.geometry.box import corners
 from plant_bench.geometry.polyline import arc_lengths, distances_to
 from plant_bench.sim.hazards.arrival import expected_arrival, speed_to_arrive, time_to_go
-from plant_bench.sim.hazards.rival import Rival, place_on, put_out
-from plant_bench.sim.hazards.script import HoldsTraffic
-from plant_bench.sim.hazards.stage import Stage
-from plant_bench.world.approaches import Approach, clear_place, joined_line, lane_starts
-from plant_bench.world.braking import SPARE
+from plant_bench.sim.hazards.behaviour import HoldsTraffic
+from plant_bench.sim.hazards.conflicting_vehicle import Rival, place_on, put_out
+from plant_bench.sim.hazards.hazard_world import Stage
+from plant_bench.world.conflicting_paths import Approach, clear_place, joined_line, lane_starts
+from plant_bench.world.driver_braking import SPARE
 from plant_bench.world.hazard import Hazard, Phase
 from plant_bench.world.scene import EGO_EXTENT, EGO_LENGTH, EgoState
 from plant_bench.world.town import Lane, Link, Town

@@ -6,8 +6,8 @@ after some seconds.
 
 import random
 
-from plant_bench.sim.hazards.script import number_of
-from plant_bench.sim.hazards.stage import Stage
+from plant_bench.sim.hazards.behaviour import number_of
+from plant_bench.sim.hazards.hazard_world import Stage
 from plant_bench.sim.vehicle_types import CAR
 from plant_bench.world.hazard import Hazard, Phase
 from plant_bench.world.scene import EgoState

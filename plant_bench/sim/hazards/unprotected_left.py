@@ -5,9 +5,15 @@ The first meets the ego; others follow it in a stream with one gap that is long 
 
 import random
 
-from plant_bench.sim.hazards.meeting import PASSED, Meeting
-from plant_bench.sim.hazards.rival import LEAST_RUN, Rival, incoming, place_on, put_out
-from plant_bench.sim.hazards.stage import Stage
+from plant_bench.sim.hazards.conflicting_vehicle import (
+    LEAST_RUN,
+    Rival,
+    incoming,
+    place_on,
+    put_out,
+)
+from plant_bench.sim.hazards.hazard_world import Stage
+from plant_bench.sim.hazards.junction_conflict import PASSED, Meeting
 from plant_bench.world.hazard import Hazard, Phase
 from plant_bench.world.scene import EgoState
 

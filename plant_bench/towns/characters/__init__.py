@@ -9,8 +9,8 @@ from plant_bench.towns.characters.large_town import lay_out_large_town
 from plant_bench.towns.characters.lattice import lay_out_lattice
 from plant_bench.towns.characters.long_highway import lay_out_long_highway
 from plant_bench.towns.characters.small_town import lay_out_small_town
-from plant_bench.towns.plan import StreetPlan
-from plant_bench.towns.spec import TownSpec
+from plant_bench.towns.street_plan import StreetPlan
+from plant_bench.towns.town_spec import TownSpec
 
 LayOut = Callable[[TownSpec, np.random.Generator], StreetPlan]
 

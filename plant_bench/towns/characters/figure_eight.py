@@ -18,10 +18,10 @@ from plant_bench.towns.highway import (
     exit_shape,
     two_carriageways,
 )
-from plant_bench.towns.plan import Edge, Node, StreetPlan
-from plant_bench.towns.spec import FigureEightLayout, TownSpec
 from plant_bench.towns.street_map import EAST, NORTH, SOUTH, WEST, StreetMap, add_street
-from plant_bench.towns.streets import Pose, Shape, arc_lengths, resample, thin_out
+from plant_bench.towns.street_plan import Edge, Node, StreetPlan
+from plant_bench.towns.street_shapes import Pose, Shape, arc_lengths, resample, thin_out
+from plant_bench.towns.town_spec import FigureEightLayout, TownSpec
 from plant_bench.towns.turns import connect_junction
 
 SLOPE_M = 190.0

@@ -3,10 +3,10 @@
 import numpy as np
 
 from plant_bench.towns.characters.lattice import spread
-from plant_bench.towns.plan import StreetPlan
 from plant_bench.towns.roundabout import Roundabout, add_roundabout
-from plant_bench.towns.spec import LargeTownLayout, TownSpec
 from plant_bench.towns.street_map import EAST, NORTH, SOUTH, WEST, StreetMap
+from plant_bench.towns.street_plan import StreetPlan
+from plant_bench.towns.town_spec import LargeTownLayout, TownSpec
 from plant_bench.towns.turns import connect_junction
 
 SIDE = 4

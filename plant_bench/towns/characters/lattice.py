@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from plant_bench.towns.plan import StreetPlan
-from plant_bench.towns.spec import LatticeLayout, TownSpec
 from plant_bench.towns.street_map import EAST, NORTH, StreetMap
+from plant_bench.towns.street_plan import StreetPlan
+from plant_bench.towns.town_spec import LatticeLayout, TownSpec
 from plant_bench.towns.turns import connect_junction
 
 

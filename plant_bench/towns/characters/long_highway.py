@@ -16,10 +16,9 @@ from plant_bench.towns.highway import (
     two_carriageways,
     u_turn_shape,
 )
-from plant_bench.towns.plan import Edge, Node, StreetPlan
-from plant_bench.towns.spec import LongHighwayLayout, TownSpec
 from plant_bench.towns.street_map import EAST, NORTH, SOUTH, WEST, add_street
-from plant_bench.towns.streets import (
+from plant_bench.towns.street_plan import Edge, Node, StreetPlan
+from plant_bench.towns.street_shapes import (
     Pose,
     Shape,
     curve_through,
@@ -28,6 +27,7 @@ from plant_bench.towns.streets import (
     resample,
     thin_out,
 )
+from plant_bench.towns.town_spec import LongHighwayLayout, TownSpec
 from plant_bench.towns.turns import connect_junction
 
 RAMP_REACH_M = 135.0

@@ -5,9 +5,9 @@ import itertools
 import numpy as np
 
 from plant_bench.towns.characters.lattice import spread
-from plant_bench.towns.plan import StreetPlan
-from plant_bench.towns.spec import SmallTownLayout, TownSpec
 from plant_bench.towns.street_map import EAST, NORTH, StreetMap
+from plant_bench.towns.street_plan import StreetPlan
+from plant_bench.towns.town_spec import SmallTownLayout, TownSpec
 from plant_bench.towns.turns import connect_junction
 
 ATTEMPTS = 200

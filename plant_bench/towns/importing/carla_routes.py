@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float
 
 from plant_bench.errors import InputError
-from plant_bench.towns.importing.xml_reading import read_limited, scan_xml
+from plant_bench.towns.importing.safe_xml import read_limited, scan_xml
 
 MOST_BYTES = 50 * 2**20
 MOST_ROUTES = 5000

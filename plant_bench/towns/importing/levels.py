@@ -11,7 +11,7 @@ import numpy as np
 import shapely
 from shapely.geometry import LineString, Point
 
-from plant_bench.towns.importing.findings import Finding, repaired, reported
+from plant_bench.towns.importing.map_findings import Finding, repaired, reported
 from plant_bench.towns.importing.net_edits import Place, with_lifts
 from plant_bench.world.town import Lane, Town
 

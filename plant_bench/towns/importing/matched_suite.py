@@ -9,13 +9,13 @@ from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
+from plant_bench.atomic_files import move_whole, write_whole, write_whole_text
 from plant_bench.data_files import TOWNS_FOLDER
 from plant_bench.errors import InputError
 from plant_bench.towns.generate import NET_FILE, PICTURE_FILE, TOWN_FILE
 from plant_bench.towns.importing.route_import import HEADS, RouteMatch, TownFound, read_town
 from plant_bench.towns.importing.suite_making import with_hazards
 from plant_bench.towns.routes import suite_text
-from plant_bench.whole_files import move_whole, write_whole, write_whole_text
 from plant_bench.world.route import Route
 
 REPORT_FILE = "matching.csv"

@@ -11,7 +11,7 @@ import numpy as np
 
 from plant_bench.geometry.pose import wrap_angle
 from plant_bench.towns.importing.carla_routes import CarlaRoute
-from plant_bench.towns.importing.lane_ways import LaneWays, OnLane
+from plant_bench.towns.importing.lane_graph import LaneWays, OnLane
 
 SEARCH = 6.0  # m around a point that lanes are looked for
 SPREAD = 0.7  # m: standard deviation of a point from its lane

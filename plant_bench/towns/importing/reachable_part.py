@@ -5,7 +5,7 @@ from dataclasses import replace
 import networkx as nx
 
 from plant_bench.errors import InputError
-from plant_bench.towns.importing.findings import Finding, repaired
+from plant_bench.towns.importing.map_findings import Finding, repaired
 from plant_bench.world.town import Lane, Town
 
 NARROWEST = 2.3  # m: the ego's 2.13 and a hand's breadth on each side

@@ -11,15 +11,15 @@ from jaxtyping import Float
 
 from plant_bench.data_files import networks_dir, town_dir, towns_dirs_of
 from plant_bench.errors import InputError, in_one_line
-from plant_bench.input_files import read_text
 from plant_bench.towns.generate import NET_FILE, TOWN_FILE
 from plant_bench.towns.importing.carla_routes import CarlaRoute
-from plant_bench.towns.importing.converting import MOST_OUTPUT
-from plant_bench.towns.importing.lane_ways import LaneWays
+from plant_bench.towns.importing.lane_graph import LaneWays
+from plant_bench.towns.importing.map_conversion import MOST_OUTPUT
 from plant_bench.towns.importing.matched_route import build_route
 from plant_bench.towns.importing.matching import UnmatchedError, lanes_driven, match
 from plant_bench.towns.importing.net_edits import net_offset
 from plant_bench.towns.route_graph import StreetGraph
+from plant_bench.untrusted_files import read_text
 from plant_bench.world.route import Route
 from plant_bench.world.town import Town
 

@@ -15,20 +15,20 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from plant_bench.atomic_files import move_whole, write_whole_text
 from plant_bench.data_files import ROUTES_FOLDER, TOWNS_FOLDER, networks_dir
 from plant_bench.errors import InputError, in_one_line
 from plant_bench.towns.generate import NET_FILE, PICTURE_FILE, TOWN_FILE
-from plant_bench.towns.importing.checking import check
-from plant_bench.towns.importing.converting import errors_of_sumo
-from plant_bench.towns.importing.findings import Finding, merged
-from plant_bench.towns.importing.mending import mend
+from plant_bench.towns.importing.import_report import report_markdown, report_payload
+from plant_bench.towns.importing.map_checks import check
+from plant_bench.towns.importing.map_conversion import errors_of_sumo
+from plant_bench.towns.importing.map_findings import Finding, merged
+from plant_bench.towns.importing.map_source import read_source
 from plant_bench.towns.importing.net_edits import ends_of_edges, net_offset
-from plant_bench.towns.importing.report import report_markdown, report_payload
-from plant_bench.towns.importing.source import read_source
+from plant_bench.towns.importing.network_repair import mend
 from plant_bench.towns.importing.suite_making import RoutesWanted, make_routes
-from plant_bench.towns.picture import save_picture
 from plant_bench.towns.routes import suite_text
-from plant_bench.whole_files import move_whole, write_whole_text
+from plant_bench.towns.town_image import save_picture
 from plant_bench.world.route import Route
 from plant_bench.world.town import Life, Town
 

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from plant_bench.agent import RouteAhead
+from plant_bench.agents.careful.actor_filter import brake_for_ego
 from plant_bench.agents.careful.conflicts import clearest
 from plant_bench.agents.careful.forecast import TIMES, Forecast
-from plant_bench.agents.careful.neighbours import brake_for_ego
-from plant_bench.agents.careful.rollouts import at_slower_pace
+from plant_bench.agents.careful.reduced_pace import at_slower_pace
 from plant_bench.features.rollouts import STEP, ego_poses, rollout
 from plant_bench.world.scene import Actors, EgoState
 

@@ -15,9 +15,9 @@ from plant_bench.agent import (
     Reason,
     RouteAhead,
 )
-from plant_bench.agents.careful.corridor import corridor
 from plant_bench.agents.careful.driver import CarefulDriver
 from plant_bench.agents.careful.forecast import along_true_lanes, straight_on
+from plant_bench.agents.careful.leader import corridor
 from plant_bench.agents.expert import Expert
 from plant_bench.agents.idm import light_limit
 from plant_bench.agents.rule_based import RuleBased

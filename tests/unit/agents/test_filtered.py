@@ -15,7 +15,7 @@ from plant_bench.agent import (
     Reason,
 )
 from plant_bench.agents.ranking.expert_nearest import expert_nearest
-from plant_bench.agents.ranking.filtered import Filtered, highest
+from plant_bench.agents.ranking.filtered_planner import Filtered, highest
 from plant_bench.agents.ranking.rankers import Nearest
 from plant_bench.errors import AgentError
 from plant_bench.world.route import Route

@@ -8,8 +8,8 @@ import pytest
 from plant_bench.agent import Agent
 from plant_bench.agents.loading.checksum import agent_checksum
 from plant_bench.agents.loading.installed import installed_planners
+from plant_bench.agents.loading.planner_spec import AGENTS
 from plant_bench.agents.loading.registry import agent_factory, load_agent
-from plant_bench.agents.loading.spec import AGENTS
 from plant_bench.errors import InputError
 
 MODULE = """

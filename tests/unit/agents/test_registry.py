@@ -6,10 +6,10 @@ import pytest
 
 from plant_bench.agent import Agent
 from plant_bench.agents.loading.checksum import agent_checksum, agent_files
+from plant_bench.agents.loading.planner_spec import AGENTS
 from plant_bench.agents.loading.registry import load_agent
-from plant_bench.agents.loading.spec import AGENTS
 from plant_bench.errors import InputError
-from plant_bench.module_files import own_files
+from plant_bench.user_modules import own_files
 
 PLANNER = """
 from plant_bench.agent import Control, Input

@@ -7,7 +7,7 @@ import pytest
 
 from plant_bench.agent import Observation
 from plant_bench.agents.careful.forecast import TIMES, Forecast
-from plant_bench.agents.careful.tracked_forecast import HELD, TrackedForecast
+from plant_bench.agents.careful.motion_forecast import HELD, TrackedForecast
 from plant_bench.world.scene import ActorKind, Actors, EgoState
 
 CAR = int(ActorKind.CAR)

@@ -8,7 +8,7 @@ from typer.testing import CliRunner
 import plant_bench as pb
 from plant_bench.cli import app
 from plant_bench.scoring.comparison import PairedDifference
-from plant_bench.scoring.laws import Law
+from plant_bench.scoring.penalties import Law
 from tests.conftest import RunWriter
 
 COLUMNS = ["agent", "town", "route", "repetition", "seed", "status", "driving_score"]

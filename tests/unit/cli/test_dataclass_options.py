@@ -6,10 +6,10 @@ from typing import Any, Literal
 
 import pytest
 
-from plant_bench.agents.plant.options import PlanTOptions
+from plant_bench.agents.plant.training_options import PlanTOptions
 from plant_bench.cli.dataclass_options import REQUIRED, built, option_fields
 from plant_bench.errors import InputError
-from plant_bench.training.course import Course
+from plant_bench.training.training_run import Course
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ import pytest
 
 from plant_bench.agent import NextLight, Observation, RouteAhead
 from plant_bench.errors import AgentError
-from plant_bench.features.inputs import scene_input
+from plant_bench.features.network_inputs import scene_input
 from plant_bench.features.tokens import TokenSpec
 from plant_bench.world.scene import Actors, EgoState, Light
 

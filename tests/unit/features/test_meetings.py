@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from plant_bench.agent import RouteAhead
-from plant_bench.features.meetings import LATEST, NEVER, VIEW, meetings
+from plant_bench.features.motion import Rates
+from plant_bench.features.predicted_conflicts import LATEST, NEVER, VIEW, meetings
 from plant_bench.features.tokens import NOWHERE, TokenSpec, tokens_of
-from plant_bench.features.tracks import Rates
 from plant_bench.world.scene import ActorKind, Actors, EgoState
 
 EGO = EgoState(0.5, 0.0, 0.0, 8.0)

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from plant_bench.features.tracks import Tracks, rates_between
+from plant_bench.features.motion import Tracks, rates_between
 from plant_bench.world.scene import ActorKind, Actors
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from plant_bench.agent import NextLight, Observation, RouteAhead
 from plant_bench.errors import InputError
-from plant_bench.features.inputs import scene_input
+from plant_bench.features.network_inputs import scene_input
 from plant_bench.features.raster import RasterSpec
 from plant_bench.features.tokens import TokenKind, TokenSpec
 from plant_bench.gym.encoders import RasterEncoder, encoder_of

@@ -12,7 +12,7 @@ from plant_bench.gym.rewards import ProgressReward, reward_of
 from plant_bench.gym.roach import RoachReward, desired_speed
 from plant_bench.gym.transition import Transition
 from plant_bench.scoring.infractions import Infraction, InfractionKind, Status
-from plant_bench.world.actor_numbers import PARKED
+from plant_bench.world.actor_ids import PARKED
 from plant_bench.world.scene import EGO_LENGTH, ActorKind, Actors, EgoState, Light, Scene
 
 TOP = 6.0

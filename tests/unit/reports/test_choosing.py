@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from plant_bench.errors import InputError
-from plant_bench.reports.choosing import episodes_of
+from plant_bench.reports.episode_selection import episodes_of
 from plant_bench.runner.run.folder import RunFolder
 from tests.unit.reports.why.moments_by_hand import record
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from plant_bench.errors import InputError, SimulationError
-from plant_bench.runner.ray.packaging import Needs, Place
+from plant_bench.runner.ray.payload import Needs, Place
 
 
 @dataclass(frozen=True)

@@ -6,14 +6,14 @@ from pathlib import Path
 import pytest
 
 from plant_bench.agents.loading.checksum import Makings, agent_checksum
-from plant_bench.agents.remote.connection import Profile, end_processes
+from plant_bench.agents.remote.launch_command import Program
 from plant_bench.agents.remote.process import Limits
-from plant_bench.agents.remote.programs import Program
+from plant_bench.agents.remote.process_reuse import Profile, end_processes
 from plant_bench.errors import InputError
 from plant_bench.runner.episode.jobs import make_jobs
-from plant_bench.runner.ray import packaging as cargo
-from plant_bench.runner.ray.packaging import Needs, Place, differences, pack, unpack
-from plant_bench.runner.run.suite import _Task
+from plant_bench.runner.ray import payload as cargo
+from plant_bench.runner.ray.payload import Needs, Place, differences, pack, unpack
+from plant_bench.runner.run.episode_queue import _Task
 from plant_bench.runner.workers.isolation import Isolation
 
 AGENT = """

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from plant_bench.errors import InputError
-from plant_bench.runner.run import lock as claims
-from plant_bench.runner.run.lock import Holder, Shard, claimed
+from plant_bench.runner.run import run_lock as claims
+from plant_bench.runner.run.run_lock import Holder, Shard, claimed
 
 
 @pytest.fixture
@@ -72,7 +72,7 @@ def test_the_claim_of_a_dead_process_here_is_taken_over(tmp_path):
     code = f"""
 import os
 from pathlib import Path
-from plant_bench.runner.run.lock import Shard, claimed
+from plant_bench.runner.run.run_lock import Shard, claimed
 here = Path({str(tmp_path)!r})
 with claimed(here, None, "v"), claimed(here / "b", Shard(1, 2), "v"):
     os._exit(9)

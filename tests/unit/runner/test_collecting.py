@@ -9,17 +9,17 @@ import pytest
 from plant_bench import source_code
 from plant_bench.errors import InputError, SimulationError
 from plant_bench.runner.collect import collection as collecting
-from plant_bench.runner.collect import plan as collecting_plan
+from plant_bench.runner.collect import episode_plan as collecting_plan
+from plant_bench.runner.collect.collect_task import DriveTask, TownTask
 from plant_bench.runner.collect.collection import Ended, collect, collecting_checksum
 from plant_bench.runner.collect.data_folder import DataFolder, EpisodeNote
-from plant_bench.runner.collect.plan import benchmark_seeds, planned_episodes, training_seed
+from plant_bench.runner.collect.episode_plan import benchmark_seeds, planned_episodes, training_seed
 from plant_bench.runner.collect.request import CollectRequest
-from plant_bench.runner.collect.work import DriveTask, TownTask
 from plant_bench.runner.workers.executors import Finished, Started
 from plant_bench.source_code import module_file
 from plant_bench.towns.training_towns import TrainingTown
+from plant_bench.training.data_provenance import source_of
 from plant_bench.training.frame_store import check_targets
-from plant_bench.training.sources import source_of
 
 drivers = [""]  # of the episodes that are driven
 TOWNS = [TrainingTown("town01", "town01", 0), TrainingTown("town02", "town02", 0)]
@@ -174,8 +174,8 @@ def test_data_of_changed_drives_is_read_but_not_added_to(tmp_path, pretend, know
 @pytest.mark.parametrize(
     "module",
     [
-        "plant_bench.runner.collect.disturbance",
-        "plant_bench.runner.collect.takeover",
+        "plant_bench.runner.collect.perturbation",
+        "plant_bench.runner.collect.dagger",
         "plant_bench.runner.decisions",
         "plant_bench.sensing.observe",
         "plant_bench.towns.training_routes",

@@ -8,7 +8,7 @@ import pytest
 from plant_bench.agent import Cause, Control, Input, Plan, Reason
 from plant_bench.errors import AgentError
 from plant_bench.runner.decisions import Decision, PlannerSession, same_action
-from plant_bench.runner.review.ranking import ranking_before
+from plant_bench.runner.review.actor_ranking import ranking_before
 from plant_bench.world.scene import ActorKind, Actors, EgoState, Scene
 
 NEAR, FAR, WALKER = 3, 9, 500_000

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from plant_bench.agent import Control
-from plant_bench.runner.collect.disturbance import Disturbance
+from plant_bench.runner.collect.perturbation import Disturbance
 from plant_bench.sim.ego import advance
 from plant_bench.world.scene import TICK, Actors, EgoState, Scene
 

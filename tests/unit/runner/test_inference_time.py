@@ -5,7 +5,7 @@ import time
 
 import pytest
 
-from plant_bench.inference import forward_pass, listen_to_passes
+from plant_bench.inference_timing import forward_pass, listen_to_passes
 from plant_bench.reports.tables import inference_time, print_planner_time
 from plant_bench.runner.episode.timing import Stopwatch
 from plant_bench.runner.run.folder import RunFolder

@@ -10,7 +10,7 @@ import pytest
 from plant_bench import source_code
 from plant_bench.agents.loading import checksum
 from plant_bench.agents.loading.checksum import agent_checksum, agent_files
-from plant_bench.agents.loading.spec import AGENTS
+from plant_bench.agents.loading.planner_spec import AGENTS
 from plant_bench.runner.episode import keys
 from plant_bench.source_code import is_part, module_file, module_name
 
@@ -50,9 +50,9 @@ def test_a_new_constant_in_any_module_of_the_rules_changes_them(module, edited):
         "plant_bench.scoring.metrics",
         "plant_bench.scoring.comparison",
         "plant_bench.reports.tables",
-        "plant_bench.runner.run.summary",
+        "plant_bench.runner.run.summary_files",
         "plant_bench.agents.cruise",
-        "plant_bench.agents.loading.spec",
+        "plant_bench.agents.loading.planner_spec",
         "plant_bench.training.trainer",
     ],
 )
@@ -93,7 +93,7 @@ def test_another_version_of_a_library_that_computes_changes_the_rules(package, m
 def test_a_further_planner_in_the_table_changes_no_planner(name, edited):
     before = agent_checksum(name)
 
-    edited("plant_bench.agents.loading.spec", lambda content: content + ADDED)
+    edited("plant_bench.agents.loading.planner_spec", lambda content: content + ADDED)
 
     assert agent_checksum(name) == before
 

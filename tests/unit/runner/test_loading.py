@@ -3,7 +3,7 @@ import sys
 
 LOADED = """
 import sys
-from plant_bench.runner.workers.loading import loading
+from plant_bench.runner.workers.preloading import loading
 
 def load(agent, *modules, isolate=False):
     loading(agent, isolate=isolate)()
@@ -13,7 +13,7 @@ later = loading("expert", isolate=False)
 assert "plant_bench.runner.episode.loop" not in sys.modules, "making it loads nothing"
 assert load("their.module:Planner", "plant_bench.runner.episode.loop", "their") == [True, False]
 assert load("expert", "plant_bench.agents.expert", isolate=True) == [False]
-assert load("plant@no/such", "plant_bench.agents.plant.guarded", "onnxruntime") == [True, False]
+assert load("plant@no/such", "plant_bench.agents.plant.guarded_plant", "onnxruntime") == [True, False]
 assert load("plant", "onnxruntime", "torch") == [True, False]
 """
 

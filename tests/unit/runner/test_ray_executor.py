@@ -15,7 +15,7 @@ from plant_bench.runner.ray import executor as ray_executor
 from plant_bench.runner.ray import node as ray_node
 from plant_bench.runner.ray.executor import RayExecutor
 from plant_bench.runner.ray.node import NodeWorker
-from plant_bench.runner.ray.packaging import Needs, pack
+from plant_bench.runner.ray.payload import Needs, pack
 from plant_bench.runner.workers.executors import Finished, Lost, Retried
 from plant_bench.runner.workers.worker import Failed, Ready
 

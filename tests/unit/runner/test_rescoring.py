@@ -12,7 +12,7 @@ from plant_bench.errors import InputError
 from plant_bench.runner.episode.jobs import episode_name, make_jobs
 from plant_bench.runner.run.folder import RunFolder
 from plant_bench.runner.run.provenance import provenance
-from plant_bench.runner.run.rescoring import rescore_folder
+from plant_bench.runner.run.rescore_run import rescore_folder
 from plant_bench.scoring.infractions import Status
 from plant_bench.scoring.results import EpisodeResult
 from plant_bench.world.route import load_suite

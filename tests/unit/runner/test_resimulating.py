@@ -12,14 +12,14 @@ from plant_bench.data.recorder import Recorder
 from plant_bench.data.recording import Recording
 from plant_bench.errors import InputError
 from plant_bench.runner.episode.loop import Episode
-from plant_bench.runner.review import hindsight
-from plant_bench.runner.review.moments import Window
+from plant_bench.runner.review import postmortem as hindsight
 from plant_bench.runner.review.resimulation import (
     Tick,
     scenario_of,
     scene_difference,
     simulate_again,
 )
+from plant_bench.runner.review.review_frames import Window
 from plant_bench.scoring.infractions import Status
 from plant_bench.scoring.results import EpisodeResult
 from plant_bench.world.route import Route, Scenario

@@ -7,16 +7,16 @@ from pathlib import Path
 import pytest
 
 from plant_bench.errors import InputError
-from plant_bench.reports.verification import print_submission
+from plant_bench.reports.verification_report import print_submission
 from plant_bench.runner.episode.jobs import episode_name, make_jobs
 from plant_bench.runner.review.differences import first_difference
 from plant_bench.runner.review.submission import read_submission
 from plant_bench.runner.review.verification import sample_of
 from plant_bench.runner.run.folder import RunFolder
 from plant_bench.runner.run.provenance import provenance
-from plant_bench.runner.run.summary import write_summary
+from plant_bench.runner.run.summary_files import write_summary
 from plant_bench.scoring.infractions import Status
-from plant_bench.scoring.laws import Law
+from plant_bench.scoring.penalties import Law
 from plant_bench.scoring.results import EpisodeResult, HazardRecord
 from plant_bench.world.hazard import HazardKind, Phase
 from plant_bench.world.route import load_suite

@@ -5,8 +5,8 @@ import threading
 import pytest
 
 from plant_bench.errors import InputError
+from plant_bench.runner.run.episode_queue import EpisodeEnded, EpisodeRetried, run_suite
 from plant_bench.runner.run.score_run import ScoreRequest, open_run
-from plant_bench.runner.run.suite import EpisodeEnded, EpisodeRetried, run_suite
 from plant_bench.scoring.infractions import Status
 
 SCRIPTED = "scripted_episode:run_episode"

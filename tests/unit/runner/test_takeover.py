@@ -8,8 +8,8 @@ import pytest
 from plant_bench.agent import Control, Input, Plan
 from plant_bench.controller import follow_plan
 from plant_bench.errors import AgentError, InputError
-from plant_bench.runner.collect import takeover
-from plant_bench.runner.collect.takeover import PATIENCE, RELIEF, Takeover, check_driver
+from plant_bench.runner.collect import dagger as takeover
+from plant_bench.runner.collect.dagger import PATIENCE, RELIEF, Takeover, check_driver
 from plant_bench.world.scene import TICK, Actors, EgoState, Scene
 
 OWN = Control(-1.0, 0.25)  # what the other planner answers

@@ -6,7 +6,7 @@ from scipy import stats
 
 from plant_bench.errors import InputError
 from plant_bench.scoring.comparison import detectable_difference, paired_difference
-from plant_bench.scoring.laws import Law
+from plant_bench.scoring.penalties import Law
 
 
 def drives(episode, completions, repetitions=1, **facts):

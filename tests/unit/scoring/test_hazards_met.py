@@ -1,4 +1,4 @@
-from plant_bench.scoring.hazards_met import hazard_counts
+from plant_bench.scoring.hazard_outcomes import hazard_counts
 from plant_bench.world.hazard import HazardKind
 
 HIT = {"kind": "collision_vehicle", "x": 0.0, "y": 0.0}

@@ -2,7 +2,7 @@ import pytest
 
 from plant_bench.errors import InputError
 from plant_bench.scoring.infractions import COEFFICIENTS, InfractionKind
-from plant_bench.scoring.laws import Law, infraction_score, law_of
+from plant_bench.scoring.penalties import Law, infraction_score, law_of
 
 
 @pytest.mark.parametrize(

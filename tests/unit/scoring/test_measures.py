@@ -6,6 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
+from plant_bench.scoring.episode_measures import measure
 from plant_bench.scoring.episode_metrics import (
     hard_brake_share,
     hard_brakes,
@@ -14,9 +15,8 @@ from plant_bench.scoring.episode_metrics import (
     relative_speed,
     standing_share,
 )
-from plant_bench.scoring.measures import measure
 from plant_bench.scoring.near_misses import least_post_encroachment_time, least_time_to_collision
-from plant_bench.scoring.track import SAMPLE, VEHICLES, VULNERABLE, Track, TrackRecorder
+from plant_bench.scoring.trajectory import SAMPLE, VEHICLES, VULNERABLE, Track, TrackRecorder
 from plant_bench.world.scene import TICK, ActorKind, Actors, EgoState, Scene
 
 TOUCH = 2.45 + 2.0  # m between the centres when the ego's bumper meets that of a 4 m car

@@ -5,8 +5,8 @@ import pytest
 
 from plant_bench.errors import InputError
 from plant_bench.scoring.infractions import InfractionKind, Status
-from plant_bench.scoring.laws import Law
 from plant_bench.scoring.metrics import Spread, summarise, summary_frame
+from plant_bench.scoring.penalties import Law
 from plant_bench.scoring.results import HazardRecord
 from plant_bench.world.hazard import HazardKind, Phase
 from plant_bench.world.scene import ActorKind

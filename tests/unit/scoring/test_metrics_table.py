@@ -8,9 +8,9 @@ import grimp
 import pytest
 from pydantic import ValidationError
 
+from plant_bench.scoring.aggregation import mean, median, per_km, share_of_time
+from plant_bench.scoring.episode_measures import Measures
 from plant_bench.scoring.episode_metrics import EPISODE_METRICS, EpisodeMetric
-from plant_bench.scoring.laws import Law
-from plant_bench.scoring.measures import Measures
 from plant_bench.scoring.metrics import summarise
 from plant_bench.scoring.metrics_table import (
     METRICS,
@@ -20,7 +20,7 @@ from plant_bench.scoring.metrics_table import (
     metrics_markdown,
     score_metrics,
 )
-from plant_bench.scoring.over_run import mean, median, per_km, share_of_time
+from plant_bench.scoring.penalties import Law
 from plant_bench.scoring.results import RESULT_FORMAT, EpisodeResult
 
 DOCS = Path(__file__).parents[3] / "docs" / "metrics.md"

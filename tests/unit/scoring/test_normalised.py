@@ -1,7 +1,7 @@
 import pytest
 
-from plant_bench.scoring.laws import Law
-from plant_bench.scoring.normalised import infraction_score_per_km, normalised_score
+from plant_bench.scoring.normalised_score import infraction_score_per_km, normalised_score
+from plant_bench.scoring.penalties import Law
 
 HIT = ("collision_vehicle",)
 

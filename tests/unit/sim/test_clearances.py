@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from jaxtyping import Float
 
-from plant_bench.sim.clearances import fits, reach_aside
+from plant_bench.sim.long_vehicles import fits, reach_aside
 from plant_bench.world.town import Lane, Link, Town
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from plant_bench.agent import PATH_POSES, Privileged
-from plant_bench.sim.deadlocks import LOOK_INTERVAL, ORDER_INTERVAL, PATIENCE, RELEASE, Deadlocks
+from plant_bench.sim.gridlock import LOOK_INTERVAL, ORDER_INTERVAL, PATIENCE, RELEASE, Deadlocks
 from plant_bench.sim.sumo import VehicleState
 from plant_bench.sim.sumo_commands import Commands
 from plant_bench.world.scene import TICK, ActorKind, Actors, EgoState

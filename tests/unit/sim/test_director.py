@@ -5,9 +5,9 @@ import random
 import pytest
 
 from plant_bench.sim.hazards import director as module
+from plant_bench.sim.hazards.behaviour import HoldsTraffic
 from plant_bench.sim.hazards.director import PATIENCE, Director
-from plant_bench.sim.hazards.script import HoldsTraffic
-from plant_bench.sim.hazards.stage import Stage
+from plant_bench.sim.hazards.hazard_world import Stage
 from plant_bench.world.hazard import Hazard, HazardKind, Phase
 from plant_bench.world.scene import TICK, EgoState
 

@@ -5,11 +5,11 @@ import random
 import numpy as np
 import pytest
 
-from plant_bench.sim.hazards.rival import reroute
-from plant_bench.sim.hazards.stage import Stage
+from plant_bench.sim.hazards.conflicting_vehicle import reroute
+from plant_bench.sim.hazards.hazard_world import Stage
 from plant_bench.sim.sumo import VehicleState
 from plant_bench.sim.vehicle_types import VEHICLE_TYPES, VehicleType
-from plant_bench.world.approaches import Approach
+from plant_bench.world.conflicting_paths import Approach
 from plant_bench.world.scene import ActorKind
 from plant_bench.world.town import load_town
 

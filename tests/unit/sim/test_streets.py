@@ -7,8 +7,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from plant_bench.sim.clearances import fits
-from plant_bench.sim.streets import BICYCLE_LIMIT, ROUTE_AHEAD, SIZES, StreetGrid
+from plant_bench.sim.entry_lanes import BICYCLE_LIMIT, ROUTE_AHEAD, SIZES, StreetGrid
+from plant_bench.sim.long_vehicles import fits
 from plant_bench.world.scene import ActorKind
 from plant_bench.world.town import load_town
 

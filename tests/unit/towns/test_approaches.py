@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from plant_bench.world.approaches import STEP, SWEPT, approaches, clear_place, passage_at
+from plant_bench.world.conflicting_paths import STEP, SWEPT, approaches, clear_place, passage_at
 from plant_bench.world.hazard import HazardKind
 from plant_bench.world.hazard_table import HAZARDS, load_part
 from plant_bench.world.route import load_suite

@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 
 from plant_bench.towns.highway import Branch, Carriageway, exit_shape, u_turn_shape
-from plant_bench.towns.plan import Edge, StreetPlan
-from plant_bench.towns.spec import RoadClass
-from plant_bench.towns.streets import Pose, end_pose, tightest_radius
+from plant_bench.towns.street_plan import Edge, StreetPlan
+from plant_bench.towns.street_shapes import Pose, end_pose, tightest_radius
+from plant_bench.towns.town_spec import RoadClass
 
 RADIUS = 200.0
 

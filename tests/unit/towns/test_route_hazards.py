@@ -6,12 +6,12 @@ from itertools import pairwise
 import pytest
 
 from plant_bench.sim.vehicle_types import RIDER, WALKER
+from plant_bench.towns.hazard_image import save_hazard_pictures
 from plant_bench.towns.hazard_numbers import crossing_speeds
-from plant_bench.towns.hazard_picture import save_hazard_pictures
 from plant_bench.towns.hazard_places import MARGIN, possible_places
 from plant_bench.towns.route_hazards import SPACING, place_hazards
 from plant_bench.towns.routes import SUITES
-from plant_bench.world.crossing import FARTHEST_START, meets_at, needed_start
+from plant_bench.world.crossing_distance import FARTHEST_START, meets_at, needed_start
 from plant_bench.world.hazard import HazardKind
 from plant_bench.world.hazard_table import HAZARDS
 from plant_bench.world.route import load_suite

@@ -1,6 +1,6 @@
 """Pictures of routes."""
 
-from plant_bench.towns.route_picture import save_suite_pictures
+from plant_bench.towns.route_image import save_suite_pictures
 from plant_bench.world.route import load_suite
 
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from plant_bench.towns.drivable import drive_all, find_undrivable
-from plant_bench.towns.soundness import find_dead_lanes, find_missing, find_unreachable
-from plant_bench.towns.spec import Requirements
-from plant_bench.towns.summary import summarise
+from plant_bench.towns.town_checks import find_dead_lanes, find_missing, find_unreachable
+from plant_bench.towns.town_spec import Requirements
+from plant_bench.towns.town_summary import summarise
 from plant_bench.world.town import Junction, Lane, Link, Town
 
 SIDE = 60.0

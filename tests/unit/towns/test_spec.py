@@ -2,7 +2,7 @@ import pytest
 
 from plant_bench.data_files import networks_dir
 from plant_bench.errors import InputError
-from plant_bench.towns.spec import RoadClass, read_spec
+from plant_bench.towns.town_spec import RoadClass, read_spec
 
 LATTICE = """
 name = "tiny"

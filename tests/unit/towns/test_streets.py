@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from plant_bench.geometry.pose import wrap_angle
-from plant_bench.towns.streets import (
+from plant_bench.towns.street_shapes import (
     Pose,
     arc_lengths,
     corner,

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from plant_bench.errors import InputError
-from plant_bench.towns.plan import Edge, Node, StreetPlan
+from plant_bench.towns.street_plan import Edge, Node, StreetPlan
 from plant_bench.towns.turns import connect_junction
 
 ENDS = {"e": (100.0, 0.0), "n": (0.0, 100.0), "w": (-100.0, 0.0), "s": (0.0, -100.0)}

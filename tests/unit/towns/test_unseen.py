@@ -7,7 +7,7 @@ from plant_bench.errors import InputError
 from plant_bench.towns import training_towns
 from plant_bench.towns.generate import town_names, town_spec
 from plant_bench.towns.routes import SUITES
-from plant_bench.towns.unseen import UNSEEN
+from plant_bench.towns.unseen_towns import UNSEEN
 from plant_bench.world.route import load_suite
 from plant_bench.world.town import Town, load_town
 

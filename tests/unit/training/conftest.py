@@ -11,7 +11,7 @@ import pytest
 import torch
 
 from plant_bench.data.recorder import Recorder
-from plant_bench.data.ticks import Action
+from plant_bench.data.tick_log import Action
 from plant_bench.world.route import PROTOCOL, LaneSpan, Route
 from plant_bench.world.scene import TICK, ActorKind, Actors, EgoState, Scene
 

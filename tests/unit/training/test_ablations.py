@@ -9,7 +9,7 @@ import torch
 
 from plant_bench.agents.plant.ablations import ABLATIONS
 from plant_bench.agents.plant.config import PlanTConfig
-from plant_bench.agents.plant.options import PlanTOptions
+from plant_bench.agents.plant.training_options import PlanTOptions
 from plant_bench.cli import ablation_table as ablating
 from plant_bench.cli.ablation_table import ablate
 from plant_bench.errors import InputError
@@ -20,12 +20,12 @@ from plant_bench.runner.run.score_run import Run, ScoreRequest
 from plant_bench.scoring.infractions import Status
 from plant_bench.scoring.results import EpisodeResult
 from plant_bench.training.ablation_run import AblationRequest
-from plant_bench.training.ablations import Recipe, trainings_of, variants_of
-from plant_bench.training.course import Course, Machine
+from plant_bench.training.ablation_variants import Recipe, trainings_of, variants_of
 from plant_bench.training.frame_store import load_frames, recordings_in
 from plant_bench.training.learners import Student
 from plant_bench.training.settings import TrainingSettings, drop_after
 from plant_bench.training.threads import threads_kept
+from plant_bench.training.training_run import Course, Machine
 from plant_bench.world.route import load_suite
 
 
@@ -223,7 +223,7 @@ def test_it_trains_and_drives_and_does_nothing_twice(
     tmp_path: Path, data: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("plant_bench.cli.training_progress.has_tensorboard", lambda: False)
-    monkeypatch.setattr("plant_bench.training.logs.has_tensorboard", lambda: False)
+    monkeypatch.setattr("plant_bench.training.history.has_tensorboard", lambda: False)
     base = replace(BASE, settings=TrainingSettings(epochs=1, drop_after=1, batch=16), share=1.0)
     drives = ScoreRequest("plant", routes="town02-5", repetitions=1, density="light")
     request = request_of(

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from plant_bench.agents.plant.options import PlanTOptions
+from plant_bench.agents.plant.training_options import PlanTOptions
 from plant_bench.errors import InputError
 from plant_bench.training.batches import epoch_batches, split_by_route
 from plant_bench.training.encodings import load_encodings, stacked

@@ -10,11 +10,12 @@ import torch
 from plant_bench.agents.plant.config import SIZES, PlanTConfig, Size
 from plant_bench.agents.plant.learner import PlanTLearner
 from plant_bench.agents.plant.network import PlanTNetwork
-from plant_bench.agents.plant.options import PlanTOptions
-from plant_bench.agents.plant.weights import load_network
+from plant_bench.agents.plant.network_files import load_network
+from plant_bench.agents.plant.training_options import PlanTOptions
 from plant_bench.errors import InputError
 from plant_bench.features.tokens import TokenSpec
-from plant_bench.training import imitation, interrupts
+from plant_bench.training import graceful_interrupt as interrupts
+from plant_bench.training import imitation
 from plant_bench.training.batches import Split, split_by_route
 from plant_bench.training.closed_loop import ClosedLoop
 from plant_bench.training.events import StepEnded, TrainingEvent
@@ -31,7 +32,7 @@ SETTINGS = TrainingSettings(epochs=2, drop_after=2, batch=8, rate=1e-2)
 @pytest.fixture(autouse=True)
 def tiny(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(SIZES, "mini", Size(1, 16, 2))
-    monkeypatch.setattr("plant_bench.training.logs.has_tensorboard", lambda: False)
+    monkeypatch.setattr("plant_bench.training.history.has_tensorboard", lambda: False)
 
 
 @pytest.fixture

@@ -13,15 +13,16 @@ from typer.testing import CliRunner
 
 from plant_bench.cli import app
 from plant_bench.errors import InputError
-from plant_bench.training import interrupts, learners
-from plant_bench.training.ablations import Recipe, variants_of
+from plant_bench.training import graceful_interrupt as interrupts
+from plant_bench.training import learners
+from plant_bench.training.ablation_variants import Recipe, variants_of
 from plant_bench.training.closed_loop import ClosedLoop, closed_loop_score
-from plant_bench.training.course import Course, Listeners, Machine, learn
 from plant_bench.training.events import StepEnded, TrainingEvent
 from plant_bench.training.frame_store import load_frames
 from plant_bench.training.learners import Student, learner_class
 from plant_bench.training.loader import EncodingLoader
 from plant_bench.training.settings import TrainingSettings
+from plant_bench.training.training_run import Course, Listeners, Machine, learn
 
 FILE = Path(__file__).parents[2] / "outside" / "pixels.py"
 SPEC = f"{FILE}:PixelLearner"
@@ -29,7 +30,7 @@ SPEC = f"{FILE}:PixelLearner"
 
 @pytest.fixture(autouse=True)
 def no_tensorboard(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("plant_bench.training.logs.has_tensorboard", lambda: False)
+    monkeypatch.setattr("plant_bench.training.history.has_tensorboard", lambda: False)
 
 
 @pytest.fixture

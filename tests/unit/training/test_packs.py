@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from plant_bench.errors import InputError
-from plant_bench.training import packs
-from plant_bench.training.packs import Making, open_packs
+from plant_bench.training import column_store as packs
+from plant_bench.training.column_store import Making, open_packs
 
 made: list[int] = []
 

@@ -11,9 +11,9 @@ import pytest
 from plant_bench.agent import Control, Input, Plan
 from plant_bench.agents.careful.driver import RESTING_INTERVAL
 from plant_bench.agents.plant.config import PlanTConfig
-from plant_bench.agents.plant.options import PlanTOptions
+from plant_bench.agents.plant.training_options import PlanTOptions
 from plant_bench.data.recording import Recording
-from plant_bench.data.ticks import Action
+from plant_bench.data.tick_log import Action
 from plant_bench.errors import InputError
 from plant_bench.features.tokens import TokenKind, TokenSpec
 from plant_bench.training import frame_store

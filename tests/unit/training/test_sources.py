@@ -11,17 +11,17 @@ import pytest
 from plant_bench.agent import Control
 from plant_bench.agents.plant.config import SIZES, PlanTConfig, Size
 from plant_bench.agents.plant.network import PlanTNetwork
-from plant_bench.agents.plant.options import PlanTOptions
-from plant_bench.agents.plant.weights import save_network
+from plant_bench.agents.plant.network_files import save_network
+from plant_bench.agents.plant.training_options import PlanTOptions
 from plant_bench.data_files import routes_dir
 from plant_bench.errors import InputError
 from plant_bench.runner.collect.data_folder import Origin
-from plant_bench.training import course as courses
+from plant_bench.training import training_run as courses
 from plant_bench.training.batches import Split
-from plant_bench.training.course import Course, Machine, Validation, learn
+from plant_bench.training.data_provenance import source_of
 from plant_bench.training.imitation import TrainingRequest
 from plant_bench.training.settings import TrainingSettings
-from plant_bench.training.sources import source_of
+from plant_bench.training.training_run import Course, Machine, Validation, learn
 
 
 def say_origin(folder: Path, *, driver: str = "", frames: int | None = None) -> Path:

@@ -12,11 +12,11 @@ from plant_bench.agents.plant import agent as planner
 from plant_bench.agents.plant.agent import INTERVAL, PlanT
 from plant_bench.agents.plant.config import PlanTConfig
 from plant_bench.agents.plant.network import PlanTNetwork
-from plant_bench.agents.plant.options import PlanTOptions
-from plant_bench.agents.plant.weights import save_network
+from plant_bench.agents.plant.network_files import save_network
+from plant_bench.agents.plant.training_options import PlanTOptions
 from plant_bench.data.recorder import Recorder
 from plant_bench.data.recording import Recording
-from plant_bench.features.inputs import SceneInput
+from plant_bench.features.network_inputs import SceneInput
 from plant_bench.features.tokens import TokenSpec
 from plant_bench.sensing.observe import Sensors
 from plant_bench.training.encodings import load_encodings

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import plant_bench
-from plant_bench.world import actor_numbers
-from plant_bench.world.actor_numbers import EGO, PARKED, PEDESTRIANS, STAND_INS, TRAFFIC, is_parked
+from plant_bench.world import actor_ids as actor_numbers
+from plant_bench.world.actor_ids import EGO, PARKED, PEDESTRIANS, STAND_INS, TRAFFIC, is_parked
 from plant_bench.world.scene import Actors
 
 PACKAGE = Path(plant_bench.__file__).parent

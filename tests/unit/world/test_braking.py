@@ -2,7 +2,7 @@
 
 import pytest
 
-from plant_bench.world.braking import stopping_distance
+from plant_bench.world.driver_braking import stopping_distance
 from plant_bench.world.scene import EgoState
 
 

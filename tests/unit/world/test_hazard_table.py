@@ -11,9 +11,9 @@ from pathlib import Path
 import pytest
 
 from plant_bench.errors import InputError
+from plant_bench.sim.hazards.behaviour import Script, number_of
 from plant_bench.sim.hazards.director import Director
-from plant_bench.sim.hazards.script import Script, number_of
-from plant_bench.sim.hazards.stage import Stage
+from plant_bench.sim.hazards.hazard_world import Stage
 from plant_bench.towns.hazard_places import possible_places
 from plant_bench.world.hazard import Hazard, HazardKind
 from plant_bench.world.hazard_table import HAZARDS, load_part

@@ -19,8 +19,8 @@ from plant_bench.agents.loading.registry import load_agent
 from plant_bench.agents.plant.agent import PlanT
 from plant_bench.agents.plant.config import PlanTConfig
 from plant_bench.agents.plant.network import PlanTNetwork
+from plant_bench.agents.plant.network_files import load_network, save_network
 from plant_bench.agents.plant.predictor import TorchPredictor
-from plant_bench.agents.plant.weights import load_network, save_network
 from plant_bench.errors import InputError
 from plant_bench.features.tokens import TokenSpec
 from plant_bench.world.route import load_suite

@@ -16,21 +16,21 @@ from plant_bench.agents.plant.config import (
     PlanTConfig,
     Size,
 )
-from plant_bench.agents.plant.export import export_graph
-from plant_bench.agents.plant.graph import ATTENTION, EXPLAIN, GraphPredictor
 from plant_bench.agents.plant.network import PlanTNetwork
+from plant_bench.agents.plant.network_files import load_network, save_network
+from plant_bench.agents.plant.onnx_export import export_graph
+from plant_bench.agents.plant.onnx_network import ATTENTION, EXPLAIN, GraphPredictor
 from plant_bench.agents.plant.predictor import TorchPredictor
-from plant_bench.agents.plant.weights import load_network, save_network
 from plant_bench.data_files import models_dir
 from plant_bench.errors import InputError
-from plant_bench.features.inputs import SceneInput
+from plant_bench.features.network_inputs import SceneInput
 from plant_bench.features.tokens import TokenKind, Tokens, TokenSpec
-from plant_bench.inference import listen_to_passes
+from plant_bench.inference_timing import listen_to_passes
 from plant_bench.model_folder import CONFIG_FILE, WEIGHTS_FILE
 
 pytest.importorskip("onnx")
 onnxruntime = pytest.importorskip("onnxruntime")
-from plant_bench.agents.plant.graph_writer import MIDDLE, GraphWriter, rounded  # noqa: E402
+from plant_bench.agents.plant.onnx_builder import MIDDLE, GraphWriter, rounded  # noqa: E402
 
 # With 8 bits, in metres, median and 95 %: 0.008 and 0.026 in 3,000 recorded scenes, and 0.008 and
 # 0.082 in those below, which are stranger.

@@ -5,8 +5,8 @@ import torch
 from torch import Tensor
 
 from plant_bench.agents.plant.config import SIZES, PlanTConfig, Size, SizeName
-from plant_bench.agents.plant.encoder import Encoder, bert_parameters
 from plant_bench.agents.plant.network import Batch, PlanTNetwork
+from plant_bench.agents.plant.transformer import Encoder, bert_parameters
 from plant_bench.features.tokens import TokenKind, TokenSpec
 
 TOKENS = 7

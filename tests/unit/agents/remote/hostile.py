@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from plant_bench.agent import Cause, Control, Input, Plan, Reason
-from plant_bench.inference import forward_pass
+from plant_bench.inference_timing import forward_pass
 
 BRAKE = Control(-1.0, 0.0)
 

@@ -15,12 +15,12 @@ from plant_bench.agent import Cause, Control, Observation, Plan, Ranker, Reason
 from plant_bench.agent_check import check_action
 from plant_bench.agents.loading.checksum import agent_checksum, agent_files
 from plant_bench.agents.loading.registry import load_agent
-from plant_bench.agents.remote.agent import remote_agent
-from plant_bench.agents.remote.connection import end_processes
+from plant_bench.agents.remote.launch_command import program_of
 from plant_bench.agents.remote.process import Limits
-from plant_bench.agents.remote.programs import program_of
+from plant_bench.agents.remote.process_reuse import end_processes
+from plant_bench.agents.remote.remote_agent import remote_agent
 from plant_bench.errors import AgentError, InputError
-from plant_bench.inference import listen_to_passes
+from plant_bench.inference_timing import listen_to_passes
 from plant_bench.runner.workers.isolation import isolation_of, loader_of
 from plant_bench.world.scene import Actors, EgoState
 
@@ -145,8 +145,8 @@ def test_a_killed_worker_leaves_nobody_behind(processes):
     code = (
         "from plant_bench.agent import Observation\n"
         "from plant_bench.world.scene import EgoState\n"
-        "from plant_bench.agents.remote.agent import remote_agent\n"
-        "from plant_bench.agents.remote.programs import program_of\n"
+        "from plant_bench.agents.remote.remote_agent import remote_agent\n"
+        "from plant_bench.agents.remote.launch_command import program_of\n"
         "from plant_bench.agents.remote.process import Limits\n"
         f"agent = remote_agent(program_of('{HOSTILE}:HangsWithADaemon'), Limits(600.0))\n"
         "agent.reset(None)\n"

@@ -7,21 +7,21 @@ from hypothesis import strategies as st
 
 from plant_bench.agent import NextLight, Observation, Privileged, RouteAhead
 from plant_bench.agent_check import _equal
-from plant_bench.agents.remote.answers import (
+from plant_bench.agents.remote.codec import array_in, pack, unpack
+from plant_bench.agents.remote.messages import (
+    observation_in,
+    observation_out,
+    reset_out,
+    route_in,
+)
+from plant_bench.agents.remote.remote_errors import ProtocolError, RemoteError
+from plant_bench.agents.remote.responses import (
     ControlAnswer,
     Hello,
     PlanAnswer,
     Ranks,
     Ready,
     answer_in,
-)
-from plant_bench.agents.remote.codec import array_in, pack, unpack
-from plant_bench.agents.remote.failures import ProtocolError, RemoteError
-from plant_bench.agents.remote.messages import (
-    observation_in,
-    observation_out,
-    reset_out,
-    route_in,
 )
 from plant_bench.world.route import load_suite
 from plant_bench.world.scene import Actors, EgoState, Light

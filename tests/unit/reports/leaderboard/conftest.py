@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 
 from plant_bench.reports.leaderboard.board import Leaderboard
-from plant_bench.reports.leaderboard.boards import make_leaderboard
-from plant_bench.reports.leaderboard.sources import find_sources
-from plant_bench.scoring.laws import Law
+from plant_bench.reports.leaderboard.board_builder import make_leaderboard
+from plant_bench.reports.leaderboard.score_sources import find_sources
+from plant_bench.scoring.penalties import Law
 
 
 def _leaderboard(paths: Sequence[Path], *, paper: bool = False) -> Leaderboard:

@@ -5,9 +5,9 @@ import pytest
 
 from plant_bench.errors import InputError
 from plant_bench.reports.leaderboard.board import CARLA
-from plant_bench.reports.leaderboard.boards import make_leaderboard
-from plant_bench.reports.leaderboard.lines import distinct
+from plant_bench.reports.leaderboard.board_builder import make_leaderboard
 from plant_bench.reports.leaderboard.published import paper_lines
+from plant_bench.reports.leaderboard.rows import distinct
 
 
 def add_ranking(path, agent, mean, checksum=None):
@@ -163,8 +163,8 @@ def test_equal_names_get_a_word_and_then_a_number():
 
 
 def test_progress_is_told_of_each_source(tmp_path, write_run):
-    from plant_bench.reports.leaderboard.sources import find_sources
-    from plant_bench.scoring.laws import Law
+    from plant_bench.reports.leaderboard.score_sources import find_sources
+    from plant_bench.scoring.penalties import Law
 
     sources = find_sources([write_run(tmp_path / "a")], below=tmp_path)
     told: list[str] = []

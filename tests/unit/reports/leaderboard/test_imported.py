@@ -5,8 +5,8 @@ import pytest
 from plant_bench.reports.carla_checkpoint import ImportedRecord, ImportedRun
 from plant_bench.reports.carla_checkpoint_writing import checkpoint, write_checkpoint
 from plant_bench.reports.leaderboard.board import CARLA, HERE
-from plant_bench.reports.leaderboard.imported import imported_line
-from plant_bench.reports.leaderboard.sources import read_run
+from plant_bench.reports.leaderboard.imported_checkpoints import imported_line
+from plant_bench.reports.leaderboard.score_sources import read_run
 
 
 def record(route, repetition, km, hits, score):

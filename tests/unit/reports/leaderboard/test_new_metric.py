@@ -9,18 +9,18 @@ import pandas as pd
 import pytest
 
 from plant_bench.reports.leaderboard.exports import write_exports
-from plant_bench.reports.leaderboard.page import page_html
+from plant_bench.reports.leaderboard.leaderboard_page import page_html
 from plant_bench.reports.tables import print_summary
 from plant_bench.runner.run.folder import RunFolder
-from plant_bench.runner.run.summary import write_summary
+from plant_bench.runner.run.summary_files import write_summary
 from plant_bench.scoring import metrics_table
+from plant_bench.scoring.aggregation import OverRun, mean
+from plant_bench.scoring.episode_measures import measure
 from plant_bench.scoring.episode_metrics import EPISODE_METRICS, EpisodeMetric
 from plant_bench.scoring.infractions import Status
-from plant_bench.scoring.measures import measure
 from plant_bench.scoring.metrics_table import HIGHER, METRICS, NEITHER, measure_row, score_row
-from plant_bench.scoring.over_run import OverRun, mean
 from plant_bench.scoring.results import RESULT_FORMAT, EpisodeResult
-from plant_bench.scoring.track import Track, TrackRecorder
+from plant_bench.scoring.trajectory import Track, TrackRecorder
 from plant_bench.world.scene import TICK, Actors, EgoState, Scene
 
 

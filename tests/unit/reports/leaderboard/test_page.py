@@ -5,9 +5,9 @@ import re
 
 import pytest
 
-from plant_bench.foreign_text import script_json
 from plant_bench.reports.leaderboard.exports import without_nan
-from plant_bench.reports.leaderboard.page import page_html, write_page
+from plant_bench.reports.leaderboard.leaderboard_page import page_html, write_page
+from plant_bench.text_escaping import script_json
 
 HOSTILE = "</script><script>alert(1)</script><!-- \u2028 & 😀 @@DATA@@"
 

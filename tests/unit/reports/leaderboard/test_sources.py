@@ -3,7 +3,7 @@ import json
 import pytest
 
 from plant_bench.errors import InputError
-from plant_bench.reports.leaderboard.sources import find_sources, read_ranking, read_run
+from plant_bench.reports.leaderboard.score_sources import find_sources, read_ranking, read_run
 
 
 def add_ranking(path, agent):

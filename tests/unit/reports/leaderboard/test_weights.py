@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from safetensors.numpy import save_file
 
-from plant_bench.reports.leaderboard.weights import parameter_count
+from plant_bench.reports.leaderboard.parameter_count import parameter_count
 
 
 @pytest.fixture

@@ -6,7 +6,7 @@ import numpy as np
 
 from plant_bench.agent import Cause, Control, Plan, Reason
 from plant_bench.data.recorder import Recorder
-from plant_bench.reports.replay.source import ReplaySource
+from plant_bench.reports.replay.replay_source import ReplaySource
 from plant_bench.scoring.infractions import Infraction, InfractionKind, Status
 from plant_bench.scoring.results import EpisodeHeader, EpisodeResult, HazardRecord
 from plant_bench.world.hazard import HazardKind, Phase

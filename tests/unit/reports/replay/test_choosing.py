@@ -3,7 +3,7 @@ import json
 import pytest
 
 from plant_bench.errors import InputError
-from plant_bench.reports.replay.source import source_in_run
+from plant_bench.reports.replay.replay_source import source_in_run
 
 
 @pytest.fixture

@@ -65,7 +65,7 @@ def test_options_are_checked_before_the_episode_is_read(runs, tmp_path, monkeypa
     def read(_source):
         pytest.fail("the episode was read")
 
-    monkeypatch.setattr("plant_bench.reports.replay.episode.load_recording", read)
+    monkeypatch.setattr("plant_bench.reports.replay.replay_episode.load_recording", read)
     done = called("replay", runs[0], "town01-0", *(item.format(tmp_path) for item in options))
     assert isinstance(done.exception, InputError)
     assert told in str(done.exception)
@@ -75,7 +75,7 @@ def test_options_are_checked_before_the_episode_is_read(runs, tmp_path, monkeypa
     ("command", "work"),
     [
         ("report", "plant_bench.api.report.write_report"),
-        ("why", "plant_bench.reports.why.listing.print_infractions"),
+        ("why", "plant_bench.reports.why.incident_list.print_infractions"),
     ],
 )
 def test_ctrl_c_ends_report_and_why_with_a_word(runs, monkeypatch, command, work):
@@ -97,7 +97,7 @@ def test_ctrl_c_ends_a_film_with_nothing_left_behind(runs, tmp_path, monkeypatch
             raise KeyboardInterrupt
         return np.zeros((8, 8, 3), np.uint8)
 
-    monkeypatch.setattr("plant_bench.reports.replay.panels.Panels.draw", interrupted)
+    monkeypatch.setattr("plant_bench.reports.replay.image_layout.Panels.draw", interrupted)
     done = called("replay", runs[0], "town01-0", "--gif", tmp_path / "a.gif")
     assert done.exit_code == EXIT_INTERRUPTED
     assert not list(tmp_path.glob("a.*"))

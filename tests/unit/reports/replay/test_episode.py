@@ -7,8 +7,8 @@ import pytest
 from plant_bench.data.recording import Recording
 from plant_bench.errors import InputError
 from plant_bench.reports.replay.attention import Attention
-from plant_bench.reports.replay.episode import load_episode, replay_script
-from plant_bench.reports.replay.source import ReplaySource, load_recording
+from plant_bench.reports.replay.replay_episode import load_episode, replay_script
+from plant_bench.reports.replay.replay_source import ReplaySource, load_recording
 from tests.unit.reports.replay.drives import HIT_AT, SPEED, drive, some_route
 from tests.unit.reports.replay.unpacking import facts_of, unpack
 

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from plant_bench.agent import NOBODY
-from plant_bench.reports.replay.episode import load_episode, replay_script
-from plant_bench.reports.replay.moments import moment_of
 from plant_bench.reports.replay.movie import SAVERS, Wanted
-from plant_bench.reports.replay.page import palette
-from plant_bench.reports.replay.site import replay_path, write_replays
-from plant_bench.runner.review.expert_view import ExpertView
+from plant_bench.reports.replay.replay_episode import load_episode, replay_script
+from plant_bench.reports.replay.replay_page import palette
+from plant_bench.reports.replay.replay_site import replay_path, write_replays
+from plant_bench.reports.replay.snapshots import moment_of
+from plant_bench.runner.review.expert_braking import ExpertView
 from tests.unit.reports.replay.drives import drive
 from tests.unit.reports.replay.test_movie import pixels, quiet
 from tests.unit.reports.replay.unpacking import facts_of, unpack

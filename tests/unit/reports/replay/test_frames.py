@@ -1,7 +1,7 @@
 import numpy as np
 
 from plant_bench.data.recording import Recording
-from plant_bench.reports.replay.frames import FRAME, frames_of
+from plant_bench.reports.replay.replay_frames import FRAME, frames_of
 
 
 def test_frames_hold_what_was_recorded(source):

@@ -7,9 +7,9 @@ from PIL import Image, ImageSequence
 from plant_bench.agent import NOBODY
 from plant_bench.data.recording import Recording
 from plant_bench.errors import InputError
-from plant_bench.reports.replay.episode import load_episode
-from plant_bench.reports.replay.moments import moment_of
 from plant_bench.reports.replay.movie import SAVERS, Wanted
+from plant_bench.reports.replay.replay_episode import load_episode
+from plant_bench.reports.replay.snapshots import moment_of
 from tests.unit.reports.replay.drives import HIT_AT, SPEED, drive
 
 

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from plant_bench.foreign_text import script_json
-from plant_bench.reports.replay.packing import pack, quantised
+from plant_bench.reports.replay.column_compression import pack, quantised
+from plant_bench.text_escaping import script_json
 from tests.unit.reports.replay.unpacking import unpack
 
 WHOLE = st.lists(st.integers(-(2**28) + 1, 2**28 - 1), max_size=30)

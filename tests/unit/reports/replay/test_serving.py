@@ -5,7 +5,7 @@ import urllib.request
 import pytest
 
 from plant_bench.errors import InputError
-from plant_bench.reports.replay.serving import address_of, file_server
+from plant_bench.reports.replay.file_server import address_of, file_server
 
 
 def test_files_are_served_on_this_machine_and_nothing_above_the_folder(tmp_path):

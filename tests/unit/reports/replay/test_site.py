@@ -1,9 +1,9 @@
 import pytest
 
 from plant_bench.errors import InputError
-from plant_bench.reports.replay import site
-from plant_bench.reports.replay.page import replay_page
-from plant_bench.reports.replay.site import write_replays
+from plant_bench.reports.replay import replay_site as site
+from plant_bench.reports.replay.replay_page import replay_page
+from plant_bench.reports.replay.replay_site import write_replays
 from tests.unit.reports.replay.drives import drive
 from tests.unit.reports.replay.unpacking import facts_of
 

@@ -1,6 +1,6 @@
 import numpy as np
 
-from plant_bench.reports.replay.towns import town_pieces, town_script
+from plant_bench.reports.replay.town_shapes import town_pieces, town_script
 from plant_bench.world.town import load_town
 from tests.unit.reports.replay.unpacking import facts_of, unpack
 

@@ -17,7 +17,7 @@ from plant_bench.agent import (
 )
 from plant_bench.reports.why.incidents import Incident, incidents
 from plant_bench.runner.decisions import Decision
-from plant_bench.runner.review.moments import Hindsight, Moment
+from plant_bench.runner.review.review_frames import Hindsight, Moment
 from plant_bench.scoring.infractions import Infraction, InfractionKind, Status
 from plant_bench.scoring.results import EpisodeResult
 from plant_bench.world.route import LaneSpan, Passage, Route

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from plant_bench.agent import NOBODY, Cause, Control, Reason
-from plant_bench.reports.why.findings import find, gap_to
+from plant_bench.reports.why.incident_findings import find, gap_to
 from plant_bench.reports.why.verdicts import verdict
 from plant_bench.scoring.infractions import InfractionKind
 from plant_bench.world.scene import Light

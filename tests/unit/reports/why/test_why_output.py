@@ -9,13 +9,14 @@ from PIL import Image
 from rich.console import Console
 
 from plant_bench.errors import InputError
-from plant_bench.reports.why import listing, text
-from plant_bench.reports.why.findings import find
+from plant_bench.reports.why import incident_list as listing
+from plant_bench.reports.why import incident_text as text
+from plant_bench.reports.why.incident_figure import save_picture
+from plant_bench.reports.why.incident_findings import find
+from plant_bench.reports.why.incident_list import print_infractions, worst_first
+from plant_bench.reports.why.incident_text import print_episode, spread_moments
 from plant_bench.reports.why.incidents import check_recorded, incidents
-from plant_bench.reports.why.listing import print_infractions, worst_first
-from plant_bench.reports.why.picture import save_picture
-from plant_bench.reports.why.scenery import EGO, EXPERTS, TOP
-from plant_bench.reports.why.text import print_episode, spread_moments
+from plant_bench.reports.why.top_view import EGO, EXPERTS, TOP
 from plant_bench.scoring.infractions import InfractionKind, Status
 from tests.unit.reports.why.moments_by_hand import (
     HIT,

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from plant_bench.sim.bystanders.parking import (
+from plant_bench.sim.roadside.lane_distance import Roadway
+from plant_bench.sim.roadside.parked_cars import (
     FROM_LANE,
     ParkedCars,
     parking_places,
 )
-from plant_bench.sim.bystanders.roadway import Roadway
-from plant_bench.sim.seeing import join
+from plant_bench.sim.scene_builder import join
 from plant_bench.world.hazard import Hazard, HazardKind
 from plant_bench.world.hazard_table import HAZARDS
 from plant_bench.world.route import LaneSpan, Route, Scenario

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from plant_bench.geometry.polyline import resample
-from plant_bench.sim.bystanders import roadway as room
-from plant_bench.sim.bystanders.roadway import NEAR, SPACING, Roadway
+from plant_bench.sim.roadside import lane_distance as room
+from plant_bench.sim.roadside.lane_distance import NEAR, SPACING, Roadway
 from plant_bench.world.town import load_town
 
 

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from plant_bench.sim.bystanders.footways import Crossing
-from plant_bench.sim.bystanders.stepping_out import Moving, SteppingOut
+from plant_bench.sim.roadside.footways import Crossing
+from plant_bench.sim.roadside.road_crossing import Moving, SteppingOut
 from plant_bench.world.route import LaneSpan, Route
 from plant_bench.world.scene import EgoState, Light
 

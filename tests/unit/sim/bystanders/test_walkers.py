@@ -6,11 +6,11 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from plant_bench.sim.bystanders.footways import Crossing, Footways, Heading, Turn
-from plant_bench.sim.bystanders.stepping_out import Moving
-from plant_bench.sim.bystanders.walkers import ENTRY_RADIUS, EXIT_RADIUS, Walkers
-from plant_bench.sim.bystanders.walks import SAMPLE, random_walk
-from plant_bench.world.actor_numbers import PEDESTRIANS
+from plant_bench.sim.roadside.footways import Crossing, Footways, Heading, Turn
+from plant_bench.sim.roadside.pedestrians import ENTRY_RADIUS, EXIT_RADIUS, Walkers
+from plant_bench.sim.roadside.road_crossing import Moving
+from plant_bench.sim.roadside.walking_paths import SAMPLE, random_walk
+from plant_bench.world.actor_ids import PEDESTRIANS
 from plant_bench.world.scene import TICK, Actors, EgoState
 
 OVER = Crossing("c", ((40.0, 1.0, 0.0), (40.0, 8.0, 0.0)), 4.0)

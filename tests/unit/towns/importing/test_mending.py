@@ -8,10 +8,12 @@ import numpy as np
 import pytest
 
 from plant_bench.errors import InputError
-from plant_bench.towns.importing import converting, mending, town_making
-from plant_bench.towns.importing.converting import Converted
-from plant_bench.towns.importing.mending import Mended
-from plant_bench.towns.importing.source import MapKind, MapSource
+from plant_bench.towns.importing import map_conversion as converting
+from plant_bench.towns.importing import network_repair as mending
+from plant_bench.towns.importing import town_making
+from plant_bench.towns.importing.map_conversion import Converted
+from plant_bench.towns.importing.map_source import MapKind, MapSource
+from plant_bench.towns.importing.network_repair import Mended
 from plant_bench.towns.importing.suite_making import RoutesWanted
 from plant_bench.world.town import load_town
 

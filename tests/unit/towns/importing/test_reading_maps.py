@@ -5,8 +5,8 @@ import gzip
 import pytest
 
 from plant_bench.errors import InputError
-from plant_bench.towns.importing import source
-from plant_bench.towns.importing.source import MapKind, read_source
+from plant_bench.towns.importing import map_source as source
+from plant_bench.towns.importing.map_source import MapKind, read_source
 from plant_bench.towns.importing.town_making import check_name
 
 BOMB = """<?xml version="1.0"?><!DOCTYPE net [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;">]>

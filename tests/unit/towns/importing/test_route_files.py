@@ -13,7 +13,7 @@ from plant_bench.data_files import TOWNS_VARIABLE, networks_dir
 from plant_bench.errors import InputError
 from plant_bench.towns.importing import carla_routes, matching
 from plant_bench.towns.importing.carla_routes import CarlaRoute, read_carla_routes
-from plant_bench.towns.importing.lane_ways import LaneWays
+from plant_bench.towns.importing.lane_graph import LaneWays
 from plant_bench.towns.importing.route_import import TownFound, match_routes
 from plant_bench.world.route import load_suite
 from plant_bench.world.town import Lane, Town

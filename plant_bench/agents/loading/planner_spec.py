@@ -1,0 +1,141 @@
+"""What a user writes to name a planner, taken apart once and for all.
+
+plant, plant@models/mine       a built-in planner, and what its class is given
+my-planner                     one of an installed package
+package.module:Class@argument  a class that can be imported
+path/to/file.py:Class          a class in a file
+command:./program --flag       a program in another process (docs/protocol-agents.md)
+"""
+
+import re
+import shlex
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum
+from functools import cache
+from pathlib import Path
+
+from plant_bench.agents.loading.installed import installed_planners
+from plant_bench.errors import InputError, did_you_mean
+
+COMMAND = "command:"
+_PATH = re.compile(r"(^|[@=:])(~?/[^@=:]+)")
+
+AGENTS: dict[str, str] = {
+    "cruise": "plant_bench.agents.cruise:Cruise",
+    "expert": "plant_bench.agents.expert:Expert",
+    "expert-filtered": "plant_bench.agents.ranking.expert_filtered:FilteredExpert",
+    "expert-nearest": "plant_bench.agents.ranking.expert_nearest:expert_nearest",
+    "idm": "plant_bench.agents.idm_follower:IdmFollower",
+    "plant": "plant_bench.agents.plant.guarded_plant:GuardedPlanT",
+    "plant-unguarded": "plant_bench.agents.plant.agent:PlanT",
+    "rule-based": "plant_bench.agents.rule_based:RuleBased",
+    "rule-based-tracks": "plant_bench.agents.rule_based_tracks:RuleBasedTracks",
+    "sumo": "plant_bench.agents.sumo_driver:SumoDriver",
+}
+
+
+class Kind(Enum):
+    """Where a planner comes from."""
+
+    BUILT_IN = "built-in"
+    INSTALLED = "installed"
+    MODULE = "module"
+    FILE = "file"
+    COMMAND = "command"
+
+
+@dataclass(frozen=True, slots=True)
+class PlannerSpec:
+    """A planner's name, taken apart.
+
+    Attributes:
+        text: As the user wrote it.
+        kind: Where it comes from.
+        module: The module, or the path of the file; empty for a command.
+        name: The class, or the function that makes the planner; for a command the command line.
+        argument: What the class is given; None for nothing.
+    """
+
+    text: str
+    kind: Kind
+    module: str
+    name: str
+    argument: str | None = None
+
+    @classmethod
+    def parse(cls, text: str) -> "PlannerSpec":
+        """Take a planner's name apart; nothing is loaded.
+
+        Raises:
+            InputError: There is no such planner; says what was meant perhaps.
+
+        >>> PlannerSpec.parse("plant@models/mine").argument
+        'models/mine'
+        >>> PlannerSpec.parse("my/agent.py:Mine").kind.value
+        'file'
+        """
+        return _parsed(text)
+
+    @property
+    def words(self) -> list[str]:
+        """The words of a command.
+
+        Raises:
+            InputError: It is no command line.
+        """
+        try:
+            return shlex.split(self.name)
+        except ValueError as error:
+            message = f"The agent '{self.text}' is no command: {error}."
+            raise InputError(message) from error
+
+
+def is_command(text: str) -> bool:
+    """Tell whether a text names a program in another process; the rest of it may be wrong."""
+    return text.startswith(COMMAND)
+
+
+def with_paths(text: str, change: Callable[[str], str]) -> str:
+    """Return a text with every absolute path in it changed; a path ends at "@", "=" and ":"."""
+    return _PATH.sub(lambda match: match[1] + change(match[2]), text)
+
+
+def without_folders(argument: str) -> str:
+    """Return an argument with the names alone of what it tells absolute paths of.
+
+    >>> without_folders("plant@/home/me/models/mine"), without_folders("models/mine")
+    ('plant@mine', 'models/mine')
+    """
+    return with_paths(argument, lambda path: Path(path).name + "/" * path.endswith("/"))
+
+
+@cache
+def _parsed(text: str) -> PlannerSpec:
+    if is_command(text):
+        return PlannerSpec(text, Kind.COMMAND, "", text.removeprefix(COMMAND))
+    target, argument = _split(text)
+    kind, found = Kind.BUILT_IN, AGENTS.get(target)
+    if found is None and ":" not in target and target in installed_planners():
+        kind, found = Kind.INSTALLED, installed_planners()[target].target
+    module, _, name = (found or target).rpartition(":")
+    if not module or not name:
+        known = [*AGENTS, *(name for name in installed_planners() if name not in AGENTS)]
+        hint = did_you_mean(target, known, cutoff=0.5, quote="'")
+        message = (
+            f"There is no agent '{target}'.{hint} "
+            f"Agents here: {', '.join(known)}; or give package.module:Class or file.py:Class."
+        )
+        raise InputError(message)
+    if found is None:
+        kind = Kind.FILE if module.endswith(".py") else Kind.MODULE
+    return PlannerSpec(text, kind, module, name, argument)
+
+
+def _split(text: str) -> tuple[str, str | None]:
+    """Return what names the class, and what follows the "@" after it."""
+    name, at, argument = text.partition("@")
+    if at and (name in AGENTS or ":" not in text):
+        return name, argument
+    found = re.fullmatch(r"(.+?:\w+)@(.+)", text)
+    return (found[1], found[2]) if found else (text, None)

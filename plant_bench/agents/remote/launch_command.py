@@ -1,0 +1,50 @@
+"""What is started for a planner in another process: a command of the user's, or Python."""
+
+import shutil
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+from plant_bench.agents.loading.planner_spec import Kind, PlannerSpec
+from plant_bench.errors import InputError
+
+_SERVE = (sys.executable, "-P", "-m", "plant_bench.agents.remote.planner_server")
+
+
+@dataclass(frozen=True)
+class Program:
+    """A program that speaks the protocol.
+
+    Attributes:
+        spec: As the user gave it.
+        command: The words to start.
+        agent: Which planner in it is wanted, told with "hello".
+        files: Those among the words that name files: the program, a script, its configuration.
+    """
+
+    spec: str
+    command: tuple[str, ...]
+    agent: str = ""
+    files: tuple[Path, ...] = ()
+
+
+def program_of(spec: str) -> Program:
+    """Return what to start for a planner: the command it names, or Python that loads it.
+
+    Raises:
+        InputError: The command is empty, or no such program is there.
+    """
+    parsed = PlannerSpec.parse(spec)
+    if parsed.kind is not Kind.COMMAND:
+        return Program(spec, _SERVE, agent=spec)
+    words = parsed.words
+    if not words:
+        message = f"The agent '{spec}' names no program: as in command:./my_planner --flag."
+        raise InputError(message)
+    if shutil.which(words[0]) is None:
+        there = Path(words[0]).exists()
+        wrong = "is not executable: chmod +x it" if there else "is not there"
+        message = f"The agent '{spec}' cannot be started: {words[0]} {wrong}."
+        raise InputError(message)
+    files = tuple(Path(word) for word in words if Path(word).is_file())
+    return Program(spec, tuple(words), files=files)

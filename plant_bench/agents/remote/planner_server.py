@@ -1,0 +1,176 @@
+"""The planner's end of the protocol for planners in Python: what `--isolate` starts.
+
+    python -P -m plant_bench.agents.remote.planner_server
+
+The planner's prints go to standard error: standard output is the protocol's.
+"""
+
+import os
+import sys
+from collections.abc import Callable
+
+import numpy as np
+
+from plant_bench.agent import Agent, Control, Observation, Plan, Ranker
+from plant_bench.agent_check import check_action, decision_interval, reason_of
+from plant_bench.agents.loading.checksum import Makings, makings_of_loaded
+from plant_bench.agents.loading.registry import load_agent
+from plant_bench.agents.remote.codec import MOST_AXES, MOST_PASSES, array_out, pack, unpack
+from plant_bench.agents.remote.messages import (
+    PROTOCOL_VERSION,
+    Wire,
+    observation_in,
+    route_in,
+)
+from plant_bench.agents.remote.process import LENGTH
+from plant_bench.errors import AgentError
+from plant_bench.inference_timing import listen_to_passes
+
+
+def main() -> None:
+    """Answer until the benchmark closes its pipe."""
+    take, give = _own_pipes()
+    served = _Served()
+    while (data := _read(take, LENGTH.size)) is not None:
+        question = _read(take, LENGTH.unpack(data)[0])
+        if question is None:
+            return
+        answer = pack(served.answer(unpack(question)))
+        _write(give, LENGTH.pack(len(answer)) + answer)
+
+
+class _Served:
+    """The planner of the running episode; each "hello" makes a new one."""
+
+    def __init__(self) -> None:
+        self._agent: Agent | None = None
+        self._makings: Makings | None = None
+        self._answers: dict[str, Callable[[Wire], Wire]] = {
+            "hello": self._hello,
+            "reset": self._reset,
+            "act": self._act,
+            "rank": self._rank,
+        }
+
+    def answer(self, question: Wire) -> Wire:
+        """Return the answer to a question; whatever the planner raises is one."""
+        try:
+            return self._answers[question["type"]](question)
+        except BaseException as error:  # noqa: BLE001  SystemExit and KeyboardInterrupt included
+            return {"type": "failed", "error": type(error).__name__, "message": _text(error)}
+
+    def _hello(self, question: Wire) -> Wire:
+        spec = question["agent"]
+        self._agent = agent = load_agent(spec)
+        if self._makings is None:
+            self._makings = makings_of_loaded(spec, agent)
+        return {
+            "type": "hello",
+            "protocol": PROTOCOL_VERSION,
+            "inputs": sorted(agent.inputs),
+            "interval": decision_interval(agent),
+            "ranks": isinstance(agent, Ranker),
+            "files": sorted(map(str, self._makings.files)),
+            "libraries": sorted(self._makings.libraries),
+        }
+
+    def _reset(self, question: Wire) -> Wire:
+        agent, route = self._planner, question["route"]
+        agent.reset(None if route is None else route_in(route))
+        return {"type": "ready", "interval": decision_interval(agent)}
+
+    def _act(self, question: Wire) -> Wire:
+        agent, observation = self._planner, observation_in(question)
+        passes = listen_to_passes()
+        answer = _action_out(agent.act(observation)) | _reason_out(agent)
+        answer["interval"] = decision_interval(agent)
+        answer["passes"] = [[item.seconds, item.tokens] for item in passes[-MOST_PASSES:]]
+        return answer
+
+    def _rank(self, question: Wire) -> Wire:
+        values = _ranks(self._planner, observation_in(question))
+        return {"type": "ranks", "values": array_out(values)}
+
+    @property
+    def _planner(self) -> Agent:
+        if self._agent is None:
+            message = "it was asked before hello."
+            raise AgentError(message)
+        return self._agent
+
+
+def _ranks(agent: Agent, observation: Observation) -> np.ndarray:
+    if not isinstance(agent, Ranker):
+        message = "it has no rank."
+        raise AgentError(message)
+    return np.asarray(agent.rank(observation))
+
+
+def _action_out(action: Plan | Control) -> Wire:
+    """Return an action as it is sent; what has no such form is refused here."""
+    if isinstance(action, Control):
+        try:
+            numbers = float(action.acceleration), float(action.steering)
+        except (TypeError, ValueError, OverflowError):
+            check_action(action)  # says what is wrong
+            raise
+        return {"type": "control", "acceleration": numbers[0], "steering": numbers[1]}
+    if isinstance(action, Plan) and np.ndim(action.waypoints) <= MOST_AXES:
+        try:
+            waypoints = np.asarray(action.waypoints, dtype=float)
+        except (TypeError, ValueError):
+            check_action(action)
+            raise
+        return {"type": "plan", "waypoints": array_out(waypoints)}
+    return _action_out(check_action(action))
+
+
+def _reason_out(agent: Agent) -> Wire:
+    try:
+        reason = reason_of(agent)
+    except AgentError as error:
+        return {"explain_failed": _text(error)}
+    except (Exception, SystemExit) as error:  # noqa: BLE001  it ends the episode as any other
+        return {"explain_failed": f"explain raised {type(error).__name__}: {_text(error)}"}
+    if reason is None:
+        return {}
+    return {"reason": {"cause": int(reason.cause), "actor": int(reason.actor)}}
+
+
+def _text(error: BaseException) -> str:
+    try:
+        return str(error)[:2000].encode(errors="replace").decode()
+    except Exception:  # noqa: BLE001  its text is the planner's code as well
+        return "no text"
+
+
+def _own_pipes() -> tuple[int, int]:
+    """Take the protocol's pipes away from where the planner reads and prints."""
+    take, give = os.dup(0), os.dup(1)
+    nothing = os.open(os.devnull, os.O_RDONLY)
+    os.dup2(nothing, 0)
+    os.close(nothing)
+    os.dup2(2, 1)
+    sys.stdout = os.fdopen(1, "w", buffering=1, encoding="utf-8", errors="replace", closefd=False)
+    return take, give
+
+
+def _read(descriptor: int, size: int) -> bytes | None:
+    """Return so many bytes; None where the pipe ends."""
+    data = bytearray()
+    while len(data) < size:
+        part = os.read(descriptor, size - len(data))
+        if not part:
+            return None
+        data += part
+    return bytes(data)
+
+
+def _write(descriptor: int, data: bytes) -> None:
+    left = memoryview(data)
+    while left:
+        left = left[os.write(descriptor, left) :]
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,228 @@
+"""Runs -> boards: one a protocol and suite, each with its lines and differences."""
+
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from itertools import combinations
+from pathlib import Path
+from typing import TypeVar
+
+from plant_bench.agents.loading.planner_spec import without_folders
+from plant_bench.errors import InputError
+from plant_bench.reports.carla_checkpoint import ImportedRun, load_checkpoint
+from plant_bench.reports.leaderboard.board import CARLA, HERE, Board, Difference, Entry, Leaderboard
+from plant_bench.reports.leaderboard.imported_checkpoints import imported_line
+from plant_bench.reports.leaderboard.published import paper_lines
+from plant_bench.reports.leaderboard.rows import Line, distinct, run_line
+from plant_bench.reports.leaderboard.score_sources import (
+    RankingSource,
+    RunSource,
+    Sources,
+    read_ranking,
+    read_run,
+)
+from plant_bench.scoring.comparison import paired_difference
+from plant_bench.scoring.metrics import Summary, summarise
+from plant_bench.scoring.penalties import Law
+from plant_bench.scoring.significance import holm
+from plant_bench.text_escaping import table_cell
+
+RANKERS = ("attention", "masking")  # a line tells the first there is
+LONGEST_ID = 40  # characters
+NAMELESS = "(no name)"
+
+
+_Key = tuple[str, str, str]  # protocol, suite, density
+_Source = TypeVar("_Source")
+
+
+def make_leaderboard(
+    sources: Sources, *, law: Law, paper: bool, progress: Callable[[str], None]
+) -> Leaderboard:
+    """Read all sources and put them into boards.
+
+    Args:
+        sources: What was found.
+        law: By which infractions become scores.
+        paper: Whether PlanT's own figures get a board.
+        progress: Told what is read next.
+
+    Raises:
+        InputError: A source cannot be read, or its episodes cannot be summed up.
+    """
+    runs = _read(sources.runs, progress, read_run)
+    rankings = _read(sources.rankings, progress, read_ranking)
+    imported = _read(sources.checkpoints, progress, load_checkpoint)
+    progress("differences")
+    notes = [*sources.notes, *_twin_notes(runs)]
+    ids = _ids([run.provenance.agent for run in runs] + [item.name for item in imported])
+    groups: dict[_Key, list[tuple[str, RunSource]]] = {}
+    for id, run in zip(ids, runs, strict=False):
+        groups.setdefault(_key(run), []).append((id, run))
+    boards = [
+        _board(key, group, [item for item in rankings if _ranking_key(item) == key], law, notes)
+        for key, group in groups.items()
+    ]
+    boards.sort(key=lambda board: (-len(board.lines), board.protocol, board.suite))
+    boards += _imported_boards(imported, ids[len(runs) :])
+    if paper:
+        lines = paper_lines()
+        boards.append(
+            Board(CARLA, "longest6", "longest6", "", "lb1.0", lines, source=lines[0].source)
+        )
+    return Leaderboard(tuple(boards), tuple(notes))
+
+
+def _read(
+    paths: Sequence[Path], progress: Callable[[str], None], reader: Callable[[Path], _Source]
+) -> list[_Source]:
+    found = []
+    for path in paths:
+        progress(path.name)
+        found.append(reader(path))
+    return found
+
+
+def _key(run: RunSource) -> _Key:
+    """Return what runs of one board have in common; the rules are those of the records."""
+    provenance = run.provenance
+    return run.episodes[0].result.protocol, without_folders(provenance.suite), provenance.density
+
+
+def _ranking_key(ranking: RankingSource) -> _Key:
+    provenance = ranking.provenance
+    return ranking.score.protocol, without_folders(provenance.suite), provenance.density
+
+
+def _board(
+    key: _Key,
+    group: Sequence[tuple[str, RunSource]],
+    rankings: Sequence[RankingSource],
+    law: Law,
+    notes: list[str],
+) -> Board:
+    names = distinct(
+        [_planner(run.provenance.agent) for _, run in group],
+        lambda place: group[place][1].folder.path.name,
+    )
+    entries = []
+    for (id, run), planner in zip(group, names, strict=True):
+        summary = _summary(run, law)
+        ranking = _ranking_of(run, group, rankings, notes)
+        entries.append(Entry(run_line(run, summary, ranking, id=id, planner=planner), run, summary))
+    entries.sort(key=lambda entry: -entry.line.driving_score.mean)
+    return Board(
+        HERE,
+        *key,
+        law.value,
+        tuple(entry.line for entry in entries),
+        tuple(entries),
+        _differences_between(entries, law),
+        tuple(sorted(rankings, key=lambda item: -item.score.score.mean)),
+    )
+
+
+def _planner(agent: str) -> str:
+    """Return what an agent is called on a board: without folders, and never nothing."""
+    name = without_folders(agent)
+    return name if table_cell(name) else NAMELESS
+
+
+def _summary(run: RunSource, law: Law) -> Summary:
+    asked = len(run.provenance.routes) * run.provenance.repetitions
+    try:
+        return summarise(run.results, expected=max(asked, len(run.episodes)), law=law)
+    except InputError as error:
+        message = f"{run.folder.path}: {error}"
+        raise InputError(message) from error
+
+
+def _ranking_of(
+    run: RunSource,
+    group: Sequence[tuple[str, RunSource]],
+    rankings: Sequence[RankingSource],
+    notes: list[str],
+) -> RankingSource | None:
+    """Return the RFDS of a run's planner: that of its checksum, or else of its name.
+
+    A file that tells no checksum is believed by name where one run alone has that name.
+    """
+    agent, checksum = run.provenance.agent, run.episodes[0].result.agent_checksum
+    named = {
+        item.ranker: item
+        for item in rankings
+        if item.planner == agent and not item.score.planner_checksum
+    }
+    own = {item.ranker: item for item in rankings if item.score.planner_checksum == checksum}
+    if not own and named and sum(other.provenance.agent == agent for _, other in group) > 1:
+        note = f"RFDS is told of '{agent}', and several runs are of it: none of them is given it."
+        notes.extend([note] * (note not in notes))
+        return None
+    own = own or named
+    return next((own[name] for name in RANKERS if name in own), None)
+
+
+def _imported_boards(runs: Sequence[ImportedRun], ids: Sequence[str]) -> list[Board]:
+    names = distinct(
+        [_planner(run.name) for run in runs], lambda place: runs[place].source.parent.name
+    )
+    groups: dict[tuple[str, str], list[Line]] = {}
+    for run, id, name in zip(runs, ids, names, strict=True):
+        key = (HERE if run.results else CARLA, run.protocol)
+        groups.setdefault(key, []).append(imported_line(run, id=id, planner=name))
+    return [
+        Board(
+            world,
+            protocol,
+            "",
+            "",
+            "",
+            tuple(sorted(lines, key=lambda line: -line.driving_score.mean)),
+            source="checkpoint files of the CARLA leaderboard",
+        )
+        for (world, protocol), lines in sorted(groups.items())
+    ]
+
+
+def _ids(names: Sequence[str]) -> list[str]:
+    """Return a short id for each name; those of equal names are numbered."""
+    short = [
+        re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-")[:LONGEST_ID].strip("-") or "run"
+        for name in names
+    ]
+    found: list[str] = []
+    for name in short:
+        number = 1
+        while (id := name if number == 1 else f"{name}-{number}") in found:
+            number += 1
+        found.append(id)
+    return found
+
+
+def _twin_notes(runs: Sequence[RunSource]) -> list[str]:
+    """Say which runs are of one and the same agent."""
+    notes = []
+    for first, second in combinations(runs, 2):
+        checksum = first.episodes[0].result.agent_checksum
+        if checksum == second.episodes[0].result.agent_checksum and _key(first) == _key(second):
+            notes.append(
+                f"{first.folder.path} and {second.folder.path} are of the same agent "
+                f"({first.provenance.agent}, {checksum[:12]}): both are shown."
+            )
+    return notes
+
+
+def _differences_between(entries: Sequence[Entry], law: Law) -> tuple[Difference, ...]:
+    """Return the differences of all pairs that share scenarios, p corrected for their number."""
+    found = []
+    for high, low in combinations(entries, 2):
+        try:
+            paired = paired_difference(low.run.results, high.run.results, law=law)
+            if paired.mean < 0.0:  # on what both drove, the lower in the table is the better one
+                paired = paired_difference(high.run.results, low.run.results, law=law)
+                high, low = low, high
+        except InputError:
+            continue  # no scenario in common
+        found.append(Difference(high.line.id, low.line.id, paired, paired.p_value))
+    corrected = holm([item.p_corrected for item in found])
+    return tuple(replace(item, p_corrected=p) for item, p in zip(found, corrected, strict=True))

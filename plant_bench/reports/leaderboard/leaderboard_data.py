@@ -1,0 +1,224 @@
+"""What the page shows, as compact JSON: lines, differences, breakdowns, every episode."""
+
+from collections.abc import Sequence
+
+from plant_bench.reports.leaderboard.board import Board, Difference, Entry, Leaderboard
+from plant_bench.reports.leaderboard.exports import without_nan
+from plant_bench.reports.leaderboard.rows import Line
+from plant_bench.reports.leaderboard.score_sources import Episode
+from plant_bench.reports.leaderboard.table_text import board_title
+from plant_bench.scoring.episode_measures import Number
+from plant_bench.scoring.hazard_outcomes import hazard_counts, survived
+from plant_bench.scoring.infractions import COLLISIONS, Infraction, InfractionKind, Status
+from plant_bench.scoring.metrics import Scores, Spread
+from plant_bench.scoring.metrics_table import (
+    RANKED,
+    Metric,
+    Shown,
+    headline_metrics,
+    score_metrics,
+    shown_metrics,
+)
+from plant_bench.scoring.penalties import Law
+from plant_bench.scoring.results import EpisodeResult
+from plant_bench.text_escaping import script_json
+from plant_bench.world.hazard import HazardKind, Phase
+from plant_bench.world.scene import ActorKind
+
+KINDS, HAZARD_KINDS, STATUSES = list(InfractionKind), list(HazardKind), list(Status)
+PHASES, ACTORS = list(Phase), list(ActorKind)
+
+
+def page_json(leaderboard: Leaderboard, *, replays: bool) -> str:
+    """Return the page's data as JSON that may stand inside a script element.
+
+    Args:
+        leaderboard: What is shown.
+        replays: Whether episodes with a recording have a replay beside the page.
+    """
+    payload = {
+        "scores": [_column(metric) for metric in headline_metrics()],
+        "measures": [_column(metric) for metric in shown_metrics(Shown.MEASURE)],
+        "ranked": RANKED,
+        "kinds": [kind.value for kind in KINDS],
+        "hazards": [kind.value for kind in HAZARD_KINDS],
+        "statuses": [status.value for status in STATUSES],
+        "phases": [phase.value for phase in PHASES],
+        "actors": [actor.name.lower() for actor in ACTORS],
+        "boards": [_board(board, replays) for board in leaderboard.boards],
+        "notes": leaderboard.notes,
+    }
+    return script_json(without_nan(payload))
+
+
+def _board(board: Board, replays: bool) -> dict[str, object]:
+    routes = {item.result.route: item.result.town for e in board.entries for item in e.run.episodes}
+    scenarios = {
+        key: place
+        for place, key in enumerate(
+            sorted({item.result.scenario for e in board.entries for item in e.run.episodes})
+        )
+    }
+    towns = sorted(set(routes.values()))
+    route_names = sorted(routes, key=lambda route: (routes[route], _natural(route)))
+    places = {route: place for place, route in enumerate(route_names)}
+    ids = [line.id for line in board.lines]
+    return {
+        "title": board_title(board),
+        "world": board.world,
+        "protocol": board.protocol,
+        "suite": board.suite,
+        "law": board.law,
+        "source": board.source,
+        "towns": towns,
+        "routes": [[route, towns.index(routes[route])] for route in route_names],
+        "lines": [_line(line) for line in board.lines],
+        "differences": [_difference(item, ids) for item in board.differences],
+        "rankings": [
+            [item.ranker, item.planner or "", *_spread(item.score.score, 2), item.score.episodes]
+            for item in board.rankings
+        ],
+        "details": [_detail(entry) for entry in board.entries],
+        "episodes": [
+            [_episode(item, entry, places, scenarios, replays) for item in entry.run.episodes]
+            for entry in board.entries
+        ],
+    }
+
+
+def _column(metric: Metric) -> dict[str, object]:
+    """Return what the page needs to know of a metric."""
+    return {
+        "name": metric.name,
+        "label": metric.label,
+        "unit": metric.unit,
+        "digits": metric.digits,
+        "better": metric.better,
+        "about": metric.about,
+        "ofEpisode": metric.episode is not None,
+    }
+
+
+def _line(line: Line) -> dict[str, object]:
+    return {
+        "id": line.id,
+        "planner": line.planner,
+        "track": line.track,
+        "inputs": line.inputs,
+        "scores": _scores(line.scores),
+        "it": line.inference_ms,
+        "tokens": line.inference_tokens,
+        "processor": line.processor,
+        "rfds": _spread(line.rfds, 3),
+        "ranker": line.ranker,
+        "parameters": line.parameters,
+        "date": line.date,
+        "repetitions": line.repetitions,
+        "episodes": line.episodes,
+        "expected": line.expected,
+        "checksum": line.agent_checksum[:12],
+        "source": line.source,
+        "rates": {kind: round(rate, 5) for kind, rate in line.rates.items()},
+        "km": line.km,
+    }
+
+
+def _difference(item: Difference, ids: Sequence[str]) -> list[object]:
+    paired = item.paired
+    numbers = (paired.mean, paired.low, paired.high, paired.p_value, item.p_corrected)
+    return [
+        ids.index(item.better),
+        ids.index(item.worse),
+        *(round(number, 5) for number in numbers),
+        paired.pairs,
+        paired.routes,
+    ]
+
+
+def _detail(entry: Entry) -> dict[str, object]:
+    summary = entry.summary
+    collisions = [
+        item
+        for result in entry.run.results
+        for item in result.infractions
+        if item.kind in COLLISIONS
+    ]
+    return {
+        "towns": {town: _scores(scores) for town, scores in summary.towns.items()},
+        "counts": {
+            kind.value: sum(item.kind is kind for r in entry.run.results for item in r.infractions)
+            for kind in KINDS
+        },
+        "statuses": {status.value: count for status, count in summary.statuses.items()},
+        "hazards": {
+            kind.value: [count.placed, count.met, count.survived, count.void]
+            for kind, count in hazard_counts(entry.run.results).items()
+        },
+        "causes": [sum(item.cause == cause for item in collisions) for cause in ("ego", "other")],
+        "measures": {name: round(value, 4) for name, value in summary.beyond.values.items()},
+    }
+
+
+def _scores(scores: Scores) -> dict[str, list[float]]:
+    """Return scores by name, more exact by two digits than they are shown."""
+    return {
+        metric.name: _spread(scores[metric.name], metric.digits + 2)
+        for metric in score_metrics()
+        if metric.name in scores
+    }
+
+
+def _spread(spread: Spread, digits: int) -> list[float]:
+    return [round(spread.mean, digits), round(spread.std, digits)]
+
+
+def _episode(
+    item: Episode,
+    entry: Entry,
+    routes: dict[str, int],
+    scenarios: dict[str, int],
+    replays: bool,
+) -> list[object]:
+    """Return an episode as a list; `templates/data.js` names its places."""
+    result, law = item.result, entry.summary.law
+    return [
+        item.name,
+        routes[result.route],
+        result.repetition,
+        scenarios[result.scenario],
+        STATUSES.index(result.status),
+        _episode_scores(result, law),
+        round(result.duration, 1),
+        [_infraction(infraction) for infraction in result.infractions],
+        [
+            [HAZARD_KINDS.index(hazard.kind), PHASES.index(hazard.phase), round(hazard.time, 1)]
+            + [0] * (not survived(result, hazard))
+            for hazard in result.hazards
+        ],
+        int(replays and item.recording is not None),
+        result.reason,
+    ]
+
+
+def _episode_scores(result: EpisodeResult, law: Law) -> list[Number | None]:
+    """Return the scores that an episode has, in the order of the page's `scores`.
+
+    They have twice the digits that are shown: pages hold many episodes.
+    """
+    found = []
+    for metric in headline_metrics():
+        if metric.episode is not None:
+            value = metric.episode(result, law)
+            found.append(None if value is None else round(value, 2 * metric.digits))
+    return found
+
+
+def _infraction(item: Infraction) -> list[object]:
+    actor = -1 if item.actor_kind is None else ACTORS.index(item.actor_kind)
+    values = [KINDS.index(item.kind), round(item.time, 1), actor, item.cause or "", item.share]
+    return values if item.share is not None else values[:-1]
+
+
+def _natural(name: str) -> tuple[int, str]:
+    """Return a key that sorts town01-2 before town01-10."""
+    return len(name), name

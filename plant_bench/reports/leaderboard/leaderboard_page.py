@@ -1,0 +1,76 @@
+"""The page: one file with its own style, scripts and data; it loads nothing and asks no network."""
+
+import base64
+import hashlib
+import re
+from importlib.resources import files
+from importlib.resources.abc import Traversable
+from pathlib import Path
+
+from plant_bench.atomic_files import write_whole_text
+from plant_bench.reports.leaderboard.board import Leaderboard
+from plant_bench.reports.leaderboard.leaderboard_data import page_json
+
+PAGE = "leaderboard.html"
+_SCRIPTS = (
+    "dom",
+    "data",
+    "sorting",
+    "scores",
+    "matrix",
+    "plots",
+    "heat",
+    "breakdowns",
+    "episodes",
+    "main",
+)
+_REPORTS = files("plant_bench.reports")
+_ROOM = _REPORTS / "leaderboard"
+
+
+def write_page(leaderboard: Leaderboard, out: Path, *, replays: bool) -> Path:
+    """Write the page.
+
+    Args:
+        leaderboard: What it shows.
+        out: Folder of the leaderboard.
+        replays: Whether episodes with a recording have a replay beside the page.
+
+    Raises:
+        OSError: It cannot be written.
+    """
+    path = out / PAGE
+    write_whole_text(path, page_html(leaderboard, replays=replays))
+    return path
+
+
+def page_html(leaderboard: Leaderboard, *, replays: bool) -> str:
+    """Return the page; its policy allows its own scripts by their hashes, and no others."""
+    scripts = {
+        "THEME": _text(_REPORTS / "templates" / "theme.js"),
+        "D3": _text(_ROOM / "vendor" / "d3.min.js"),
+        "PLOT": _text(_ROOM / "vendor" / "plot.min.js"),
+        "MAIN": "\n".join(_text(_ROOM / "templates" / f"{name}.js") for name in _SCRIPTS),
+    }
+    parts = scripts | {
+        "POLICY": _policy(list(scripts.values())),
+        "STYLE": _text(_REPORTS / "templates" / "theme.css")
+        + _text(_ROOM / "templates" / "page.css"),
+        "DATA": page_json(leaderboard, replays=replays),
+    }
+    template = _text(_ROOM / "templates" / "page.html")
+    return re.sub(r"@@([A-Z0-9]+)@@", lambda found: parts[found[1]], template)
+
+
+def _policy(scripts: list[str]) -> str:
+    """Return a Content-Security-Policy that runs these scripts alone and reaches nothing."""
+    digests = (hashlib.sha256(script.encode()).digest() for script in scripts)
+    allowed = " ".join(f"'sha256-{base64.b64encode(digest).decode()}'" for digest in digests)
+    return (
+        f"default-src 'none'; script-src {allowed}; style-src 'unsafe-inline'; img-src data:; "
+        "base-uri 'none'; form-action 'none'"
+    )
+
+
+def _text(file: Traversable) -> str:
+    return file.read_text(encoding="utf-8")

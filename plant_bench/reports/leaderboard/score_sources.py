@@ -1,0 +1,198 @@
+"""What a leaderboard is made of: runs on disk, scores of rankings (RFDS), checkpoint files."""
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from pydantic import TypeAdapter
+
+from plant_bench.errors import InputError, in_one_line
+from plant_bench.runner.run.folder import RunFolder
+from plant_bench.runner.run.provenance import Provenance
+from plant_bench.scoring.relevance import RelativeScore
+from plant_bench.scoring.results import EpisodeResult
+from plant_bench.untrusted_files import read_json
+
+RANKING_FILE = "rfds.json"
+LARGEST_WHOLE = 2**63 - 1  # what tables hold in a column of whole numbers
+
+
+@dataclass(frozen=True)
+class Episode:
+    """One episode of a run.
+
+    Attributes:
+        name: Stem of its files' names.
+        result: Its record.
+        recording: Every tick of it; None where none was kept.
+    """
+
+    name: str
+    result: EpisodeResult
+    recording: Path | None
+
+
+@dataclass(frozen=True)
+class RunSource:
+    """A run that was read.
+
+    Attributes:
+        folder: Where it lies.
+        provenance: What it was made with.
+        episodes: By name; at least one.
+    """
+
+    folder: RunFolder
+    provenance: Provenance
+    episodes: tuple[Episode, ...]
+
+    @property
+    def results(self) -> list[EpisodeResult]:
+        """The records alone."""
+        return [item.result for item in self.episodes]
+
+
+@dataclass(frozen=True)
+class RankingSource:
+    """An RFDS that `plant-bench rfds` has left beside the filtered expert's run.
+
+    Attributes:
+        ranker: Who ranked, such as "attention".
+        planner: Whose ranking it was; None for rankers that need no planner.
+        provenance: What the filtered expert's run was made with.
+        score: The RFDS.
+    """
+
+    ranker: str
+    planner: str | None
+    provenance: Provenance
+    score: RelativeScore
+
+
+@dataclass(frozen=True)
+class Sources:
+    """All that was found.
+
+    Attributes:
+        runs: Folders that `plant-bench score` wrote.
+        rankings: Of folders that `plant-bench rfds` wrote.
+        checkpoints: Files that may be checkpoints of the CARLA leaderboard.
+        notes: What the user should know of what was left out.
+    """
+
+    runs: tuple[Path, ...]
+    rankings: tuple[Path, ...]
+    checkpoints: tuple[Path, ...]
+    notes: tuple[str, ...]
+
+
+def find_sources(paths: Sequence[Path], *, below: Path) -> Sources:
+    """Say what the given paths are; without any, look below a folder.
+
+    Args:
+        paths: Runs, folders of `plant-bench rfds` runs, checkpoint files.
+        below: Where runs are looked for, if no path is given.
+
+    Raises:
+        InputError: A given path is none of these, or nothing was found.
+    """
+    if paths:
+        parts = [_source_of(path) for path in dict.fromkeys(paths)]
+    else:
+        folders = sorted(path for path in below.glob("*") if path.is_dir())
+        parts = [part for path in folders if (part := _source_below(path)) is not None]
+    runs = [path for part in parts for path in part.runs]
+    checkpoints = [path for part in parts for path in part.checkpoints]
+    if not runs and not checkpoints:
+        message = (
+            f"There is no run to report below {below}. Score a planner first, as in 'plant-bench "
+            "score --agent expert', or give the folders of runs."
+            if not paths
+            else "Only runs of 'plant-bench rfds' were given: give runs of 'plant-bench score' too."
+        )
+        raise InputError(message)
+    return Sources(
+        tuple(runs),
+        tuple(path for part in parts for path in part.rankings),
+        tuple(checkpoints),
+        tuple(note for part in parts for note in part.notes),
+    )
+
+
+def read_run(path: Path) -> RunSource:
+    """Read a run's records.
+
+    Raises:
+        InputError: It has none, or one is broken.
+    """
+    folder = RunFolder.open(path)
+    provenance = Provenance.load(folder.run_file)
+    episodes = tuple(_episode(folder, file) for file in folder.record_files())
+    if not episodes:
+        message = f"{path} has no finished episodes: run its command again ({provenance.command})."
+        raise InputError(message)
+    return RunSource(folder, provenance, episodes)
+
+
+def read_ranking(path: Path) -> RankingSource:
+    """Read an RFDS.
+
+    Raises:
+        InputError: The file is broken, or lies beside no run.
+    """
+    file = path / RANKING_FILE
+    try:
+        told = read_json(file)
+        score = TypeAdapter(RelativeScore).validate_python(_with_nan(told))
+    except (OSError, ValueError) as error:
+        message = f"Cannot read {file} ({in_one_line(error)}). Run 'plant-bench rfds' again."
+        raise InputError(message) from error
+    ranker, _, planner = score.agent.partition("@")[2].partition(":")
+    provenance = Provenance.load(RunFolder.open(path).run_file)
+    return RankingSource(ranker, planner or None, provenance, score)
+
+
+def _source_of(path: Path) -> Sources:
+    if path.is_file():
+        return Sources((), (), (path,), ())
+    found = _source_below(path)
+    if found is None:
+        kind = "has no run.json" if path.is_dir() else "does not exist"
+        message = (
+            f"{path} is no run of plant-bench: it {kind}. Give folders that 'plant-bench score' or "
+            "'plant-bench rfds' wrote, or checkpoint files of the CARLA leaderboard."
+        )
+        raise InputError(message)
+    if found.notes:
+        raise InputError(found.notes[0])
+    return found
+
+
+def _source_below(path: Path) -> Sources | None:
+    """Return what a folder is, None if it is nothing of ours."""
+    if (path / RANKING_FILE).is_file():
+        return Sources((), (path,), (), ())
+    if (path / "run.json").is_file():
+        if not RunFolder(path).record_files():
+            return Sources((), (), (), (f"{path} has no finished episodes: it is left out.",))
+        return Sources((path,), (), (), ())
+    rankings = sorted(file.parent for file in path.glob(f"*/{RANKING_FILE}"))
+    return Sources((), tuple(rankings), (), ()) if rankings else None
+
+
+def _episode(folder: RunFolder, file: Path) -> Episode:
+    recording, result = folder.recording_path(file.stem), EpisodeResult.load(file)
+    if max(abs(result.seed), abs(result.format)) > LARGEST_WHOLE:
+        message = f"Not an episode record: {file} (a number that fits no table). Score again."
+        raise InputError(message)
+    return Episode(file.stem, result, recording if recording.is_file() else None)
+
+
+def _with_nan(value: object) -> object:
+    """Return JSON with not-a-number where it holds null."""
+    if isinstance(value, dict):
+        return {name: _with_nan(item) for name, item in value.items()}
+    if isinstance(value, Iterable) and not isinstance(value, str):
+        return [_with_nan(item) for item in value]
+    return math.nan if value is None else value

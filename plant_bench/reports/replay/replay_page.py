@@ -1,0 +1,45 @@
+"""The page that plays replays: its parts put together into one file that needs nothing else."""
+
+import json
+import re
+from functools import cache
+from pathlib import Path
+
+from plant_bench.text_escaping import script_json
+
+TEMPLATES = Path(__file__).parent / "templates"
+SHARED = Path(__file__).parents[1] / "templates"
+SCRIPTS = (
+    "codec.js",
+    "words.js",
+    "loading.js",
+    "episode.js",
+    "town.js",
+    "actors.js",
+    "drawing.js",
+    "chart.js",
+    "panel.js",
+    "player.js",
+    "controls.js",
+    "start.js",
+)
+
+
+@cache
+def palette() -> dict[str, dict[str, str]]:
+    """Return the colours of what is drawn, "light" and "dark"; pictures and pages share them."""
+    return json.loads((TEMPLATES / "palette.json").read_text(encoding="utf-8"))
+
+
+def replay_page() -> str:
+    """Return the page as HTML."""
+    scripts = "".join((TEMPLATES / name).read_text(encoding="utf-8") for name in SCRIPTS)
+    parts = {
+        "theme_css": (SHARED / "theme.css").read_text(encoding="utf-8"),
+        "theme_js": (SHARED / "theme.js").read_text(encoding="utf-8"),
+        "css": (TEMPLATES / "replay.css").read_text(encoding="utf-8"),
+        "palette": script_json(palette()),
+        "js": f'"use strict";\n(() => {{\n{scripts}}})();\n',
+    }
+    page = (TEMPLATES / "replay.html").read_text(encoding="utf-8")
+    return re.sub(r"\{\{(\w+)\}\}", lambda match: parts[match[1]], page)

@@ -1,0 +1,222 @@
+"""The folder of replays: one page, a script for each town and for each episode.
+
+replay.html                     opens replay.html#<id>, or #<id>&<id2> side by side
+replays/<run>/<episode>.js      one episode, read only when it is opened
+replays/index.js                what there is, for choosing
+towns/<town>.js                 what is drawn under it
+"""
+
+import hashlib
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+from plant_bench.agents.loading.checksum import agent_checksum
+from plant_bench.atomic_files import write_whole_text
+from plant_bench.errors import InputError, PlantBenchError
+from plant_bench.reports.replay.replay_episode import load_episode, missing_script, replay_script
+from plant_bench.reports.replay.replay_page import replay_page
+from plant_bench.reports.replay.replay_source import ReplaySource, is_replay_id, town_folders_of
+from plant_bench.reports.replay.town_shapes import town_script
+from plant_bench.runner.review.expert_braking import EXPERT
+from plant_bench.runner.workers.executors import Event, Finished, Lost, run_tasks
+from plant_bench.text_escaping import script_json
+from plant_bench.untrusted_files import parse_json, read_text
+from plant_bench.world.town import load_town, town_checksum
+
+STAMP = "// made from "
+INDEX = "replays/index.js"
+LEADERBOARD = "leaderboard.html"  # that the page links to, where it is
+
+
+@dataclass(frozen=True)
+class _Task:
+    source: ReplaySource
+    path: Path
+    stamp: str
+
+
+def write_replays(
+    out: Path,
+    sources: Sequence[ReplaySource],
+    *,
+    workers: int,
+    progress: Callable[[int, int], None],
+) -> None:
+    """Write the page, and the replays that are not there yet.
+
+    A replay that cannot be made does not stop the others: its page says why, and it is tried again
+    the next time.
+
+    Args:
+        out: Folder of the site.
+        sources: What to show.
+        workers: Processes; with one, all is done in this one.
+        progress: Told how many replays are done, and how many there are.
+
+    Raises:
+        InputError: Two sources have one id, or the folder cannot be written to.
+    """
+    doubled = len(sources) - len({source.id for source in sources})
+    if doubled:
+        message = f"{doubled} replays have the id of another: each episode needs its own."
+        raise InputError(message)
+    write_script(out / "replay.html", replay_page())
+    leaderboard = (out / LEADERBOARD).is_file()
+    write_script(out / INDEX, _index(sources, out, leaderboard=leaderboard))
+    for town, source in sorted({source.result.town: source for source in sources}.items()):
+        _write_town(out, town, town_folders_of(source))
+    tasks = [_Task(source, replay_path(out, source.id), _stamp(source)) for source in sources]
+    missing = [task for task in tasks if not _is_made(task)]
+    done = len(tasks) - len(missing)
+    progress(done, len(tasks))
+    if workers == 1 or len(missing) < 2:
+        for count, task in enumerate(missing, start=done + 1):
+            write_replay(task)
+            progress(count, len(tasks))
+        return
+    _write_with(workers, missing, lambda count: progress(done + count, len(tasks)))
+
+
+def replay_path(out: Path, replay_id: str) -> Path:
+    """Return where the script of a replay lies."""
+    return out / "replays" / f"{replay_id}.js"
+
+
+def write_replay(task: _Task, _report: Callable[[float], None] | None = None) -> None:
+    """Write one replay, or why there is none; the work of a worker."""
+    try:
+        text = f"{STAMP}{task.stamp}\n{replay_script(load_episode(task.source))}"
+    except PlantBenchError as error:
+        text = missing_script(task.source, _without_folder(str(error), task.source.recording))
+    except Exception as error:  # noqa: BLE001  a broken file may break anything that reads it
+        text = missing_script(task.source, f"Its recording is broken ({type(error).__name__}).")
+    write_script(task.path, text)
+
+
+def _without_folder(text: str, path: Path) -> str:
+    """Return a text that tells a file's name alone: pages are shown to others."""
+    return text.replace(str(path), path.name)
+
+
+def write_script(path: Path, text: str) -> None:
+    """Write a file of the site, whole or not at all.
+
+    Raises:
+        InputError: It cannot be written.
+    """
+    try:
+        write_whole_text(path, text)
+    except OSError as error:
+        message = f"Cannot write {path}: {error.strerror}. Choose another folder."
+        raise InputError(message) from error
+
+
+def _write_with(workers: int, tasks: list[_Task], progress: Callable[[int], None]) -> None:
+    ended = 0
+
+    def listen(event: Event) -> None:
+        nonlocal ended
+        if isinstance(event, Lost):
+            task = tasks[event.task]
+            write_script(task.path, missing_script(task.source, event.reason))
+        if isinstance(event, Lost | Finished):
+            ended += 1
+            progress(ended)
+
+    run_tasks(tasks, write_replay, workers=workers, on_event=listen)
+
+
+def _write_town(out: Path, name: str, folders: tuple[Path, ...]) -> None:
+    """Write a town unless it is there as it is now; a town that is gone is left to the page."""
+    path = out / "towns" / f"{name}.js"
+    try:
+        checksum = town_checksum(name, folders)
+        stamp = f"{STAMP}{checksum} {_code()}\n"
+        if not _begins(path, stamp):
+            write_script(path, stamp + town_script(load_town(name, folders), checksum))
+    except InputError:
+        path.unlink(missing_ok=True)
+
+
+def _index(sources: Sequence[ReplaySource], out: Path, *, leaderboard: bool) -> str:
+    """Return the list of these replays, and of the earlier ones that are still there."""
+    entries: list[dict[str, object]] = [
+        {
+            "id": source.id,
+            "title": source.title,
+            "route": source.result.route,
+            "repetition": source.result.repetition,
+            "scenario": source.result.scenario,
+            "status": source.result.status.value,
+            "drivingScore": round(source.result.driving_score, 2),
+            "infractions": len(source.result.infractions),
+        }
+        for source in sources
+    ]
+    if entries:
+        entries += _listed_before(out, {source.id for source in sources}, set(entries[0]))
+    told = {"leaderboard": leaderboard, "replays": entries}
+    return f"plantBenchIndex({script_json(told)});\n"
+
+
+def _listed_before(out: Path, new: set[str], keys: set[str]) -> list[dict[str, object]]:
+    """Return what the list told of other replays whose files are there; nothing if it is broken."""
+    try:
+        text = read_text(out / INDEX)
+        told = parse_json(text[text.index("(") + 1 : text.rindex(")")])["replays"]
+        known = [item for item in told if set(item) == keys and is_replay_id(item["id"])]
+    except (OSError, ValueError, TypeError, KeyError):
+        return []
+    return [
+        item for item in known if item["id"] not in new and replay_path(out, item["id"]).is_file()
+    ]
+
+
+def _is_made(task: _Task) -> bool:
+    return _begins(task.path, f"{STAMP}{task.stamp}\n")
+
+
+def _begins(path: Path, text: str) -> bool:
+    try:
+        with path.open(encoding="utf-8", newline="\n") as file:
+            return file.read(len(text)) == text
+    except (OSError, UnicodeDecodeError):
+        return False
+
+
+def _stamp(source: ReplaySource) -> str:
+    """Return a hash of all that a replay depends on."""
+    digest = hashlib.sha256(f"{_code()}|{source.title}|{source.agent}|{_planner(source)}".encode())
+    digest.update(source.result.to_json().encode())
+    if source.ask_expert is not None:
+        digest.update(f"with the expert {_checksum(EXPERT)}".encode())
+    try:
+        with source.recording.open("rb") as file:
+            digest.update(hashlib.file_digest(file, "sha256").digest())
+    except OSError:
+        digest.update(b"no recording")
+    return digest.hexdigest()
+
+
+def _planner(source: ReplaySource) -> str:
+    """Return what the planner's attention depends on."""
+    try:
+        return _checksum(source.agent)
+    except PlantBenchError as error:
+        return str(error)
+
+
+@cache
+def _checksum(agent: str) -> str:
+    return agent_checksum(agent)
+
+
+@cache
+def _code() -> str:
+    """Return a hash of the code that makes replays."""
+    digest = hashlib.sha256()
+    for path in sorted(Path(__file__).parent.glob("*.py")):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]

@@ -1,0 +1,113 @@
+"""What a worker does to collect data: prepare a town, or drive an episode and judge its use."""
+
+from dataclasses import dataclass
+
+from plant_bench.atomic_files import move_whole
+from plant_bench.runner.collect.dagger import Takeover
+from plant_bench.runner.collect.data_folder import DataFolder, EpisodeNote
+from plant_bench.runner.collect.episode_plan import VISITS, PlannedEpisode
+from plant_bench.runner.collect.perturbation import Disturbance
+from plant_bench.runner.collect.request import FRAME_TICKS
+from plant_bench.runner.episode.loop import Override, run_episode
+from plant_bench.runner.episode.timing import Timing
+from plant_bench.runner.workers.worker import Report
+from plant_bench.scoring.infractions import COLLISIONS, InfractionKind, Status
+from plant_bench.scoring.results import EpisodeResult
+from plant_bench.towns.training_routes import training_visits
+from plant_bench.towns.training_towns import TrainingTown, build_training_town
+from plant_bench.world.town import load_town
+
+
+@dataclass(frozen=True)
+class TownTask:
+    """A town to be prepared."""
+
+    town: TrainingTown
+    folder: DataFolder
+    seed: int
+
+
+@dataclass(frozen=True)
+class DriveTask:
+    """An episode to be driven."""
+
+    episode: PlannedEpisode
+    folder: DataFolder
+
+
+def prepare_town(task: TownTask, _report: Report) -> None:
+    """Build a town and draw its routes: what a worker does first."""
+    town = task.town
+    build_training_town(town, task.folder.towns)
+    visits = training_visits(
+        load_town(town.name, [task.folder.towns]), town.base, VISITS, task.seed
+    )
+    task.folder.save_visits(town.name, visits)
+
+
+def drive_one(task: DriveTask, report: Report) -> tuple[EpisodeNote, Timing]:
+    """Drive an episode and keep its recording if it is of use: what a worker does."""
+    episode, folder = task.episode, task.folder
+    recording = folder.unfinished(episode.name)
+    done = run_episode(
+        episode.job,
+        recording=recording,
+        progress=report,
+        thinning=FRAME_TICKS,
+        override=_override(episode),
+    )
+    note = _note(done.result, done.timing.ticks, answered=bool(episode.driver))
+    if note.left_out:
+        recording.unlink()
+    else:
+        move_whole(recording, folder.episode(episode.name))
+    return note, done.timing
+
+
+def _override(episode: PlannedEpisode) -> Override | None:
+    if episode.driver:
+        return Takeover(episode.driver, episode.job.route, episode.job.seed)
+    return Disturbance(episode.job.seed) if episode.perturbed else None
+
+
+def _note(result: EpisodeResult, ticks: int, *, answered: bool) -> EpisodeNote:
+    collisions = [item for item in result.infractions if item.kind in COLLISIONS]
+    counted = [item for item in collisions if answered or item.cause != "ego"]
+    return EpisodeNote(
+        route=result.route,
+        status=result.status.value,
+        left_out=why_not_answered(result) if answered else why_left_out(result),
+        frames=ticks // FRAME_TICKS + 1,
+        metres=result.distance,
+        seconds=result.duration,
+        collisions=len(counted),
+    )
+
+
+def why_left_out(result: EpisodeResult) -> str:
+    """Return why an episode that the expert drove must not be learned from; empty if it may be."""
+    if result.status is not Status.COMPLETED:
+        return result.status.value.removeprefix("Failed - ")
+    if any(item.kind in COLLISIONS and item.cause == "ego" for item in result.infractions):
+        return "collision that the expert caused"
+    if any(item.kind is InfractionKind.RED_LIGHT for item in result.infractions):
+        return "red light run by the expert"
+    return ""
+
+
+def why_not_answered(result: EpisodeResult) -> str:
+    """Return why an episode that another planner drove is of no use; empty if it is of use.
+
+    How it drove is no reason: its mistakes are what the expert's answers are wanted for.
+    """
+    if result.status is Status.AGENT_CRASHED:
+        return f"Agent crashed: {result.reason}"
+    return ""
+
+
+def lost_note(episode: PlannedEpisode, reason: str) -> EpisodeNote:
+    """Return the note of an episode that the simulator never brought to an end."""
+    status = Status.SIMULATION_CRASHED.value
+    return EpisodeNote(
+        route=episode.job.route.id, status=status, left_out=f"Simulation crashed: {reason}"
+    )

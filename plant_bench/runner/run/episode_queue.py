@@ -1,0 +1,184 @@
+"""Runs many episodes over worker processes and writes each one's record the moment it ends."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from importlib import import_module
+from pathlib import Path
+
+from plant_bench.agents.loading.registry import Loader, load_agent
+from plant_bench.runner.episode.jobs import Job, episode_name
+from plant_bench.runner.episode.outcome import Outcome
+from plant_bench.runner.episode.timing import Timing
+from plant_bench.runner.ray.payload import Needs, Place
+from plant_bench.runner.run.folder import RunFolder
+from plant_bench.runner.workers.executors import (
+    Event,
+    Executor,
+    Finished,
+    LocalExecutor,
+    Lost,
+    Progressed,
+    Retried,
+    Started,
+)
+from plant_bench.runner.workers.isolation import Isolation, loader_of
+from plant_bench.runner.workers.worker import Report
+from plant_bench.scoring.infractions import Status
+from plant_bench.scoring.results import EpisodeResult
+
+RUN_EPISODE = "plant_bench.runner.episode.loop:run_episode"
+
+
+@dataclass(frozen=True)
+class EpisodeStarted:
+    """A worker has begun a job."""
+
+    worker: int
+    job: Job
+
+
+@dataclass(frozen=True)
+class EpisodeProgressed:
+    """How far a worker is with its job, 0 to 1."""
+
+    worker: int
+    job: Job
+    share: float
+
+
+@dataclass(frozen=True)
+class EpisodeRetried:
+    """A job failed for no fault of the agent and will be tried again."""
+
+    worker: int
+    job: Job
+    reason: str
+
+
+@dataclass(frozen=True)
+class EpisodeEnded:
+    """A job's record is on disk; no timing where the simulation crashed."""
+
+    worker: int
+    job: Job
+    result: EpisodeResult
+    timing: Timing | None
+
+
+SuiteEvent = EpisodeStarted | EpisodeProgressed | EpisodeRetried | EpisodeEnded
+
+
+@dataclass(frozen=True)
+class _Task:
+    """What a worker is given."""
+
+    job: Job
+    recording: Path | None
+    run_episode: str
+    isolation: Isolation | None = None
+
+    @property
+    def needs(self) -> Needs:
+        """What it must find on another machine."""
+        return Needs(
+            frozenset({self.job.agent}), frozenset({self.job.route.town_dir}), self.isolation
+        )
+
+    def at(self, place: Place) -> "_Task":
+        """Return the same task as it is done on another machine."""
+        recording = self.recording and place.output / "recordings" / self.recording.name
+        planner = place.planner(self.job.agent)
+        job = replace(
+            self.job,
+            route=replace(self.job.route, town_folders=place.towns),
+            planner="" if planner == self.job.agent else planner,
+        )
+        isolation = self.isolation and self.isolation.elsewhere()
+        return replace(self, job=job, recording=recording, isolation=isolation)
+
+
+def run_suite(
+    jobs: Sequence[Job],
+    folder: RunFolder,
+    *,
+    workers: int,
+    recordings: bool = True,
+    on_event: Callable[[SuiteEvent], None],
+    run_episode: str = RUN_EPISODE,
+    executor: Executor | None = None,
+    isolation: Isolation | None = None,
+) -> None:
+    """Run jobs and write each one's record the moment it ends.
+
+    A job whose worker dies, or whose simulator fails, is tried once more and then recorded as
+    "Failed - Simulation crashed", so that it stays in every mean.
+
+    Args:
+        jobs: What to run; records that are there are replaced.
+        folder: Where to write.
+        workers: Number of processes of this machine, without an executor.
+        recordings: Also write every tick.
+        on_event: Told what happens, in this process.
+        run_episode: "module:function" that runs a job.
+        executor: Runs the jobs, with as many workers as it likes.
+        isolation: Keeps the planner in a process of its own.
+
+    Raises:
+        InputError: Something no episode can run without is missing or cannot be written.
+        SimulationError: Worker processes do not start.
+    """
+    tasks = [
+        _Task(
+            job,
+            folder.recording_path(episode_name(job)) if recordings else None,
+            run_episode,
+            isolation,
+        )
+        for job in jobs
+    ]
+
+    def listen(event: Event) -> None:
+        job = jobs[event.task]
+        match event:
+            case Started():
+                on_event(EpisodeStarted(event.worker, job))
+            case Progressed():
+                on_event(EpisodeProgressed(event.worker, job, event.share))
+            case Retried():
+                on_event(EpisodeRetried(event.worker, job, event.reason))
+            case Finished():
+                _end(event.worker, job, event.value.result, event.value.timing)
+            case Lost():
+                _end(
+                    event.worker, job, crashed_result(job, event.reason, loader_of(isolation)), None
+                )
+
+    def _end(worker: int, job: Job, result: EpisodeResult, timing: Timing | None) -> None:
+        folder.save(episode_name(job), result, timing)
+        on_event(EpisodeEnded(worker, job, result, timing))
+
+    executor = LocalExecutor(workers) if executor is None else executor
+    logs = folder.path / "logs"
+    executor.run_tasks(tasks, _run_task, on_event=listen, logs=logs, keep=folder.keep)
+
+
+def _run_task(task: _Task, report: Report) -> Outcome:
+    """Run an episode: what a worker does."""
+    module, _, function = task.run_episode.partition(":")
+    run_episode = getattr(import_module(module), function)
+    load = loader_of(task.isolation)
+    return run_episode(task.job, recording=task.recording, progress=report, load=load)
+
+
+def crashed_result(job: Job, reason: str, load: Loader = load_agent) -> EpisodeResult:
+    """Return the record of an episode that the simulator never brought to an end."""
+    header = job.header(load(job.agent).inputs)
+    return EpisodeResult(
+        **header.model_dump(),
+        status=Status.SIMULATION_CRASHED,
+        reason=reason,
+        route_length=job.route.length,
+        completion=0.0,
+        distance=0.0,
+        duration=0.0,
+    )

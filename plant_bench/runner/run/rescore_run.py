@@ -1,0 +1,68 @@
+"""Scores a whole run again from its recordings, with no simulator."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from plant_bench.data.recording import Recording
+from plant_bench.errors import InputError, in_one_line
+from plant_bench.runner.run.folder import RunFolder
+from plant_bench.scoring.rescore_episode import rescore
+from plant_bench.scoring.results import EpisodeResult
+from plant_bench.world.route import Route, load_suite
+
+
+@dataclass(frozen=True)
+class Rescored:
+    """One episode, scored twice.
+
+    Attributes:
+        name: Of the episode's files.
+        first: The record as it was written.
+        again: What the recording gives; None where there is no recording.
+    """
+
+    name: str
+    first: EpisodeResult
+    again: EpisodeResult | None
+
+    @property
+    def equal(self) -> bool:
+        """Whether both give the same bytes, in the format of the first."""
+        if self.again is None:
+            return False
+        return self.again.as_format(self.first.format).to_json() == self.first.to_json()
+
+
+def rescore_folder(folder: RunFolder) -> Iterator[Rescored]:
+    """Score each recording of a run again, and write the records into `rescored/`.
+
+    Raises:
+        InputError: There is no such run, or its suite, towns or recordings cannot be read.
+    """
+    provenance = folder.provenance()
+    if provenance is None:
+        message = f"{folder.path} is no run of plant-bench: it has no run.json."
+        raise InputError(message)
+    routes = {route.id: route for route in load_suite(provenance.suite)}
+    folder.make("rescored")
+    for path in folder.record_files():
+        first = EpisodeResult.load(path)
+        recording = folder.path / "recordings" / f"{path.stem}.parquet"
+        if not recording.is_file():
+            yield Rescored(path.stem, first, None)
+            continue
+        if first.route not in routes:
+            message = f"The suite {provenance.suite} has no route {first.route} any more."
+            raise InputError(message)
+        again = _again(recording, routes[first.route])
+        folder.write(f"rescored/{path.name}", again.to_json())
+        yield Rescored(path.stem, first, again)
+
+
+def _again(recording: Path, route: Route) -> EpisodeResult:
+    try:
+        return rescore(Recording.load(recording), route.load_town(), route)
+    except ValueError as error:  # such as a distance that no record may hold
+        message = f"Cannot score {recording} ({in_one_line(error)}): drive the episode again."
+        raise InputError(message) from error

@@ -1,0 +1,93 @@
+"""Where ego and others would be if each kept its speed, on the path that it then took.
+
+With hindsight, since straight lines from a bend meet everything that waits beside the road.
+"""
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from plant_bench.geometry.pose import wrap_angles
+from plant_bench.scoring.trajectory import Sightings, Track
+
+SAME_WAY = np.cos(np.radians(45.0))  # of two headings: own choice
+
+
+class EgoPath:
+    """The ego's path of an episode; it goes on straight beyond its end.
+
+    Args:
+        track: The episode.
+    """
+
+    def __init__(self, track: Track) -> None:
+        step = np.hypot(*np.diff(track.poses[:, :2], axis=0).T)
+        arc = np.concatenate(([0.0], np.cumsum(step)))
+        self._start = arc[track.sample_ticks]
+        self._speeds = track.sample_speeds
+        self._arc = arc
+        self._x, self._y = track.poses[:, 0], track.poses[:, 1]
+        self._yaw = np.unwrap(track.poses[:, 2])
+
+    def ahead(
+        self, samples: Int[np.ndarray, " actors"], times: Float[np.ndarray, " actors"]
+    ) -> Float[np.ndarray, "actors 3"]:
+        """Return the poses that many seconds after samples, at the speed it had then."""
+        arc = self._start[samples] + self._speeds[samples] * times
+        beyond = np.maximum(arc - self._arc[-1], 0.0)
+        yaw = np.interp(arc, self._arc, self._yaw)
+        x = np.interp(arc, self._arc, self._x) + beyond * np.cos(yaw)
+        y = np.interp(arc, self._arc, self._y) + beyond * np.sin(yaw)
+        return np.stack((x, y, yaw), axis=1)
+
+
+class OtherPaths:
+    """The paths of all others, each as long as it was in sight, and then straight on.
+
+    Args:
+        others: Their sightings.
+    """
+
+    def __init__(self, others: Sightings) -> None:
+        order = np.lexsort((others.samples, others.actors.ids))
+        self._poses = others.actors.poses[order]
+        ids = others.actors.ids[order]
+        goes_on = np.append(ids[1:] == ids[:-1], False)[: len(ids)]
+        step = np.diff(self._poses, axis=0, append=self._poses[-1:]) * goes_on[:, None]
+        step[:, 2] = wrap_angles(step[:, 2])
+        self._step = step
+        self._length = np.hypot(step[:, 0], step[:, 1])
+        self._arc = np.concatenate(([0.0], np.cumsum(self._length)[:-1]))[: len(ids)]
+        last = np.flatnonzero(~goes_on)
+        self._last = last[np.searchsorted(last, np.arange(len(ids)))]
+        self._row = np.empty(len(ids), np.int64)
+        self._row[order] = np.arange(len(ids))
+        self._speeds = others.actors.speeds
+
+    def ahead(
+        self, rows: Int[np.ndarray, " actors"], times: Float[np.ndarray, " actors"]
+    ) -> Float[np.ndarray, "actors 3"]:
+        """Return the poses that many seconds after sightings, at the speeds they had then."""
+        start = self._row[rows]
+        arc = self._arc[start] + self._speeds[rows] * times
+        at = np.searchsorted(self._arc, arc, side="right") - 1
+        at = np.clip(at, start, self._last[start])
+        rest, length = arc - self._arc[at], self._length[at]
+        poses = self._poses[at] + self._step[at] * _share(rest, length)[:, None]
+        straight = np.where(at == self._last[start], rest, 0.0)
+        poses[:, 0] += straight * np.cos(poses[:, 2])
+        poses[:, 1] += straight * np.sin(poses[:, 2])
+        return poses
+
+
+def _share(
+    part: Float[np.ndarray, " actors"], whole: Float[np.ndarray, " actors"]
+) -> Float[np.ndarray, " actors"]:
+    return np.divide(part, whole, out=np.zeros_like(part), where=whole > 0.0)
+
+
+def followers(track: Track, others: Sightings) -> Bool[np.ndarray, " actors"]:
+    """Tell who is behind the ego and heads the same way: the ego sets their speed."""
+    poses, ego = others.actors.poses, track.sample_poses[others.samples]
+    x, y = poses[:, 0] - ego[:, 0], poses[:, 1] - ego[:, 1]
+    behind = x * np.cos(ego[:, 2]) + y * np.sin(ego[:, 2]) < 0.0
+    return behind & (np.cos(poses[:, 2] - ego[:, 2]) > SAME_WAY)

@@ -1,0 +1,51 @@
+"""Which ways a long vehicle may take.
+
+SUMO draws a vehicle as a rigid box whose front and rear are both on its lane, so its sides cut a
+curve by about length^2 / (8 radius). No real driver would steer so; a vehicle that would come too
+near to those beside it takes no such way.
+"""
+
+import numpy as np
+from jaxtyping import Float
+
+from plant_bench.geometry.polyline import arc_lengths
+from plant_bench.world.conflicting_paths import joined_line
+from plant_bench.world.town import Link, Town
+
+MARGIN = 0.4  # m beyond its lane's side: an ego in the middle of a lane of 3.5 m is 0.28 m from it
+FREE_LENGTH = 6.0  # m: shorter vehicles go everywhere
+_SPACING = 1.0  # m between the places at which the box is looked at
+_ALONG = np.linspace(0.125, 0.875, 7)  # places on the box, shares of its length
+
+
+def reach_aside(points: Float[np.ndarray, "points 2"], length: float, width: float) -> float:
+    """Return how far a box that drives along a line comes to either side of the line, metres.
+
+    Args:
+        points: The line; none twice in a row.
+        length: Of the box, metres: how far along the line its rear is behind its front.
+        width: Of the box, metres.
+    """
+    along = arc_lengths(points)
+    front = np.arange(min(length, along[-1]), along[-1] + 1e-6, _SPACING)
+    x, y = np.interp(front, along, points[:, 0]), np.interp(front, along, points[:, 1])
+    rear_x = np.interp(front - length, along, points[:, 0])
+    rear_y = np.interp(front - length, along, points[:, 1])
+    chord = np.maximum(np.hypot(x - rear_x, y - rear_y), 1e-6)
+    across_x, across_y = -(y - rear_y) / chord, (x - rear_x) / chord
+    at = front[:, None] - length * _ALONG
+    aside = across_x[:, None] * (np.interp(at, along, points[:, 0]) - x[:, None])
+    aside += across_y[:, None] * (np.interp(at, along, points[:, 1]) - y[:, None])
+    return float(np.abs(aside).max()) + 0.5 * width
+
+
+def fits(town: Town, link: Link, length: float, width: float) -> bool:
+    """Tell whether a vehicle may come along a link's source lane, through it, and on its target.
+
+    Its box must stay within half the lane's width and `MARGIN` of the lanes' centre line.
+    """
+    if length < FREE_LENGTH:
+        return True
+    lanes = [town.lanes[lane] for lane in (link.source, *link.via, link.target)]
+    allowed = 0.5 * min(lane.width for lane in lanes) + MARGIN
+    return reach_aside(joined_line(lanes), length, width) <= allowed

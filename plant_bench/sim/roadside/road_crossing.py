@@ -1,0 +1,157 @@
+"""When a walker may step onto a road: never before those who could not stop."""
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple, Protocol, runtime_checkable
+
+import numpy as np
+
+from plant_bench.sim.roadside.footways import Crossing
+from plant_bench.world.driver_braking import SPARE, stopping_distance
+from plant_bench.world.route import Route
+from plant_bench.world.scene import EGO_LENGTH, EGO_WIDTH, Actors, EgoState, Light
+
+SPARE_TIME = 1.0  # s between a walker's way over the road and who comes next
+CLEARANCE_TIME = 2.0  # s of a walk over the road that may fall after the light has changed
+LEAST_GREEN = 4.0  # s of green that are enough for any crossing
+MOVING = 0.3  # m/s
+COMFORTABLE = 2.5  # m/s2 with which drivers are expected to stop for a red light
+BESIDE = 0.6  # m beside a crossing that must be free of others
+RIM = 2.0  # m beside a crossing's ends where a driver's way still meets it
+
+
+@runtime_checkable
+class Lights(Protocol):
+    """What is asked of the simulation: `Signals` has it."""
+
+    def light(self, signal: str, index: int) -> Light:
+        """Return what a signal shows to one of its links."""
+        ...
+
+    def time_to_switch(self, signal: str) -> float:
+        """Return the seconds until a signal may change what it shows."""
+        ...
+
+
+class Moving(NamedTuple):
+    """A vehicle: box centre, heading, speed and size, SI units."""
+
+    x: float
+    y: float
+    yaw: float
+    speed: float
+    length: float
+    width: float
+
+
+def moving(actors: Actors) -> list[Moving]:
+    """Return the vehicles of a scene; parked cars and those on foot are left out."""
+    vehicles = actors.only(actors.in_traffic)
+    columns = np.column_stack((vehicles.poses, vehicles.speeds, vehicles.extents))
+    return [Moving(*row) for row in columns.tolist()]
+
+
+class SteppingOut:
+    """Decides who may cross; mutable only in what it remembers of the route's crossings.
+
+    Args:
+        lights: Of the running simulation.
+        route: The ego's.
+    """
+
+    def __init__(self, lights: Lights, route: Route) -> None:
+        self._lights = lights
+        self._route = route
+        self._spans: dict[str, tuple[float, float] | None] = {}
+
+    def allowed(
+        self,
+        crossing: Crossing,
+        duration: float,
+        ego: EgoState,
+        progress: float,
+        others: Sequence[Moving],
+    ) -> bool:
+        """Tell whether a walker may step out now.
+
+        Args:
+            crossing: What it would cross.
+            duration: Seconds from here until it has left the road.
+            ego: The ego.
+            progress: The ego's, metres along the route.
+            others: The vehicles near.
+        """
+        return (
+            self._is_green(crossing, duration)
+            and self._respects(crossing, duration, ego, progress)
+            and not any(_in_the_way(crossing, duration, other) for other in others)
+        )
+
+    def _is_green(self, crossing: Crossing, duration: float) -> bool:
+        if crossing.signal is None:
+            return True
+        if self._lights.light(crossing.signal, crossing.signal_index) is not Light.GREEN:
+            return False
+        left = self._lights.time_to_switch(crossing.signal)
+        return left >= min(duration - CLEARANCE_TIME, LEAST_GREEN)
+
+    def _respects(
+        self, crossing: Crossing, duration: float, ego: EgoState, progress: float
+    ) -> bool:
+        """Tell whether a surprised driver of the ego could stop."""
+        span = self.span(crossing)
+        if span is None or progress - 0.5 * EGO_LENGTH > span[1]:
+            return True
+        distance = span[0] - progress - 0.5 * EGO_LENGTH
+        if distance - stopping_distance(ego) < min(SPARE, ego.speed):
+            return False
+        if crossing.signal is None and ego.speed > MOVING:
+            return distance / ego.speed > duration + SPARE_TIME
+        return True
+
+    def span(self, crossing: Crossing) -> tuple[float, float] | None:
+        """Return from where to where the route leads over a crossing; None if it does not."""
+        if crossing.id not in self._spans:
+            self._spans[crossing.id] = _span(self._route, crossing)
+        return self._spans[crossing.id]
+
+
+def _span(route: Route, crossing: Crossing) -> tuple[float, float] | None:
+    (ax, ay, az), (bx, by, _) = crossing.points
+    length = math.hypot(bx - ax, by - ay)
+    ux, uy = (bx - ax) / length, (by - ay) / length
+    dx, dy = route.points[:, 0] - ax, route.points[:, 1] - ay
+    along, aside = dx * ux + dy * uy, dy * ux - dx * uy
+    rim = 0.5 * EGO_WIDTH
+    over = (along > -rim) & (along < length + rim)
+    over &= np.abs(aside) < 0.5 * crossing.width + 0.5
+    over &= np.abs(route.elevations - az) < 3.0
+    if not over.any():
+        return None
+    first = int(np.argmax(over))
+    last = first + int(np.argmin(np.append(over[first:], False))) - 1
+    return float(route.along[first]), float(route.along[last])
+
+
+def _in_the_way(crossing: Crossing, duration: float, other: Moving) -> bool:
+    """Tell whether a vehicle stands on a crossing, or comes too soon to be waited for."""
+    (ax, ay, _), (bx, by, _) = crossing.points
+    length = math.hypot(bx - ax, by - ay)
+    ux, uy = (bx - ax) / length, (by - ay) / length
+    dx, dy = other.x - ax, other.y - ay
+    along, aside = dx * ux + dy * uy, dy * ux - dx * uy
+    forward = math.sin(other.yaw) * ux - math.cos(other.yaw) * uy  # of it, away from the crossing
+    half = 0.5 * other.length
+    reach = abs(forward) * half + 0.5 * crossing.width + BESIDE
+    if -half < along < length + half and abs(aside) < reach:
+        return True
+    if other.speed < MOVING or forward * aside >= 0.0 or abs(forward) < 0.2:
+        return False  # it stands, goes away, or goes along
+    way = abs(aside / forward)
+    met = along + way * (math.cos(other.yaw) * ux + math.sin(other.yaw) * uy)
+    distance = way - half - 0.5 * crossing.width
+    if not -RIM < met < length + RIM:
+        return False
+    if crossing.signal is not None:
+        return distance < other.speed + other.speed**2 / (2.0 * COMFORTABLE)
+    return distance / other.speed < duration + SPARE_TIME

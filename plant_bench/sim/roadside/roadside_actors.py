@@ -1,0 +1,78 @@
+"""All whom SUMO does not move: pedestrians and parked cars around the ego."""
+
+import numpy as np
+
+from plant_bench.agent import Privileged
+from plant_bench.sim.densities import DENSITIES, density_of
+from plant_bench.sim.roadside.parked_cars import ParkedCars
+from plant_bench.sim.roadside.pedestrians import Walkers
+from plant_bench.sim.roadside.road_crossing import SteppingOut
+from plant_bench.sim.roadside.sumo_proxies import StandIns
+from plant_bench.sim.sumo import Sumo
+from plant_bench.sim.town_layout import TownPlaces
+from plant_bench.sim.traffic import SIGHT, Traffic
+from plant_bench.world.route import Scenario
+from plant_bench.world.scene import Actors, EgoState
+
+LEVEL_GAP = 4.5  # m of height between which two roads are levels of a crossing, not one road
+LOOK_INTERVAL = 4  # ticks between two looks at who is in sight
+
+
+class Bystanders:
+    """Pedestrians and parked cars of one episode; mutable.
+
+    Args:
+        sumo: The running simulation.
+        traffic: The vehicles.
+        places: Of the town.
+        scenario: What the episode depends on; its density scales the pedestrians, and an empty
+            town has no parked cars either.
+    """
+
+    def __init__(
+        self, sumo: Sumo, traffic: Traffic, places: TownPlaces, scenario: Scenario
+    ) -> None:
+        route = scenario.route
+        share = density_of(scenario.density) / DENSITIES["dense"]
+        density = places.town.life.walkers_per_km * share
+        rules = SteppingOut(sumo.signals, route)
+        stand_ins = StandIns(sumo.commands, traffic, route.edges[0])
+        self._walkers = Walkers(places.footways, rules, stand_ins, density, scenario.seed)
+        self._parked = ParkedCars(places.parking, scenario) if share else None
+        self._looks = 0
+        self._rows = np.zeros(0, np.intp)
+
+    def fill(self, x: float, y: float) -> None:
+        """Put pedestrians on all sidewalks around the ego, before the episode starts."""
+        self._walkers.manage(x, y, inner=0.0, most=10_000)
+
+    def manage(self, x: float, y: float) -> None:
+        """Take away who is far, and let others enter; call every `MANAGE_INTERVAL`."""
+        self._walkers.manage(x, y)
+        self._looks = 0
+
+    def step(self, tick: int, ego: EgoState, progress: float, actors: Actors) -> None:
+        """Move all by one tick.
+
+        Args:
+            tick: Of the scene to come.
+            ego: The ego then.
+            progress: The ego's, metres along its route.
+            actors: Of the scene before.
+        """
+        self._walkers.step(tick, ego, progress, actors)
+
+    def look(self, x: float, y: float, z: float) -> tuple[Actors, Actors]:
+        """Return the pedestrians and the parked cars in sight of a place."""
+        if self._looks % LOOK_INTERVAL == 0:
+            self._rows = self._walkers.seen(x, y, z, SIGHT, LEVEL_GAP)
+            if self._parked is not None:
+                self._parked.look(x, y, z, SIGHT, LEVEL_GAP)
+        self._looks += 1
+        parked = Actors.none() if self._parked is None else self._parked.seen
+        return self._walkers.actors(self._rows), parked
+
+    def facts(self, tick: int) -> tuple[Privileged, ...]:
+        """Return what is to be known of them, in the same order."""
+        walkers = self._walkers.facts(tick, self._rows)
+        return (walkers,) if self._parked is None else (walkers, self._parked.facts(tick))

@@ -1,0 +1,78 @@
+"""Is a town sound? Everything reachable, nothing dead, every path drivable, all asked for there."""
+
+import networkx as nx
+
+from plant_bench.towns.drivable import find_undrivable
+from plant_bench.towns.town_spec import Requirements
+from plant_bench.towns.town_summary import summarise
+from plant_bench.world.town import Town
+
+
+def find_faults(town: Town, requires: Requirements) -> list[str]:
+    """One sentence for every fault of a town; empty if it is sound."""
+    return [
+        *find_missing(town, requires),
+        *find_dead_lanes(town),
+        *find_unreachable(town),
+        *find_undrivable(town),
+    ]
+
+
+def find_missing(town: Town, requires: Requirements) -> list[str]:
+    """What the spec asks for and the town does not have."""
+    summary = summarise(town)
+    unsignalled = ("priority", "stop", "allway", "right_before_left")
+    have = {
+        **vars(summary),
+        "signalled": summary.signals,
+        "unsignalled": sum(summary.junctions.get(kind, 0) for kind in unsignalled),
+    }
+    wanted = requires.model_dump()
+    return [
+        f"found {have[what]:g} {what}, wanted {count:g} or more"
+        for what, count in wanted.items()
+        if have[what] < count
+    ]
+
+
+def find_dead_lanes(town: Town) -> list[str]:
+    """Lanes without a way in or out; an acceleration lane may end without one."""
+    entered = {link.target for link in town.links}
+    faults = []
+    for edge, lanes in town.edges.items():
+        for lane in lanes:
+            merges = lane.acceleration and len(lanes) > 2 and lane in (lanes[0], lanes[-1])
+            if lane.id not in town.links_from and not merges:
+                faults.append(f"lane {lane.id} leads nowhere")
+            widened = any(other.id in entered for other in lanes if other is not lane)
+            if lane.id not in entered and not (widened and _is_exit_lane(town, edge, lane.index)):
+                faults.append(f"lane {lane.id} is entered from nowhere")
+    return faults
+
+
+def _is_exit_lane(town: Town, edge: str, index: int) -> bool:
+    """Whether the lane is the outermost of its edge and leads where its neighbours do not."""
+    lanes = town.edges[edge]
+    if index not in (lanes[0].index, lanes[-1].index):
+        return False
+    own = {_edge_of(link.target) for link in town.links_from.get(f"{edge}_{index}", ())}
+    others = {
+        _edge_of(link.target)
+        for lane in lanes
+        if lane.index != index
+        for link in town.links_from.get(lane.id, ())
+    }
+    return bool(own) and not own & others
+
+
+def _edge_of(lane: str) -> str:
+    return lane.rsplit("_", 1)[0]
+
+
+def find_unreachable(town: Town) -> list[str]:
+    """Edges that not every other edge can reach, with lane changes within an edge allowed."""
+    graph = nx.DiGraph()
+    graph.add_nodes_from(town.edges)
+    graph.add_edges_from((_edge_of(link.source), _edge_of(link.target)) for link in town.links)
+    parts = sorted(nx.strongly_connected_components(graph), key=len, reverse=True)
+    return [f"edge {edge} is cut off" for part in parts[1:] for edge in sorted(part)]

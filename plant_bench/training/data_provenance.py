@@ -1,0 +1,43 @@
+"""Where a training's data comes from: what the model card says of each folder."""
+
+from pathlib import Path
+
+from plant_bench.runner.collect.data_folder import DataFolder, Origin
+from plant_bench.runner.collect.request import CollectRequest
+from plant_bench.untrusted_files import read_json
+
+_SHOWN = 16  # characters of a checksum
+
+
+def source_of(data: Path, episodes: int) -> str:
+    """Return what made the data of a folder, in one line; nothing in it names a place on disk.
+
+    Args:
+        data: The folder.
+        episodes: How many of its episodes are used, the first ones.
+
+    Raises:
+        InputError: What the folder says of its origin is broken.
+    """
+    folder, name = DataFolder(data), data.resolve().name
+    used = f"{episodes} episodes of {name}"
+    origin = folder.origin()
+    if origin is None:
+        return f"{used}, whose origin is not known (no collect.json)"
+    request = CollectRequest(
+        _frames(folder), origin.seed, origin.density, origin.perturb, origin.driver
+    )
+    drove = f", driver {origin.driver_checksum[:_SHOWN]}" if origin.driver else ""
+    return f"{used}: `{request.command(name)}` ({_checksums(origin)}{drove})"
+
+
+def _checksums(origin: Origin) -> str:
+    return f"{origin.agent} {origin.agent_checksum[:_SHOWN]}, rules {origin.rules[:_SHOWN]}"
+
+
+def _frames(folder: DataFolder) -> int:
+    """Return how many frames were asked for; those that are there, if nobody has noted it."""
+    try:
+        return int(read_json(folder.path / "data.json")["request"]["frames"])
+    except (OSError, KeyError, TypeError, ValueError, OverflowError):
+        return sum(note.frames for note in folder.notes() if not note.left_out)

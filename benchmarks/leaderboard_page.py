@@ -17,7 +17,7 @@ from playwright.sync_api import Browser, sync_playwright
 from plant_bench.reports.leaderboard.board_builder import make_leaderboard
 from plant_bench.reports.leaderboard.leaderboard_page import write_page
 from plant_bench.reports.leaderboard.score_sources import find_sources, read_run
-from plant_bench.scoring.penalties import Law
+from plant_bench.scoring.penalties import PenaltyScheme
 
 REPETITIONS = 3
 LARGEST_MB, SLOWEST_S = 3.0, 1.0
@@ -37,7 +37,9 @@ def main() -> None:
             for number in range(arguments.planners)
         ]
         sources = find_sources(runs, below=folder)
-        made = make_leaderboard(sources, law=Law.LB1_0, paper=True, progress=lambda _: None)
+        made = make_leaderboard(
+            sources, penalties=PenaltyScheme.LB1_0, paper=True, progress=lambda _: None
+        )
         page = write_page(made, folder, replays=True)
         episodes = sum(line.episodes for line in made.boards[0].lines)
         size = page.stat().st_size / 1e6

@@ -26,12 +26,12 @@ from plant_bench.training import encodings, frame_store
 from plant_bench.training.events import StepEnded
 from plant_bench.training.learners import learner_class
 from plant_bench.training.settings import TrainingSettings
-from plant_bench.training.training_run import Course, Listeners, Machine, learn
+from plant_bench.training.training_run import Listeners, Machine, TrainingRun, learn
 
 SKIPPED = 10  # steps, in which processes start
 EVERY = 1.0  # s between two looks at the memory
 KINDS = ("Rss", "Pss", "Anonymous")
-TARGETS = "answer"  # no frame is left out
+TARGETS = "expert-action"  # no frame is left out
 MEGA = 1024.0  # kB
 
 
@@ -99,12 +99,12 @@ def make_once() -> None:
     packs._make_part = made
 
 
-def course_of(data: Path, asked: argparse.Namespace) -> Course:
+def course_of(data: Path, asked: argparse.Namespace) -> TrainingRun:
     """Return the training."""
     kind = learner_class(asked.learner)
     options = TypeAdapter(kind.Options).validate_python(asked.options)
     out = data.parent / "model"
-    return Course(
+    return TrainingRun(
         asked.learner,
         options,
         (data,),

@@ -18,8 +18,8 @@ BATCH=${BATCH:-128}
 BENCH=${BENCH:-plant-bench}
 
 # What the network is told; see docs/learning.md.
-BASIS="--foresight 5 --segments 4 --view 60 --vulnerable --stop-line --limit-input --speed-input --speed-dropout 0.1"
-ANSWERS="--targets answer --held-out 0.05 --batch $BATCH --threads $THREADS --workers $WORKERS --accelerator cpu"
+BASIS="--horizon 5 --segments 4 --view 60 --vulnerable --stop-line --limit-input --speed-input --speed-dropout 0.1"
+ANSWERS="--targets expert-action --held-out 0.05 --batch $BATCH --threads $THREADS --workers $WORKERS --accelerator cpu"
 
 frames() { awk "BEGIN { print int($1 * $SCALE + 0.5) }"; }
 
@@ -49,20 +49,20 @@ train stage-b $BASIS --data "$D-expert" --epochs 3 --rate 5e-4
 collect data-own-1 58700 --seed 1 --driver "plant-unguarded@$OUT/stage-b"
 # shellcheck disable=SC2086
 train stage-c $BASIS --data "$D-expert" --data "$D-own-1" --start "$OUT/stage-b" \
-  --epochs 1 --rate 5e-4 --resting 0.15
+  --epochs 1 --rate 5e-4 --stationary-fraction 0.15
 
 collect data-own-2 47850 --seed 3 --driver "plant-unguarded@$OUT/stage-c"
 # shellcheck disable=SC2086
-train stage-d $BASIS --meetings --data "$D-expert" --data "$D-own-1" --data "$D-own-2" \
-  --start "$OUT/stage-c" --epochs 2 --rate 5e-4 --resting 0.15
+train stage-d $BASIS --conflicts --data "$D-expert" --data "$D-own-1" --data "$D-own-2" \
+  --start "$OUT/stage-c" --epochs 2 --rate 5e-4 --stationary-fraction 0.15
 
 collect data-own-3 29640 --seed 4 --driver "plant-unguarded@$OUT/stage-d"
 ALL="--data $D-expert --data $D-own-1 --data $D-own-2 --data $D-own-3"
 # shellcheck disable=SC2086
-train stage-e $BASIS --meetings $ALL --start "$OUT/stage-d" \
-  --epochs 3 --drop-after 2 --rate 4e-4 --resting 0.15
+train stage-e $BASIS --conflicts $ALL --start "$OUT/stage-d" \
+  --epochs 3 --drop-after 2 --rate 4e-4 --stationary-fraction 0.15
 # shellcheck disable=SC2086
-train plant $BASIS --meetings --tracks $ALL --start "$OUT/stage-e" \
-  --epochs 2 --drop-after 1 --rate 4e-4 --resting 0.15 --caution 1.1 --onnx
+train plant $BASIS --conflicts --motion $ALL --start "$OUT/stage-e" \
+  --epochs 2 --drop-after 1 --rate 4e-4 --stationary-fraction 0.15 --overshoot-weight 1.1 --onnx
 
 echo "The model: $OUT/plant. It drives with: $BENCH score --agent plant@$OUT/plant"

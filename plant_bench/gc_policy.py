@@ -3,7 +3,7 @@
 import gc
 
 
-def collect_rarely() -> None:
+def tune_garbage_collector() -> None:
     """Let it look seldom in this process: for those that drive or wait for who drives.
 
     Modules and episodes make hardly any cycles: looking as often as Python does by itself takes a

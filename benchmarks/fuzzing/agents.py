@@ -12,7 +12,7 @@ from fuzzing.form import Format, used
 from plant_bench.agent import Observation
 from plant_bench.agent_check import check_action, decision_interval, reason_of
 from plant_bench.agents.remote.codec import array_out, pack
-from plant_bench.agents.remote.launch_command import Program
+from plant_bench.agents.remote.launch_command import LaunchCommand
 from plant_bench.agents.remote.process import LENGTH, Limits, PlannerProcess
 from plant_bench.agents.remote.process_reuse import Connection, Profile, _idle
 from plant_bench.agents.remote.remote_agent import RemoteRanker
@@ -81,7 +81,7 @@ def _use_answer(box: Path) -> None:
 
 def _ask(question: str, said: bytes) -> None:
     limits = Limits()
-    connection = Connection(Program("fuzzed", ("fuzzed",)), limits)
+    connection = Connection(LaunchCommand("fuzzed", ("fuzzed",)), limits)
     connection._process = process = _Spoken(said)
     agent = RemoteRanker(connection, Profile(frozenset(), 1, True, ()))
     try:

@@ -17,7 +17,7 @@ from plant_bench.errors import InputError
 from plant_bench.reports.tables import print_rows
 from plant_bench.towns.importing import suite_making
 from plant_bench.towns.importing.import_report import HEADS, finding_rows
-from plant_bench.towns.importing.suite_making import RoutesWanted
+from plant_bench.towns.importing.suite_making import RouteRequest
 from plant_bench.towns.importing.town_making import (
     ImportedTown,
     make_imported_town,
@@ -28,7 +28,7 @@ from plant_bench.world.town import load_town
 
 PROGRAMS = frozenset({"netconvert", "sumo"})
 LONGEST = 60.0  # s: netconvert and SUMO are begun several times a case
-WANTED = RoutesWanted(count=1, shortest=100.0, longest=300.0)
+WANTED = RouteRequest(count=1, shortest=100.0, longest=300.0)
 SIDE = 90  # m between junctions
 
 

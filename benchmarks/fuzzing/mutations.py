@@ -141,20 +141,20 @@ def _json_changed(chance: random.Random, content: bytes) -> bytes:
     except (ValueError, RecursionError):
         return content
     evil = chance.choice(EVIL)
-    holder, key = _place(chance, value)
-    if holder is None:
+    lock_owner, key = _place(chance, value)
+    if lock_owner is None:
         return evil.encode()
     way = chance.randrange(6)
     if way == 0:
-        del holder[key]
-    elif way == 1 and isinstance(holder, dict):
-        holder[chance.choice(("extra", "", "__class__", "../x", key + " "))] = _MARK
-    elif way == 2 and isinstance(holder, list):
-        holder.insert(key, holder[key])
-    elif way == 3 and isinstance(holder[key], str):
-        holder[key] = holder[key] + chance.choice(("/../..", "\0", " ", "é", "x" * 300))
+        del lock_owner[key]
+    elif way == 1 and isinstance(lock_owner, dict):
+        lock_owner[chance.choice(("extra", "", "__class__", "../x", key + " "))] = _MARK
+    elif way == 2 and isinstance(lock_owner, list):
+        lock_owner.insert(key, lock_owner[key])
+    elif way == 3 and isinstance(lock_owner[key], str):
+        lock_owner[key] = lock_owner[key] + chance.choice(("/../..", "\0", " ", "é", "x" * 300))
     else:
-        holder[key] = _MARK
+        lock_owner[key] = _MARK
     try:
         return json.dumps(value).replace(json.dumps(_MARK), evil).encode()
     except (ValueError, RecursionError):
@@ -165,16 +165,16 @@ def message_changed(chance: random.Random, content: bytes) -> bytes:
     """Change the values of a msgpack message, which follows its length in four bytes."""
     try:
         value = msgpack.unpackb(content[4:], strict_map_key=False, unicode_errors="surrogatepass")
-        holder, key = _place(chance, value)
-        if holder is None:
+        lock_owner, key = _place(chance, value)
+        if lock_owner is None:
             return content
         evil, way = chance.choice(EVIL_VALUES), chance.randrange(4)
         if way == 0:
-            del holder[key]
-        elif way == 1 and isinstance(holder, dict):
-            holder[chance.choice(("extra", "", 5, b"x", "type", "shape"))] = evil
+            del lock_owner[key]
+        elif way == 1 and isinstance(lock_owner, dict):
+            lock_owner[chance.choice(("extra", "", 5, b"x", "type", "shape"))] = evil
         else:
-            holder[key] = evil
+            lock_owner[key] = evil
         packed = bytes(msgpack.packb(value, unicode_errors="surrogatepass") or b"")
     except (ValueError, TypeError, OverflowError, RecursionError, msgpack.UnpackException):
         return content
@@ -182,17 +182,17 @@ def message_changed(chance: random.Random, content: bytes) -> bytes:
 
 
 def _place(chance: random.Random, value: Any) -> tuple[Any, Any]:
-    """Return a holder and one of its keys, shallow ones as likely as deep ones."""
-    holder, key = None, None
+    """Return a lock_owner and one of its keys, shallow ones as likely as deep ones."""
+    lock_owner, key = None, None
     while isinstance(value, dict | list) and value:
-        holder = value
+        lock_owner = value
         key = (
             chance.choice(list(value)) if isinstance(value, dict) else chance.randrange(len(value))
         )
         value = value[key]
         if chance.random() < 0.3:
             break
-    return holder, key
+    return lock_owner, key
 
 
 def _head_changed(chance: random.Random, content: bytes) -> bytes:

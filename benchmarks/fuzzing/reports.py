@@ -17,7 +17,7 @@ from plant_bench.reports.tables import print_difference, print_summary
 from plant_bench.runner.run.folder import RunFolder
 from plant_bench.runner.run.summary_files import write_summary
 from plant_bench.scoring.comparison import paired_difference
-from plant_bench.scoring.penalties import law_of
+from plant_bench.scoring.penalties import penalty_scheme_of
 from plant_bench.scoring.results import EpisodeResult
 
 
@@ -56,13 +56,17 @@ def _summarise(box: Path) -> None:
 
 def _compare(box: Path) -> None:
     runs = [RunFolder.open(box / name).results() for name in ("run", "other")]
-    law = law_of("lb1.0")
-    print_difference(paired_difference(*runs, law=law), "run", "other", law=law)
+    penalties = penalty_scheme_of("lb1.0")
+    print_difference(
+        paired_difference(*runs, penalties=penalties), "run", "other", penalties=penalties
+    )
 
 
 def _report(box: Path) -> None:
     sources = find_sources([box / "run", box / "other"], below=box)
-    board = make_leaderboard(sources, law=law_of("lb1.0"), paper=False, progress=lambda _: None)
+    board = make_leaderboard(
+        sources, penalties=penalty_scheme_of("lb1.0"), paper=False, progress=lambda _: None
+    )
     write_exports(board, box / "out")
     write_page(board, box / "out", replays=False)
 

@@ -16,7 +16,7 @@ from plant_bench.runner.review import submission
 from plant_bench.runner.review.submission import read_submission
 from plant_bench.runner.run.folder import RunFolder
 from plant_bench.runner.run.provenance import Provenance, provenance
-from plant_bench.runner.run.run_lock import Holder, Shard, claimed
+from plant_bench.runner.run.run_lock import LockInfo, Shard, claimed
 from plant_bench.runner.run.speed import read_timings, speed_of
 from plant_bench.runner.run.summary_files import summary_texts, write_summary
 from plant_bench.scoring.infractions import Infraction, InfractionKind, Status
@@ -112,7 +112,7 @@ def _ranking_seeds() -> list[bytes]:
     score = {
         "agent": "expert-filtered@plant:plant",
         "protocol": "longest6-sumo-v1",
-        "law": "lb1.0",
+        "penalties": "lb1.0",
         **dict.fromkeys(("score", "filtered", "whole"), spread),
         "repetitions": [50.0],
         "episodes": 1,
@@ -145,8 +145,11 @@ def _use_carla(box: Path) -> None:
 
 
 def _claim_seeds() -> list[bytes]:
-    holder = Holder("1of2", "v", socket.gethostname(), os.getpid(), 1, "2026-01-01", "ab")
-    return [json.dumps(asdict(item)).encode() for item in (holder, replace(holder, what="whole"))]
+    lock_owner = LockInfo("1of2", "v", socket.gethostname(), os.getpid(), 1, "2026-01-01", "ab")
+    return [
+        json.dumps(asdict(item)).encode()
+        for item in (lock_owner, replace(lock_owner, what="whole"))
+    ]
 
 
 def _use_claim(box: Path) -> None:

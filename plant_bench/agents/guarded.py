@@ -9,7 +9,7 @@ from plant_bench.agent_check import decision_interval, reason_of
 from plant_bench.agents.careful.driver import STILL
 from plant_bench.agents.rule_based_tracks import RuleBasedTracks
 from plant_bench.controller import control_of
-from plant_bench.features.motion import Tracks
+from plant_bench.features.motion import MotionTracker
 from plant_bench.sensing.inputs import PERCEIVED, given
 from plant_bench.world.route import Route
 from plant_bench.world.scene import TICK
@@ -32,7 +32,7 @@ class Guarded:
         tracks: What remembers who was where, where the planner does so itself.
     """
 
-    def __init__(self, planner: Agent, tracks: Tracks | None = None) -> None:
+    def __init__(self, planner: Agent, tracks: MotionTracker | None = None) -> None:
         self._planner = planner
         self._guard = RuleBasedTracks(tracks)
         self._reason: Reason | None = None

@@ -4,8 +4,8 @@ import math
 
 from plant_bench.agent import Control, Input, Observation, Reason
 from plant_bench.agents.careful.driver import CarefulDriver
-from plant_bench.agents.careful.motion_forecast import TrackedForecast
-from plant_bench.features.motion import Tracks
+from plant_bench.agents.careful.motion_forecast import MotionForecast
+from plant_bench.features.motion import MotionTracker
 from plant_bench.world.route import Route
 
 
@@ -20,8 +20,8 @@ class RuleBasedTracks:
 
     inputs = frozenset({Input.OBJECTS, Input.ROUTE, Input.LIGHT})
 
-    def __init__(self, tracks: Tracks | None = None) -> None:
-        self._forecast = TrackedForecast(tracks)
+    def __init__(self, tracks: MotionTracker | None = None) -> None:
+        self._forecast = MotionForecast(tracks)
         self._driver = CarefulDriver(self._forecast)
 
     @property

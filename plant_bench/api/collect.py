@@ -59,8 +59,8 @@ def collect(
         out: The data's folder.
         frames: How many, at 2 Hz.
         units: How much in PlanT's units of 228,000 frames, instead; 1 without both.
-        seed: Of routes, traffic and disturbances; others give other data.
-        perturb: Share of episodes with disturbances from which the expert recovers.
+        seed: Of routes, traffic and perturbations; others give other data.
+        perturb: Share of episodes with perturbations from which the expert recovers.
         driver: Lets this planner drive, and keeps what the expert would do (DAgger): a name,
             "file.py:Class", or a class of a module or file.
         density: Of the traffic.

@@ -12,7 +12,7 @@ from plant_bench.reports.leaderboard.replays import replay_sources
 from plant_bench.reports.leaderboard.score_sources import Sources, find_sources
 from plant_bench.reports.replay.replay_site import write_replays
 from plant_bench.runner.review.expert_queries import ask_expert
-from plant_bench.scoring.penalties import Law
+from plant_bench.scoring.penalties import PenaltyScheme
 
 RUNS = Path("reports")  # where `plant-bench score` puts runs
 PAGE = "leaderboard.html"
@@ -26,7 +26,7 @@ def write_report(
     paths: Sequence[Path],
     out: Path,
     *,
-    law: Law = Law.LB1_0,
+    penalties: PenaltyScheme = PenaltyScheme.LB1_0,
     paper: bool = False,
     replays: bool = True,
     expert: bool = False,
@@ -39,7 +39,7 @@ def write_report(
     Args:
         paths: Runs, folders of `plant-bench rfds`, checkpoint files; all in `RUNS` without any.
         out: The leaderboard's folder.
-        law: By which infractions become scores.
+        penalties: By which infractions become scores.
         paper: Show PlanT's own figures, too.
         replays: Make a replay of each episode that was recorded.
         expert: Replays show whom the expert would brake for.
@@ -58,7 +58,7 @@ def write_report(
         if on_step is not None:
             on_step(what, steps)
 
-    leaderboard = make_leaderboard(sources, law=law, paper=paper, progress=begin)
+    leaderboard = make_leaderboard(sources, penalties=penalties, paper=paper, progress=begin)
     begin("files")
     write_exports(leaderboard, out)
     write_figures(leaderboard, out)

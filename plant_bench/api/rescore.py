@@ -8,7 +8,7 @@ from plant_bench.runner.run.folder import RunFolder
 from plant_bench.runner.run.rescore_run import Rescored, rescore_folder
 from plant_bench.runner.run.summary_files import write_rescored_summary
 from plant_bench.scoring.metrics import Summary
-from plant_bench.scoring.penalties import Law
+from plant_bench.scoring.penalties import PenaltyScheme
 
 
 @dataclass(frozen=True)
@@ -33,12 +33,14 @@ class RescoredRun:
         return self.equal + self.absent == self.total
 
 
-def rescore_run(path: Path, *, law: Law, on_episode: Callable[[Rescored], None]) -> RescoredRun:
+def rescore_run(
+    path: Path, *, penalties: PenaltyScheme, on_episode: Callable[[Rescored], None]
+) -> RescoredRun:
     """Score a run's recordings again, and write the records and their summary into `rescored/`.
 
     Args:
         path: The run's folder.
-        law: By which infractions become scores, in the summary.
+        penalties: By which infractions become scores, in the summary.
         on_episode: Told of each episode.
 
     Raises:
@@ -51,5 +53,9 @@ def rescore_run(path: Path, *, law: Law, on_episode: Callable[[Rescored], None])
         on_episode(episode)
     again = [episode.again for episode in found if episode.again is not None]
     absent = len(found) - len(again)
-    summary = write_rescored_summary(folder, again, missing=absent, law=law) if again else None
+    summary = (
+        write_rescored_summary(folder, again, missing=absent, penalties=penalties)
+        if again
+        else None
+    )
     return RescoredRun(len(found), sum(episode.equal for episode in found), absent, summary)

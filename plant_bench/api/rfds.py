@@ -23,7 +23,7 @@ from plant_bench.runner.episode.jobs import episode_name
 from plant_bench.runner.run.score_run import Run as OpenRun
 from plant_bench.runner.run.score_run import ScoreRequest
 from plant_bench.runner.run.summary_files import write_summary
-from plant_bench.scoring.penalties import law_of
+from plant_bench.scoring.penalties import penalty_scheme_of
 from plant_bench.scoring.relevance import RelativeScore, relative_score
 from plant_bench.scoring.results import EpisodeResult
 
@@ -101,7 +101,7 @@ def rfds(
     workers: int | None = None,
     out: str | os.PathLike[str] | None = None,
     overwrite: bool = False,
-    law: str = "lb1.0",
+    penalties: str = "lb1.0",
     on_event: Listener | None = None,
 ) -> dict[str, RelativeScore]:
     """Return how well a planner knows which vehicle matters, by ranker: RFDS, in percent.
@@ -123,7 +123,7 @@ def rfds(
         workers: Processes.
         out: Folder of the runs, one sub-folder each.
         overwrite: Drive again what is finished.
-        law: Makes infractions a score.
+        penalties: Makes infractions a score.
         on_event: Told of episodes that start, go on and end.
 
     Raises:
@@ -137,7 +137,7 @@ def rfds(
         cores() if workers is None else workers,
         overwrite=overwrite,
         recordings=False,
-        law=law_of(law),
+        penalties=penalty_scheme_of(penalties),
     )
     return dict(score_relevance(request, how, quietly(on_event)).scores)
 
@@ -163,13 +163,16 @@ def score_relevance(request: RelevanceRequest, how: Driving, watch: Watch) -> Re
     runs: dict[str, OpenRun] = {}
     for name, agent in agents.items():
         run = drive_missing(replace(request.drives, agent=agent), request.folder(name), how, watch)
-        write_summary(run.folder, law=how.law)
+        write_summary(run.folder, penalties=how.penalties)
         runs[name] = run
     whole = list(_results(runs[EXPERT]))
     filtered = {name: run for name, run in runs.items() if name != EXPERT}
     scores = {
         name: relative_score(
-            whole, list(_results(run)), law=how.law, planner_checksum=request.checksum(name)
+            whole,
+            list(_results(run)),
+            penalties=how.penalties,
+            planner_checksum=request.checksum(name),
         )
         for name, run in filtered.items()
     }

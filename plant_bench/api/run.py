@@ -10,7 +10,7 @@ from plant_bench.runner.run.folder import RunFolder
 from plant_bench.runner.run.summary_files import write_summary
 from plant_bench.scoring.comparison import PairedDifference, paired_difference
 from plant_bench.scoring.metrics import Summary, summarise, summary_frame
-from plant_bench.scoring.penalties import Law, law_of
+from plant_bench.scoring.penalties import PenaltyScheme, penalty_scheme_of
 from plant_bench.scoring.results import EpisodeResult
 
 if TYPE_CHECKING:  # both draw, which most looks at a run do not need
@@ -28,7 +28,7 @@ class RunSummary:
     Attributes:
         planner: Its name.
         protocol: The rules it was scored under.
-        law: By which infractions became scores.
+        penalties: By which infractions became scores.
         episodes: How many there are.
         km: Kilometres driven along the routes.
         driving_score: DS, 0 to 100.
@@ -41,7 +41,7 @@ class RunSummary:
 
     planner: str
     protocol: str
-    law: str
+    penalties: str
     episodes: int
     km: float
     driving_score: float
@@ -58,7 +58,7 @@ class RunSummary:
         return cls(
             planner=summary.agent,
             protocol=summary.protocol,
-            law=summary.law.value,
+            penalties=summary.penalties.value,
             episodes=summary.episodes,
             km=summary.km,
             driving_score=scores["driving_score"].mean,
@@ -78,11 +78,11 @@ class Run:
 
     Attributes:
         path: The run's folder.
-        law: By which infractions become scores.
+        penalties: By which infractions become scores.
     """
 
     path: Path
-    law: Law = Law.LB1_0
+    penalties: PenaltyScheme = PenaltyScheme.LB1_0
 
     @property
     def results(self) -> list[EpisodeResult]:
@@ -101,12 +101,12 @@ class Run:
             InputError: There are no records, or they do not belong together.
         """
         results = self.results
-        return RunSummary.of(summarise(results, expected=len(results), law=self.law))
+        return RunSummary.of(summarise(results, expected=len(results), penalties=self.penalties))
 
     @property
     def episodes(self) -> "pd.DataFrame":
         """A row for each episode: scores, infractions by kind, how it ended; as `summary.csv`."""
-        return summary_frame(self.results, law=self.law)
+        return summary_frame(self.results, penalties=self.penalties)
 
     def compare(self, other: "Run | PathLike") -> PairedDifference:
         """Return by how much this run's driving score is above another's.
@@ -120,7 +120,7 @@ class Run:
             InputError: They share no scenario, or are of two protocols.
         """
         base = other if isinstance(other, Run) else load_run(other)
-        return paired_difference(base.results, self.results, law=self.law)
+        return paired_difference(base.results, self.results, penalties=self.penalties)
 
     def report(
         self,
@@ -143,7 +143,7 @@ class Run:
         from plant_bench.api.report import PAGE, write_report
 
         paths = [item.path if isinstance(item, Run) else Path(item) for item in (self, *others)]
-        write_report(paths, Path(out), law=self.law, replays=replays, workers=workers)
+        write_report(paths, Path(out), penalties=self.penalties, replays=replays, workers=workers)
         return Path(out) / PAGE
 
     def why(
@@ -179,20 +179,20 @@ class Run:
         Raises:
             InputError: There are no records, or the folder cannot be written to.
         """
-        return write_summary(RunFolder(self.path), law=self.law)
+        return write_summary(RunFolder(self.path), penalties=self.penalties)
 
 
-def load_run(path: PathLike, *, law: str = "lb1.0") -> Run:
+def load_run(path: PathLike, *, penalties: str = "lb1.0") -> Run:
     """Return a run that `score` or `plant-bench score` has made.
 
     Args:
         path: Its folder.
-        law: Makes infractions a score: "lb1.0", as Longest6, or "lb2.1".
+        penalties: Makes infractions a score: "lb1.0", as Longest6, or "lb2.1".
 
     Raises:
         InputError: There is no run, or it has no finished episode.
     """
-    chosen = law_of(law)
+    chosen = penalty_scheme_of(penalties)
     folder = RunFolder.open(Path(path))
     if not folder.record_files():
         told = folder.provenance()

@@ -20,7 +20,7 @@ from plant_bench.runner.workers.executors import Executor, LocalExecutor
 from plant_bench.runner.workers.isolation import Isolation, loader_of
 from plant_bench.runner.workers.preloading import loading
 from plant_bench.scoring.infractions import Status
-from plant_bench.scoring.penalties import Law, law_of
+from plant_bench.scoring.penalties import PenaltyScheme, penalty_scheme_of
 
 if TYPE_CHECKING:  # summaries are of pandas, which a run that is only driven does not need
     from plant_bench.api.run import Run
@@ -40,7 +40,7 @@ class Driving:
         workers: Processes, of this machine.
         overwrite: Drive again what is finished.
         recordings: Keep every tick.
-        law: By which infractions become scores, in the summary.
+        penalties: By which infractions become scores, in the summary.
         executor: Who drives; None for processes of this machine that begin now.
         shard: The part that is driven here; None for all of it.
         isolation: Keeps the planner in a process of its own; None where the workers load it.
@@ -49,7 +49,7 @@ class Driving:
     workers: int
     overwrite: bool = False
     recordings: bool = True
-    law: Law = Law.LB1_0
+    penalties: PenaltyScheme = PenaltyScheme.LB1_0
     executor: Executor | None = None
     shard: Shard | None = None
     isolation: Isolation | None = None
@@ -96,7 +96,7 @@ def score(
     out: str | os.PathLike[str] | None = None,
     overwrite: bool = False,
     recordings: bool = True,
-    law: str = "lb1.0",
+    penalties: str = "lb1.0",
     isolate: bool = False,
     executor: str = "local",
     address: str | None = None,
@@ -123,7 +123,7 @@ def score(
         out: The run's folder; `reports/PLANNER-SUITE` without it.
         overwrite: Drive again what is finished.
         recordings: Keep every tick, for `Run.why`, rescoring and replays.
-        law: Makes infractions a score: "lb1.0", as Longest6, or "lb2.1".
+        penalties: Makes infractions a score: "lb1.0", as Longest6, or "lb2.1".
         isolate: Keep the planner in a process of its own: one that hangs, leaks or crashes costs
             its own episode. A "command:PROGRAM" always has one.
         executor: "local" for processes of this machine, "ray" for a Ray cluster.
@@ -148,7 +148,7 @@ def score(
         shard=None if shard is None else Shard.parse(shard),
         overwrite=overwrite,
         recordings=recordings,
-        law=law_of(law),
+        penalties=penalty_scheme_of(penalties),
         isolation=isolation_for(resolved.spec, isolate=isolate),
     )
     request = ScoreRequest(
@@ -158,7 +158,7 @@ def score(
     run = drive_missing(request, folder, how, quietly(on_event))
     for failure in failures_of(run):
         _log.warning("%s", failure)
-    found = Run(run.folder.path, how.law)
+    found = Run(run.folder.path, how.penalties)
     if not run.unfinished_by_others():
         found.write_summary()
     return found
@@ -197,7 +197,7 @@ def drive_missing(request: ScoreRequest, out: Path | None, how: Driving, watch: 
                     isolation=how.isolation,
                 )
         except KeyboardInterrupt:
-            _keep(run, how.law)
+            _keep(run, how.penalties)
             raise
         run.sweep()
     return run
@@ -238,11 +238,11 @@ def _ignore(event: SuiteEvent) -> None:
     del event
 
 
-def _keep(run: OpenRun, law: Law) -> None:
+def _keep(run: OpenRun, penalties: PenaltyScheme) -> None:
     """Sum up what is finished of a run that was stopped."""
     from plant_bench.runner.run.summary_files import write_summary
 
     run.sweep()
     left = run.unfinished()
     if left < len(run.jobs) and not run.others:
-        write_summary(run.folder, missing=left, law=law)
+        write_summary(run.folder, missing=left, penalties=penalties)

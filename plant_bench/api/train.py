@@ -55,7 +55,7 @@ def train(
     """
     from plant_bench.training.learners import learner_class
     from plant_bench.training.settings import TrainingSettings
-    from plant_bench.training.training_run import SILENT, Course, Listeners, Machine, learn
+    from plant_bench.training.training_run import SILENT, Listeners, Machine, TrainingRun, learn
 
     name = learner if isinstance(learner, str) else importable(learner)
     if name is None:
@@ -65,7 +65,7 @@ def train(
         )
         raise InputError(message)
     folders = [data] if isinstance(data, str | os.PathLike) else data
-    course = Course(
+    course = TrainingRun(
         name,
         learner_class(name).Options() if options is None else options,
         tuple(map(Path, folders)),

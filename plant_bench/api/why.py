@@ -18,8 +18,8 @@ from plant_bench.reports.why.incident_text import (
 )
 from plant_bench.reports.why.incidents import check_recorded, incidents
 from plant_bench.reports.why.verdicts import verdict
-from plant_bench.runner.review.postmortem import look_back
-from plant_bench.runner.review.review_frames import Hindsight
+from plant_bench.runner.review.postmortem import review_episode
+from plant_bench.runner.review.review_frames import Postmortem
 from plant_bench.runner.run.folder import RunFolder
 from plant_bench.scoring.results import EpisodeResult
 from plant_bench.world.route import Route, load_suite
@@ -35,21 +35,21 @@ class Explanation:
         name: Of the episode's files.
         result: Its record.
         findings: One for each infraction: the seconds before it, and what the expert would do.
-        hindsight: What was seen when it was simulated again; None without an infraction.
+        postmortem: What was seen when it was simulated again; None without an infraction.
     """
 
     name: str
     result: EpisodeResult
     findings: Sequence[Finding] = ()
-    hindsight: Hindsight | None = None
+    postmortem: Postmortem | None = None
 
     def __str__(self) -> str:
         lines = [episode_line(self.result)]
-        if self.hindsight is not None:
-            lines.append(again_line(self.hindsight))
+        if self.postmortem is not None:
+            lines.append(again_line(self.postmortem))
             for finding in self.findings:
                 lines += ["", incident_line(finding, self.result)]
-                lines += [surroundings(finding, self.hindsight), verdict(finding, self.hindsight)]
+                lines += [surroundings(finding, self.postmortem), verdict(finding, self.postmortem)]
         return "\n".join(lines)
 
     def save_pictures(self, out: Path | str, *, tagged: bool = False) -> list[Path]:
@@ -62,11 +62,11 @@ class Explanation:
         Raises:
             OSError: They cannot be written.
         """
-        if self.hindsight is None:
+        if self.postmortem is None:
             return []
         paths = picture_paths(Path(out), self.name, self.findings, tagged=tagged)
         for finding, path in zip(self.findings, paths, strict=True):
-            save_picture(finding, self.hindsight, path)
+            save_picture(finding, self.postmortem, path)
         return paths
 
 
@@ -97,7 +97,7 @@ def explain(
         recording = _recording(folder, name)
         check_recorded(result, len(recording))
         found = incidents(result, before)
-        hindsight = look_back(
+        postmortem = review_episode(
             recording,
             result,
             _route_of(folder, result),
@@ -106,7 +106,7 @@ def explain(
         )
         if on_share is not None:
             on_share(result, 1.0)
-        yield Explanation(name, result, [find(item, hindsight) for item in found], hindsight)
+        yield Explanation(name, result, [find(item, postmortem) for item in found], postmortem)
 
 
 def worst_route(results: Sequence[EpisodeResult]) -> str | None:

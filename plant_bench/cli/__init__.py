@@ -29,6 +29,7 @@ from plant_bench.cli.commands.verify import verify_run
 from plant_bench.cli.commands.why import explain_run
 from plant_bench.cli.options import EXIT_FAILED, EXIT_INPUT
 from plant_bench.errors import InputError, PlantBenchError
+from plant_bench.renamed import renamed_option
 
 app = typer.Typer(
     name="plant-bench",
@@ -85,6 +86,8 @@ def _root(
 def main() -> None:
     """Run the command line; every error raised on purpose becomes one line here."""
     try:
+        if message := renamed_option(sys.argv[1:]):
+            raise InputError(message)
         app(prog_name="plant-bench")
     except PlantBenchError as error:
         typer.secho(f"plant-bench: {error}", err=True, fg=typer.colors.RED)

@@ -31,7 +31,7 @@ RepetitionsOption = Annotated[int, typer.Option(help="Episodes on each route.", 
 DensityOption = Annotated[str, typer.Option(help="Of the traffic.")]
 WorkersOption = Annotated[int, typer.Option(help="Processes; scores do not depend on it.", min=1)]
 OverwriteOption = Annotated[bool, typer.Option("--overwrite", help="Run again what is finished.")]
-LawOption = Annotated[
+PenaltiesOption = Annotated[
     str,
     typer.Option(
         help="Makes infractions a score: lb1.0, as Longest6, or lb2.1; records do not depend on it."

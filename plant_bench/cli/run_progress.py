@@ -21,7 +21,7 @@ from plant_bench.runner.run.episode_queue import (
 )
 from plant_bench.runner.run.score_run import Run, ScoreRequest
 from plant_bench.scoring.infractions import Status
-from plant_bench.scoring.penalties import Law
+from plant_bench.scoring.penalties import PenaltyScheme
 
 
 class RunProgress:
@@ -30,11 +30,11 @@ class RunProgress:
     Args:
         jobs: All jobs of the run.
         missing: Those that are yet to run.
-        law: By which infractions become scores.
+        penalties: By which infractions become scores.
     """
 
-    def __init__(self, jobs: list[Job], missing: list[Job], law: Law) -> None:
-        self._law = law
+    def __init__(self, jobs: list[Job], missing: list[Job], penalties: PenaltyScheme) -> None:
+        self._law = penalties
         self._progress = progress_bars(34, TextColumn("{task.fields[count]:>9}"))
         self._ended = len(jobs) - len(missing)
         self._count = len(jobs)
@@ -104,13 +104,13 @@ class Watch:
         run: The one that is driven, or was the last.
 
     Args:
-        law: By which infractions become scores.
+        penalties: By which infractions become scores.
         named: Say whose run it is.
     """
 
-    def __init__(self, law: Law, *, named: bool = False) -> None:
+    def __init__(self, penalties: PenaltyScheme, *, named: bool = False) -> None:
         self.run: Run | None = None
-        self._law = law
+        self._law = penalties
         self._named = named
 
     @contextmanager
@@ -147,7 +147,7 @@ def drive_missing(request: ScoreRequest, out: Path | None, how: Driving) -> Run 
     Raises:
         PlantBenchError: The run cannot be started or cannot go on.
     """
-    watch = Watch(how.law)
+    watch = Watch(how.penalties)
     try:
         return score.drive_missing(request, out, how, watch)
     except KeyboardInterrupt:

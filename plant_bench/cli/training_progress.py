@@ -7,7 +7,7 @@ from plant_bench.cli.progress import progress_bars
 from plant_bench.training.batches import Split
 from plant_bench.training.events import Driving, EpochEnded, StepEnded, TrainingEvent
 from plant_bench.training.history import NO_TENSORBOARD, has_tensorboard
-from plant_bench.training.training_run import Course, Listeners, learn
+from plant_bench.training.training_run import Listeners, TrainingRun, learn
 
 SMOOTHING = 0.98  # of the loss shown
 
@@ -85,7 +85,7 @@ def bars() -> Progress:
     return progress_bars(34, MofNCompleteColumn())
 
 
-def learn_visibly(course: Course) -> bool:
+def learn_visibly(course: TrainingRun) -> bool:
     """Train to the end; False if Ctrl-C ended it.
 
     Raises:

@@ -38,8 +38,8 @@ class DataStatistics(BaseModel):
         hazards: How often each hazard took its course.
         towns: Frames in each town.
         routes: Frames on each kind of route.
-        disturbed_episodes: Episodes with disturbances.
-        disturbed_share: Share of frames during a disturbance.
+        disturbed_episodes: Episodes with perturbations.
+        disturbed_share: Share of frames during a perturbation.
         megabytes: Of all recordings.
     """
 

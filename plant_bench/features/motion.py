@@ -17,7 +17,7 @@ from plant_bench.world.scene import Actors
 
 # s between the two observations: half a second, as in the data, less what decisions are apart.
 LEAST_SPAN = 0.44
-TRACK_ATTRIBUTES = 2
+MOTION_ATTRIBUTES = 2
 
 
 class Rates(NamedTuple):
@@ -74,7 +74,7 @@ def _rates_between(old_ids, old_poses, old_speeds, ids, poses, speeds, seconds):
     return accelerations, turns
 
 
-class Tracks:
+class MotionTracker:
     """Remembers who was where in the last half second; mutable."""
 
     def __init__(self) -> None:
@@ -86,7 +86,7 @@ class Tracks:
         self._seen.clear()
         self._latest = None
 
-    def copied(self) -> "Tracks":
+    def copied(self) -> "MotionTracker":
         """Return tracks that remember the same, and go on apart from these."""
         other = copy.copy(self)
         other._seen = self._seen.copy()

@@ -22,7 +22,7 @@ from plant_bench.jit import (
 )
 from plant_bench.world.scene import EGO_WIDTH, Actors, EgoState
 
-MEETING_ATTRIBUTES = 4
+CONFLICT_ATTRIBUTES = 4
 STEP, INSTANTS = 0.5, 13  # s, and how many: six seconds
 SPACING, VIEW = 2, 80  # m between route points looked at, and how far they reach
 MARGIN = 0.8  # m between the boxes at which somebody is in the way
@@ -34,7 +34,7 @@ FASTEST = 15.0  # m/s up to which they are believed to speed up
 WIDEST = 0.5 * np.pi  # rad that they are believed to turn
 
 
-def meetings(
+def predicted_conflicts(
     ego: EgoState,
     actors: Actors,
     places: Int[np.ndarray, " tokens"],
@@ -106,10 +106,10 @@ def _first_near(points, x, y, cos, sin, length, square):
 
 @compiled(REALS, SINGLES_2D, SINGLES_2D, WHOLES, REALS_2D, SINGLES_2D, SINGLES_2D, SINGLES_2D)
 def _meetings(ego, poses, extents, places, route, cos, sin, ahead):
-    """Return what `meetings` does."""
+    """Return what `predicted_conflicts` does."""
     single = np.float32
     ego_x, ego_y, ego_speed, past, ego_width = ego
-    found = np.empty((len(places), MEETING_ATTRIBUTES), single)
+    found = np.empty((len(places), CONFLICT_ATTRIBUTES), single)
     points = np.empty((2, (min(len(route), VIEW + 1) + SPACING - 1) // SPACING), single)
     for point in range(points.shape[1]):
         points[0, point] = route[SPACING * point, 0] - ego_x

@@ -14,8 +14,8 @@ import shapely
 from jaxtyping import Float, Int, UInt8
 
 from plant_bench.agent import NextLight, RouteAhead
-from plant_bench.features.motion import TRACK_ATTRIBUTES, Rates, no_rates
-from plant_bench.features.predicted_conflicts import MEETING_ATTRIBUTES, meetings
+from plant_bench.features.motion import MOTION_ATTRIBUTES, Rates, no_rates
+from plant_bench.features.predicted_conflicts import CONFLICT_ATTRIBUTES, predicted_conflicts
 from plant_bench.geometry.pose import wrap_angle
 from plant_bench.jit import FLAG, FLAGS, REALS, SINGLES, SINGLES_2D, WHOLES, compiled
 from plant_bench.world.scene import EGO_LENGTH, EGO_WIDTH, ActorKind, Actors, EgoState, Light
@@ -47,7 +47,7 @@ class TokenSpec:
     Attributes:
         reach: Metres from the ego's centre within which actors count, and within which a route
             segment must start (D_max = 30; PlanT, "Implementation").
-        foresight: Seconds; farther actors count, too, that come within the reach in this time if
+        horizon: Seconds; farther actors count, too, that come within the reach in this time if
             they and the ego go on as now. PlanT has none; 30 m are two seconds at 50 km/h.
         segments: Number of route segments (N_s = 2; PlanT, "Implementation").
         longest: Metres at which a segment is split (L_max = 10; PlanT, "Implementation").
@@ -59,14 +59,14 @@ class TokenSpec:
             walkers out, and riders are vehicles to it.
         stop_line: Whether the line of a red or yellow light is told as a box across the route.
             PlanT is told by its flag that there is one, not where.
-        meetings: Whether actors have four more attributes: where and when they get into the ego's
-            way if they go on as they do (`plant_bench.features.predicted_conflicts`). PlanT has none.
-        tracks: Whether actors have two more attributes, acceleration and turn rate
-            (`plant_bench.features.motion`), and are expected to go on so. PlanT has none.
+        conflicts: Whether actors have four more attributes: where and when they conflict with the
+            ego's route under constant motion (`features.predicted_conflicts`). PlanT has none.
+        motion: Whether actors have two more attributes, acceleration and turn rate
+            (`features.motion`), which predicted conflicts then assume constant. PlanT has none.
     """
 
     reach: float = 30.0
-    foresight: float = field(default=0.0, metadata={"min": 0.0})
+    horizon: float = field(default=0.0, metadata={"min": 0.0})
     segments: int = field(default=2, metadata={"min": 1})
     longest: float = 10.0
     tolerance: float = 0.5
@@ -75,13 +75,13 @@ class TokenSpec:
     rear: bool = True
     vulnerable: bool = False
     stop_line: bool = False
-    meetings: bool = False
-    tracks: bool = False
+    conflicts: bool = False
+    motion: bool = False
 
     @property
     def attributes(self) -> int:
         """The number of a token's attributes."""
-        return ATTRIBUTES + MEETING_ATTRIBUTES * self.meetings + TRACK_ATTRIBUTES * self.tracks
+        return ATTRIBUTES + CONFLICT_ATTRIBUTES * self.conflicts + MOTION_ATTRIBUTES * self.motion
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -89,7 +89,7 @@ class Tokens:
     """The objects of one scene: actors, the nearest first; the route's segments; the stop line.
 
     Attributes:
-        attributes: z, x, y, yaw, width, length; those of `meetings` and `tracks`, 0 for what is no
+        attributes: z, x, y, yaw, width, length; those of `conflicts` and `motion`, 0 for what is no
             actor.
         kinds: `TokenKind` values.
         places: Place in the observation's actors; `NOWHERE` for what is none.
@@ -112,7 +112,7 @@ def tokens_of(
     rates: Rates | None = None,
 ) -> Tokens:
     """Return the objects of a scene as the planner is told them."""
-    if rates is None or not spec.tracks:
+    if rates is None or not spec.motion:
         rates = no_rates(actors)
     places = _nearest_first(ego, actors, spec)
     segments = route_attributes(ego, route, spec)
@@ -123,10 +123,10 @@ def tokens_of(
     attributes[:near, :ATTRIBUTES] = actor_attributes(ego, actors, places)
     attributes[near:rows, :ATTRIBUTES] = segments
     attributes[rows:, :ATTRIBUTES] = lines
-    if spec.meetings:
-        more = slice(ATTRIBUTES, ATTRIBUTES + MEETING_ATTRIBUTES)
-        attributes[:near, more] = meetings(ego, actors, places, route, rates)
-    if spec.tracks:
+    if spec.conflicts:
+        more = slice(ATTRIBUTES, ATTRIBUTES + CONFLICT_ATTRIBUTES)
+        attributes[:near, more] = predicted_conflicts(ego, actors, places, route, rates)
+    if spec.motion:
         attributes[:near, -2] = rates.accelerations[places]
         attributes[:near, -1] = rates.turns[places]
     if not spec.speed:
@@ -206,7 +206,7 @@ def _nearest_first(ego: EgoState, actors: Actors, spec: TokenSpec) -> Int[np.nda
     yaws = actors.poses[:, 2]
     counts = actors.kinds != ActorKind.PEDESTRIAN
     return _sorted_near(
-        np.array((ego.x, ego.y, ego.yaw, ego.speed, spec.reach, spec.foresight)),
+        np.array((ego.x, ego.y, ego.yaw, ego.speed, spec.reach, spec.horizon)),
         actors.poses,
         actors.speeds,
         np.cos(yaws),  # of float32: numpy's own, which the C library's do not equal
@@ -219,7 +219,7 @@ def _nearest_first(ego: EgoState, actors: Actors, spec: TokenSpec) -> Int[np.nda
 @compiled(REALS, SINGLES_2D, SINGLES, SINGLES, SINGLES, FLAGS, FLAG)
 def _sorted_near(ego, poses, speeds, cos, sin, counts, rear):
     single = np.float32
-    x, y, reach, foresight = single(ego[0]), single(ego[1]), ego[4], single(ego[5])
+    x, y, reach, horizon = single(ego[0]), single(ego[1]), ego[4], single(ego[5])
     ego_cos, ego_sin = math.cos(ego[2]), math.sin(ego[2])
     ego_u, ego_v = single(ego[3] * ego_cos), single(ego[3] * ego_sin)
     squares, places, near = np.empty(len(poses), single), np.empty(len(poses), np.int64), 0
@@ -227,10 +227,10 @@ def _sorted_near(ego, poses, speeds, cos, sin, counts, rear):
         dx, dy = poses[row, 0] - x, poses[row, 1] - y
         square = dx * dx + dy * dy
         inside = square < single(reach * reach)
-        if not inside and foresight > single(0.0):
+        if not inside and horizon > single(0.0):
             u, v = speeds[row] * cos[row] - ego_u, speeds[row] * sin[row] - ego_v
             nearing = max(u * u + v * v, single(LEAST_SQUARE))
-            time = min(max(-(dx * u + dy * v) / nearing, single(0.0)), foresight)
+            time = min(max(-(dx * u + dy * v) / nearing, single(0.0)), horizon)
             then_x, then_y = dx + u * time, dy + v * time
             inside = then_x * then_x + then_y * then_y < single(reach * reach)
         ahead = single(ego_cos) * dx + single(ego_sin) * dy >= single(0.0)

@@ -17,7 +17,7 @@ ADVICE = (
 
 
 @runtime_checkable
-class Sitter(Protocol):
+class SimulationOwner(Protocol):
     """Somebody with an episode."""
 
     @property
@@ -30,10 +30,10 @@ class Sitter(Protocol):
         ...
 
 
-_seated: tuple[int, weakref.ref[Sitter]] | None = None  # and the process it was seated in
+_seated: tuple[int, weakref.ref[SimulationOwner]] | None = None  # and the process it was seated in
 
 
-def take_seat(sitter: Sitter) -> None:
+def take_seat(sitter: SimulationOwner) -> None:
     """Become the one who may start a simulation; who has one that has not moved is sent away.
 
     Raises:

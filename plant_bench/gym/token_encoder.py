@@ -6,13 +6,13 @@ from jaxtyping import Float, UInt8
 
 from plant_bench.agent import Observation
 from plant_bench.errors import InputError
-from plant_bench.features.motion import Tracks
+from plant_bench.features.motion import MotionTracker
 from plant_bench.features.network_inputs import scene_input
 from plant_bench.features.tokens import TokenKind, Tokens, TokenSpec
 from plant_bench.gym.observation_bounds import FASTEST, ROUTE_REACH, box, in_bounds
 from plant_bench.world.town import Town
 
-# Walkers and the lines of lights are told; meetings and tracks, which follow from boxes, are not.
+# Walkers and the lines of lights are told; conflicts and tracks, which follow from boxes, are not.
 PLAIN_TOKENS = TokenSpec(vulnerable=True, stop_line=True)
 
 
@@ -32,8 +32,8 @@ class TokenEncoder:
             message = f"{most} tokens: more than {spec.segments + 1} are wanted."
             raise InputError(message)
         self._spec, self._most = spec, most
-        self._tracks = Tracks()
-        reach = ROUTE_REACH + FASTEST * spec.foresight
+        self._tracks = MotionTracker()
+        reach = ROUTE_REACH + FASTEST * spec.horizon
         self.space = spaces.Dict(
             {
                 "tokens": spaces.Box(-reach, reach, (most, spec.attributes), np.float32),
@@ -54,7 +54,7 @@ class TokenEncoder:
     def encode(self, observation: Observation) -> dict[str, np.ndarray]:
         """Return `SceneInput` as arrays."""
         rates = None
-        if self._spec.tracks and observation.actors is not None:
+        if self._spec.motion and observation.actors is not None:
             rates = self._tracks.rates(observation.time, observation.actors)
         given = scene_input(observation, self._spec, rates)
         attributes, kinds = self._fitting(given.tokens)

@@ -81,7 +81,8 @@ def who_drove(driver: str) -> str:
     """Return what data is in which another planner drove, in one sentence."""
     return (
         f"`{driver}` drove, and the expert answered what it would have done there (DAgger). These "
-        "are answers, not drives: learn them with `plant-bench train plant --targets answer`."
+        "are expert actions, not drives: train with `plant-bench train plant --targets "
+        "expert-action`."
     )
 
 

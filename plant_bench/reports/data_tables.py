@@ -34,8 +34,8 @@ def data_tables(data: DataStatistics, *, answers: bool = False) -> list[tuple[st
 def data_overview(data: DataStatistics, *, answers: bool = False) -> list[Row]:
     """Return the numbers that tell most."""
     otherwise = [
-        ("episodes with disturbances", f"{data.disturbed_episodes:,}"),
-        ("frames during a disturbance", f"{data.disturbed_share:.1%}"),
+        ("episodes with perturbations", f"{data.disturbed_episodes:,}"),
+        ("frames during a perturbation", f"{data.disturbed_share:.1%}"),
     ]
     if answers:
         otherwise = [("frames driven otherwise than answered", f"{data.disturbed_share:.1%}")]

@@ -14,7 +14,7 @@ from plant_bench.scoring.comparison import LEAST_ROUTES, Detectable, PairedDiffe
 from plant_bench.scoring.infractions import InfractionKind
 from plant_bench.scoring.metrics import Scores, Summary
 from plant_bench.scoring.metrics_table import Metric, Shown, score_metrics, shown_metrics
-from plant_bench.scoring.penalties import Law
+from plant_bench.scoring.penalties import PenaltyScheme
 from plant_bench.scoring.relevance import RelativeScore
 from plant_bench.world.hazard import Phase
 
@@ -28,7 +28,7 @@ _console = Console(
 def print_summary(summary: Summary) -> None:
     """Print the scores, in all and by town, the infractions and how the episodes ended."""
     count = f"{summary.episodes}/{summary.expected} episodes"
-    head = f"{summary.agent}, {summary.protocol}, law {summary.law}, {count}"
+    head = f"{summary.agent}, {summary.protocol}, penalties {summary.penalties}, {count}"
     _console.print(head, style="bold")
     _console.print(f"given: {', '.join(summary.inputs) or 'nothing but its own state'}")
     table = Table()
@@ -43,8 +43,8 @@ def print_summary(summary: Summary) -> None:
     if summary.detectable is not None:
         _console.print(_least_difference(summary.detectable))
     print_rows(f"Infractions ({summary.km:.1f} km)", ["kind", "per km"], _rates(summary))
-    count = f" ({summary.beyond.episodes} of {summary.episodes} episodes)"
-    title = "Beyond the score" + count * (summary.beyond.episodes < summary.episodes)
+    count = f" ({summary.measures.episodes} of {summary.episodes} episodes)"
+    title = "RunMeasures the score" + count * (summary.measures.episodes < summary.episodes)
     print_rows(title, ["measure", "value"], _beyond(summary))
     endings = [f"{count} {status}" for status, count in summary.statuses.items()]
     _console.print(f"Episodes: {'; '.join(endings)}")
@@ -71,17 +71,17 @@ def _rates(summary: Summary) -> list[list[str]]:
     rates = {_kind_name(kind): rate for kind, rate in summary.infractions_per_km.items()}
     rates["of the vehicles, bicycles"] = summary.cyclists_per_km
     for metric in shown_metrics(Shown.INFRACTION):
-        rates[metric.full] = summary.beyond[metric.name]
+        rates[metric.full] = summary.measures[metric.name]
     return [[name, f"{rate:.3f}"] for name, rate in rates.items() if rate > 0.0]
 
 
 def _beyond(summary: Summary) -> list[list[str]]:
     """Return what is measured but not scored, as text; metrics of one title share a row."""
-    if not summary.beyond.episodes:
+    if not summary.measures.episodes:
         return []
     rows: dict[str, list[str]] = {}
     for metric in shown_metrics(Shown.MEASURE):
-        rows.setdefault(metric.full, []).append(_measured(metric, summary.beyond[metric.name]))
+        rows.setdefault(metric.full, []).append(_measured(metric, summary.measures[metric.name]))
     share = "-" if math.isnan(summary.ego_share) else f"{summary.ego_share:.0%}"
     rows["collisions that the ego caused"] = [share]
     return [[title, " / ".join(texts)] for title, texts in rows.items()]
@@ -139,7 +139,11 @@ def print_speed(speed: Speed, *, wall_s: float, workers: str) -> None:
 
 
 def print_difference(
-    difference: PairedDifference, first: str, second: str, *, law: Law = Law.LB1_0
+    difference: PairedDifference,
+    first: str,
+    second: str,
+    *,
+    penalties: PenaltyScheme = PenaltyScheme.LB1_0,
 ) -> None:
     """Print by how much the second run is better than the first.
 
@@ -147,12 +151,13 @@ def print_difference(
         difference: Of the second run from the first.
         first: What the first is called.
         second: What the second is called.
-        law: By which infractions became scores.
+        penalties: By which infractions became scores.
     """
     told = math.isfinite(difference.low)
     interval = f"95 % interval {difference.low:+.2f} to {difference.high:+.2f} "
     _console.print(
-        f"{second} against {first}: DS (law {law}) {difference.mean:+.2f}, {interval * told}"
+        f"{second} against {first}: DS (penalties {penalties}) {difference.mean:+.2f}, "
+        f"{interval * told}"
         f"({difference.pairs} pairs of episodes on {difference.routes} routes)"
     )
     if told:
@@ -217,5 +222,7 @@ def print_relative_scores(scores: Mapping[str, RelativeScore]) -> None:
         [name, item.score.text(2), item.filtered.text(2), item.whole.text(2), item.episodes]
         for name, item in scores.items()
     ]
-    title = f"RFDS: the expert's DS with one vehicle in sight, in % ({some.protocol}, {some.law})"
+    title = (
+        f"RFDS: the expert's DS with one vehicle in sight, in % ({some.protocol}, {some.penalties})"
+    )
     print_rows(title, ["ranker", "RFDS", "DS, one vehicle", "DS, all", "episodes"], rows)

@@ -11,7 +11,7 @@ from statistics import NormalDist
 import numpy as np
 
 from plant_bench.errors import InputError
-from plant_bench.scoring.penalties import Law
+from plant_bench.scoring.penalties import PenaltyScheme
 from plant_bench.scoring.results import EpisodeResult
 from plant_bench.scoring.significance import sign_flip_test
 
@@ -53,7 +53,7 @@ def paired_difference(
     a: Sequence[EpisodeResult],
     b: Sequence[EpisodeResult],
     *,
-    law: Law = Law.LB1_0,
+    penalties: PenaltyScheme = PenaltyScheme.LB1_0,
     seed: int = 0,
     samples: int = 10_000,
 ) -> PairedDifference:
@@ -65,7 +65,7 @@ def paired_difference(
     Args:
         a: Episodes of the first agent, the one to compare with.
         b: Episodes of the second agent.
-        law: By which infractions become scores.
+        penalties: By which infractions become scores.
         seed: Of bootstrap and test.
         samples: Of each.
 
@@ -85,7 +85,7 @@ def paired_difference(
         raise InputError(message)
     differences: dict[str, list[float]] = {}
     for key in common:
-        gain = second[key].driving_score_by(law) - first[key].driving_score_by(law)
+        gain = second[key].driving_score_by(penalties) - first[key].driving_score_by(penalties)
         differences.setdefault(first[key].route, []).append(gain)
     sums = np.array([sum(values) for values in differences.values()])
     counts = np.array([len(values) for values in differences.values()])
@@ -140,7 +140,7 @@ class Detectable:
 
 
 def detectable_difference(
-    results: Sequence[EpisodeResult], *, law: Law = Law.LB1_0
+    results: Sequence[EpisodeResult], *, penalties: PenaltyScheme = PenaltyScheme.LB1_0
 ) -> Detectable | None:
     """Return the minimal detectable difference between this agent and another like it.
 
@@ -155,14 +155,14 @@ def detectable_difference(
 
     Args:
         results: Of one agent; routes driven once are left out.
-        law: By which infractions become scores.
+        penalties: By which infractions become scores.
 
     Returns:
         None where no route was driven twice.
     """
     routes: dict[str, list[float]] = {}
     for item in results:
-        routes.setdefault(item.route, []).append(item.driving_score_by(law))
+        routes.setdefault(item.route, []).append(item.driving_score_by(penalties))
     scores = [np.array(values) for values in routes.values() if len(values) > 1]
     if not scores:
         return None

@@ -1,13 +1,13 @@
 """Where ego and others would be if each kept its speed, on the path that it then took.
 
-With hindsight, since straight lines from a bend meet everything that waits beside the road.
+With postmortem, since straight lines from a bend meet everything that waits beside the road.
 """
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from plant_bench.geometry.pose import wrap_angles
-from plant_bench.scoring.trajectory import Sightings, Track
+from plant_bench.scoring.trajectory import ActorSamples, Trajectory
 
 SAME_WAY = np.cos(np.radians(45.0))  # of two headings: own choice
 
@@ -16,17 +16,17 @@ class EgoPath:
     """The ego's path of an episode; it goes on straight beyond its end.
 
     Args:
-        track: The episode.
+        trajectory: The episode.
     """
 
-    def __init__(self, track: Track) -> None:
-        step = np.hypot(*np.diff(track.poses[:, :2], axis=0).T)
+    def __init__(self, trajectory: Trajectory) -> None:
+        step = np.hypot(*np.diff(trajectory.poses[:, :2], axis=0).T)
         arc = np.concatenate(([0.0], np.cumsum(step)))
-        self._start = arc[track.sample_ticks]
-        self._speeds = track.sample_speeds
+        self._start = arc[trajectory.sample_ticks]
+        self._speeds = trajectory.sample_speeds
         self._arc = arc
-        self._x, self._y = track.poses[:, 0], track.poses[:, 1]
-        self._yaw = np.unwrap(track.poses[:, 2])
+        self._x, self._y = trajectory.poses[:, 0], trajectory.poses[:, 1]
+        self._yaw = np.unwrap(trajectory.poses[:, 2])
 
     def ahead(
         self, samples: Int[np.ndarray, " actors"], times: Float[np.ndarray, " actors"]
@@ -44,10 +44,10 @@ class OtherPaths:
     """The paths of all others, each as long as it was in sight, and then straight on.
 
     Args:
-        others: Their sightings.
+        others: Their actor_samples.
     """
 
-    def __init__(self, others: Sightings) -> None:
+    def __init__(self, others: ActorSamples) -> None:
         order = np.lexsort((others.samples, others.actors.ids))
         self._poses = others.actors.poses[order]
         ids = others.actors.ids[order]
@@ -66,7 +66,7 @@ class OtherPaths:
     def ahead(
         self, rows: Int[np.ndarray, " actors"], times: Float[np.ndarray, " actors"]
     ) -> Float[np.ndarray, "actors 3"]:
-        """Return the poses that many seconds after sightings, at the speeds they had then."""
+        """Return the poses that many seconds after actor_samples, at the speeds they had then."""
         start = self._row[rows]
         arc = self._arc[start] + self._speeds[rows] * times
         at = np.searchsorted(self._arc, arc, side="right") - 1
@@ -85,9 +85,9 @@ def _share(
     return np.divide(part, whole, out=np.zeros_like(part), where=whole > 0.0)
 
 
-def followers(track: Track, others: Sightings) -> Bool[np.ndarray, " actors"]:
+def followers(trajectory: Trajectory, others: ActorSamples) -> Bool[np.ndarray, " actors"]:
     """Tell who is behind the ego and heads the same way: the ego sets their speed."""
-    poses, ego = others.actors.poses, track.sample_poses[others.samples]
+    poses, ego = others.actors.poses, trajectory.sample_poses[others.samples]
     x, y = poses[:, 0] - ego[:, 0], poses[:, 1] - ego[:, 1]
     behind = x * np.cos(ego[:, 2]) + y * np.sin(ego[:, 2]) < 0.0
     return behind & (np.cos(poses[:, 2] - ego[:, 2]) > SAME_WAY)

@@ -9,7 +9,7 @@ from typing import Annotated
 from pydantic import ConfigDict, Field, RootModel, field_validator
 
 from plant_bench.scoring.episode_metrics import EPISODE_METRICS
-from plant_bench.scoring.trajectory import Track
+from plant_bench.scoring.trajectory import Trajectory
 
 DIGITS = 4  # of a measure in a record
 LARGEST_COUNT = 2**53  # what a float holds exactly
@@ -65,9 +65,9 @@ class Measures(RootModel[Mapping[str, Value]]):
         )
 
 
-def measure(track: Track) -> Measures:
+def measure(trajectory: Trajectory) -> Measures:
     """Measure an episode of at least one tick."""
-    found = {name: metric.of(track) for name, metric in EPISODE_METRICS.items()}
+    found = {name: metric.of(trajectory) for name, metric in EPISODE_METRICS.items()}
     return Measures(
         {name: value if value is None else round(value, DIGITS) for name, value in found.items()}
     )

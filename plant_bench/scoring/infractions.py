@@ -1,4 +1,4 @@
-"""The kinds of infraction and the tables of what each costs (`scoring.laws` says how)."""
+"""The kinds of infraction and the tables of what each costs (`scoring.penalties` says how)."""
 
 from enum import StrEnum
 

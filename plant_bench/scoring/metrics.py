@@ -25,7 +25,7 @@ from plant_bench.scoring.normalised_score import (
     kilometres,
     outside_metres,
 )
-from plant_bench.scoring.penalties import Law
+from plant_bench.scoring.penalties import PenaltyScheme
 from plant_bench.scoring.results import EpisodeResult
 from plant_bench.world.hazard import Phase
 from plant_bench.world.scene import ActorKind
@@ -60,7 +60,7 @@ Scores = dict[str, Spread]  # by name of `metrics_table`, in its order
 
 
 @dataclass(frozen=True)
-class Beyond:
+class RunMeasures:
     """The measures of a run, which are no part of any score.
 
     Attributes:
@@ -89,11 +89,11 @@ class Summary:
         agent_checksum: Content hash of its code and weights.
         inputs: What it was given.
         protocol: The rules it was scored under.
-        law: By which infractions became scores.
+        penalties: By which infractions became scores.
         scores: Over all towns.
         towns: Scores by town, in order of name.
         infractions_per_km: By kind, over all episodes; for OUTSIDE_LANES kilometres outside.
-        cyclists_per_km: Collisions with bicycles, which count as vehicles in every law.
+        cyclists_per_km: Collisions with bicycles, which count as vehicles in every penalties.
         statuses: How many episodes ended how.
         hazards: How many hazards came how far.
         ego_share: Share of the collisions that the ego caused; nan if there were none.
@@ -101,7 +101,7 @@ class Summary:
         km: Kilometres driven along the routes.
         episodes: Number of episodes.
         expected: Number of episodes there should be.
-        beyond: Measures that are no part of the score.
+        measures: Measures that are no part of the score.
         detectable: The least difference in DS that the repetitions can show; None for a single one.
     """
 
@@ -109,7 +109,7 @@ class Summary:
     agent_checksum: str
     inputs: tuple[str, ...]
     protocol: str
-    law: Law
+    penalties: PenaltyScheme
     scores: Scores
     towns: dict[str, Scores]
     infractions_per_km: dict[InfractionKind, float]
@@ -121,7 +121,7 @@ class Summary:
     km: float
     episodes: int
     expected: int
-    beyond: Beyond
+    measures: RunMeasures
     detectable: Detectable | None
 
     @property
@@ -135,13 +135,18 @@ class Summary:
         return self.scores[RANKED]
 
 
-def summarise(results: Sequence[EpisodeResult], *, expected: int, law: Law = Law.LB1_0) -> Summary:
+def summarise(
+    results: Sequence[EpisodeResult],
+    *,
+    expected: int,
+    penalties: PenaltyScheme = PenaltyScheme.LB1_0,
+) -> Summary:
     """Sum up the episodes of one agent.
 
     Args:
         results: In any order.
         expected: How many there should be, routes times repetitions.
-        law: By which infractions become scores.
+        penalties: By which infractions become scores.
 
     Raises:
         InputError: There are none, they are of several agents or protocols, or one is there twice.
@@ -157,10 +162,10 @@ def summarise(results: Sequence[EpisodeResult], *, expected: int, law: Law = Law
         agent_checksum=first.agent_checksum,
         inputs=first.inputs,
         protocol=first.protocol,
-        law=law,
-        scores=_scores(results, law),
+        penalties=penalties,
+        scores=_scores(results, penalties),
         towns={
-            town: _scores([item for item in results if item.town == town], law)
+            town: _scores([item for item in results if item.town == town], penalties)
             for town in sorted({item.town for item in results})
         },
         infractions_per_km=_rates(results),
@@ -179,18 +184,20 @@ def summarise(results: Sequence[EpisodeResult], *, expected: int, law: Law = Law
         km=kilometres(results),
         episodes=len(results),
         expected=expected,
-        beyond=_beyond(results, law),
-        detectable=detectable_difference(results, law=law),
+        measures=_run_measures(results, penalties),
+        detectable=detectable_difference(results, penalties=penalties),
     )
 
 
-def summary_frame(results: Iterable[EpisodeResult], *, law: Law = Law.LB1_0) -> pd.DataFrame:
+def summary_frame(
+    results: Iterable[EpisodeResult], *, penalties: PenaltyScheme = PenaltyScheme.LB1_0
+) -> pd.DataFrame:
     """Return one row for each episode, for CSV; sorted, so that equal results give equal text."""
     ordered = sorted(results, key=lambda item: (item.agent, item.town, item.route, item.repetition))
-    return pd.DataFrame([_row(result, law) for result in ordered])
+    return pd.DataFrame([_row(result, penalties) for result in ordered])
 
 
-def _row(result: EpisodeResult, law: Law) -> dict[str, object]:
+def _row(result: EpisodeResult, penalties: PenaltyScheme) -> dict[str, object]:
     counts = Counter(item.kind for item in result.infractions)
     outside = [item.share for item in result.infractions if item.share is not None]
     events = [kind for kind in InfractionKind if kind is not InfractionKind.OUTSIDE_LANES]
@@ -204,8 +211,8 @@ def _row(result: EpisodeResult, law: Law) -> dict[str, object]:
         "density": result.density,
         "scenario": result.scenario,
         "status": result.status.value,
-        "law": law.value,
-        **_columns(score_metrics(), result, law),
+        "penalties": penalties.value,
+        **_columns(score_metrics(), result, penalties),
         "route_length": result.route_length,
         "distance": result.distance,
         "duration": result.duration,
@@ -215,30 +222,34 @@ def _row(result: EpisodeResult, law: Law) -> dict[str, object]:
         "outside_share": sum(outside),
         "caused_by_ego": sum(item.cause == "ego" for item in result.infractions),
         "caused_by_other": sum(item.cause == "other" for item in result.infractions),
-        **_columns(measure_metrics(), result, law),
+        **_columns(measure_metrics(), result, penalties),
         "reason": result.reason,
     }
 
 
 def _columns(
-    metrics: Iterable[Metric], result: EpisodeResult, law: Law
+    metrics: Iterable[Metric], result: EpisodeResult, penalties: PenaltyScheme
 ) -> dict[str, Number | None]:
     """Return an episode's values by column; None, an empty cell, where there is none."""
-    return {item.column: item.episode(result, law) for item in metrics if item.episode is not None}
+    return {
+        item.column: item.episode(result, penalties) for item in metrics if item.episode is not None
+    }
 
 
-def _scores(results: Sequence[EpisodeResult], law: Law) -> Scores:
+def _scores(results: Sequence[EpisodeResult], penalties: PenaltyScheme) -> Scores:
     parts = _repetitions(results)
     return {
-        metric.name: Spread.of([metric.over_run.of(part, law) for part in parts])
+        metric.name: Spread.of([metric.over_run.of(part, penalties) for part in parts])
         for metric in score_metrics()
     }
 
 
-def _beyond(results: Sequence[EpisodeResult], law: Law) -> Beyond:
-    return Beyond(
+def _run_measures(results: Sequence[EpisodeResult], penalties: PenaltyScheme) -> RunMeasures:
+    return RunMeasures(
         episodes=sum(item.measures is not None for item in results),
-        values={metric.name: metric.over_run.of(results, law) for metric in measure_metrics()},
+        values={
+            metric.name: metric.over_run.of(results, penalties) for metric in measure_metrics()
+        },
     )
 
 

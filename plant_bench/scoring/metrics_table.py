@@ -11,7 +11,7 @@ from enum import StrEnum
 
 from plant_bench.scoring.aggregation import (
     EpisodeValue,
-    OverRun,
+    RunAggregate,
     km_per_km,
     mean,
     mean_score,
@@ -22,7 +22,7 @@ from plant_bench.scoring.aggregation import (
 )
 from plant_bench.scoring.infractions import InfractionKind
 from plant_bench.scoring.normalised_score import counts_per_km, normalised_score
-from plant_bench.scoring.penalties import Law
+from plant_bench.scoring.penalties import PenaltyScheme
 from plant_bench.scoring.results import EpisodeResult
 
 RANKED = "driving_score"  # by which leaderboards are sorted and differences are tested
@@ -39,7 +39,7 @@ class Better(StrEnum):
 class Shown(StrEnum):
     """Where a metric is shown. All are in `summary.json` and in the exports.
 
-    Scores depend on the law, and are told with their deviation over repetitions and by town;
+    Scores depend on the penalties, and are told with their deviation over repetitions and by town;
     measures are told once for all episodes.
     """
 
@@ -80,7 +80,7 @@ class Metric:
     digits: int
     better: Better
     about: str
-    over_run: OverRun
+    over_run: RunAggregate
     shown: Shown
     title: str = ""
     column: str = ""
@@ -98,7 +98,7 @@ def score_row(
     unit: str,
     digits: int,
     better: Better,
-    over_run: OverRun,
+    over_run: RunAggregate,
     about: str,
     *,
     episode: EpisodeValue | None = None,
@@ -116,7 +116,7 @@ def measure_row(
     unit: str,
     digits: int,
     better: Better,
-    sum_up: Callable[[str], OverRun],
+    sum_up: Callable[[str], RunAggregate],
     about: str,
     *,
     name: str = "",
@@ -152,19 +152,19 @@ def measure_row(
     )
 
 
-def _driving_score(result: EpisodeResult, law: Law) -> float:
-    return result.driving_score_by(law)
+def _driving_score(result: EpisodeResult, penalties: PenaltyScheme) -> float:
+    return result.driving_score_by(penalties)
 
 
-def _route_completion(result: EpisodeResult, _: Law) -> float:
+def _route_completion(result: EpisodeResult, _: PenaltyScheme) -> float:
     return result.route_completion
 
 
-def _infraction_score(result: EpisodeResult, law: Law) -> float:
-    return result.infraction_score_by(law)
+def _infraction_score(result: EpisodeResult, penalties: PenaltyScheme) -> float:
+    return result.infraction_score_by(penalties)
 
 
-def _vehicle_collisions(results: Sequence[EpisodeResult], _: Law) -> float:
+def _vehicle_collisions(results: Sequence[EpisodeResult], _: PenaltyScheme) -> float:
     return counts_per_km(results)[InfractionKind.COLLISION_VEHICLE]
 
 
@@ -212,7 +212,7 @@ METRICS: tuple[Metric, ...] = (
         "/km",
         2,
         LOWER,
-        OverRun("all collisions over all kilometres", _vehicle_collisions),
+        RunAggregate("all collisions over all kilometres", _vehicle_collisions),
         "Collisions with vehicles per kilometre: all of them over all kilometres.",
         title="collisions with vehicles per km",
     ),
@@ -222,10 +222,10 @@ METRICS: tuple[Metric, ...] = (
         "",
         1,
         HIGHER,
-        OverRun("of all infractions over all kilometres", normalised_score),
+        RunAggregate("of all infractions over all kilometres", normalised_score),
         "Normalised driving score, 0 to 100: RC times the IS that the same infractions per "
         "kilometre give over one kilometre.",
-        episode=lambda result, law: normalised_score([result], law),
+        episode=lambda result, penalties: normalised_score([result], penalties),
         title="normalised driving score (0 to 100)",
         shown=Shown.SCORE,
     ),

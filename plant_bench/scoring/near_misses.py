@@ -12,7 +12,7 @@ from jaxtyping import Bool, Float
 from plant_bench.geometry.box import overlap
 from plant_bench.scoring.collisions import STANDING
 from plant_bench.scoring.driven_paths import EgoPath, OtherPaths, followers
-from plant_bench.scoring.trajectory import SAMPLE, Sightings, Track
+from plant_bench.scoring.trajectory import SAMPLE, ActorSamples, Trajectory
 from plant_bench.world.scene import EGO_EXTENT
 
 TTC_HORIZON = 5.0  # s: own choice; beyond it nobody is near
@@ -25,18 +25,18 @@ CROSSING = math.radians(60.0)  # least angle between the headings of two whose p
 _EGO_REACH = 0.5 * math.hypot(*EGO_EXTENT)
 
 
-def least_time_to_collision(track: Track, others: Sightings) -> float | None:
+def least_time_to_collision(trajectory: Trajectory, others: ActorSamples) -> float | None:
     """Return the least TTC: in what time boxes would overlap if the speeds were kept.
 
     Ego and actor go on along the paths that they then took, each at the speed it had: so a bend is
     no course of collision, and braking is what saves. Who follows the ego does not count. 0 where
     boxes do overlap; None above `TTC_HORIZON`.
     """
-    others = others.only(~followers(track, others))
+    others = others.only(~followers(trajectory, others))
     if not len(others.actors):
         return None
-    ego, paths = EgoPath(track), OtherPaths(others)
-    closing = track.sample_speeds[others.samples] + others.actors.speeds
+    ego, paths = EgoPath(trajectory), OtherPaths(others)
+    closing = trajectory.sample_speeds[others.samples] + others.actors.speeds
     reach = _EGO_REACH + 0.5 * np.hypot(*others.actors.extents.T)
     due = np.zeros(len(closing))  # s ahead; before it, the two cannot meet
     for step in range(round(TTC_HORIZON / TTC_STEP) + 1):
@@ -63,7 +63,7 @@ def _overlap_ego(
     return bool(overlap(ego, np.tile(EGO_EXTENT, (len(ego), 1)), others, extents).any())
 
 
-def least_post_encroachment_time(track: Track, others: Sightings) -> float | None:
+def least_post_encroachment_time(trajectory: Trajectory, others: ActorSamples) -> float | None:
     """Return the least PET: the shift in time at which the ego and a crossing actor would have met.
 
     That is the least difference of two moments such that the ego's box at the one overlaps the
@@ -71,18 +71,20 @@ def least_post_encroachment_time(track: Track, others: Sightings) -> float | Non
     leaving what both drove over and the other reaching it, to one sample. None above `PET_HORIZON`.
     """
     lags = round(PET_HORIZON / SAMPLE)
-    others = others.only(_near_the_path(track, others, lags))
+    others = others.only(_near_the_path(trajectory, others, lags))
     if not len(others.actors):
         return None
     for lag in range(lags + 1):
-        if any(_met(track, others, shift) for shift in {lag, -lag}):
+        if any(_met(trajectory, others, shift) for shift in {lag, -lag}):
             return lag * SAMPLE
     return None
 
 
-def _near_the_path(track: Track, others: Sightings, lags: int) -> Bool[np.ndarray, " actors"]:
+def _near_the_path(
+    trajectory: Trajectory, others: ActorSamples, lags: int
+) -> Bool[np.ndarray, " actors"]:
     """Tell who was within reach of the rectangle that the ego drove through around that time."""
-    places = track.sample_poses[:, :2]
+    places = trajectory.sample_poses[:, :2]
     low, high = places.copy(), places.copy()
     for lag in range(1, min(lags, len(places) - 1) + 1):
         low[lag:] = np.minimum(low[lag:], places[:-lag])
@@ -97,11 +99,11 @@ def _near_the_path(track: Track, others: Sightings, lags: int) -> Bool[np.ndarra
     return inside.all(axis=1)
 
 
-def _met(track: Track, others: Sightings, shift: int) -> bool:
+def _met(trajectory: Trajectory, others: ActorSamples, shift: int) -> bool:
     """Tell whether an actor overlaps the ego of that many samples later, on a crossing course."""
     actors, sample = others.actors, others.samples + shift
-    inside = (sample >= 0) & (sample < len(track.sample_ticks))
-    ego = track.sample_poses[np.where(inside, sample, 0)]
+    inside = (sample >= 0) & (sample < len(trajectory.sample_ticks))
+    ego = trajectory.sample_poses[np.where(inside, sample, 0)]
     reach = _EGO_REACH + 0.5 * np.hypot(*actors.extents.T)
     distance = np.hypot(*(actors.poses[:, :2] - ego[:, :2]).T)
     near = inside & (distance < reach)

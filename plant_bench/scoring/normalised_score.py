@@ -12,7 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from plant_bench.scoring.infractions import InfractionKind
-from plant_bench.scoring.penalties import Law, infraction_score
+from plant_bench.scoring.penalties import PenaltyScheme, infraction_score
 from plant_bench.scoring.results import EpisodeResult
 
 LEAST_KM = 0.001  # so that a rate is never a division by zero (CARLA leaderboard 2.0)
@@ -36,14 +36,18 @@ def outside_metres(result: EpisodeResult) -> float:
     return result.distance * sum(shares, start=0.0)
 
 
-def infraction_score_per_km(results: Sequence[EpisodeResult], law: Law = Law.LB1_0) -> float:
+def infraction_score_per_km(
+    results: Sequence[EpisodeResult], penalties: PenaltyScheme = PenaltyScheme.LB1_0
+) -> float:
     """Return the IS that the episodes' rates of infractions give over one kilometre."""
     driven = sum(item.distance for item in results)
     outside = sum(map(outside_metres, results)) / driven if driven > 0.0 else 0.0
-    return infraction_score(counts_per_km(results), 1.0 - min(outside, 1.0), law)
+    return infraction_score(counts_per_km(results), 1.0 - min(outside, 1.0), penalties)
 
 
-def normalised_score(results: Sequence[EpisodeResult], law: Law = Law.LB1_0) -> float:
+def normalised_score(
+    results: Sequence[EpisodeResult], penalties: PenaltyScheme = PenaltyScheme.LB1_0
+) -> float:
     """Return NDS, 0 to 100: mean RC times `infraction_score_per_km`."""
     completion = float(np.mean([item.route_completion for item in results]))
-    return completion * infraction_score_per_km(results, law)
+    return completion * infraction_score_per_km(results, penalties)

@@ -14,8 +14,8 @@ from plant_bench.scoring.infractions import Infraction, InfractionKind, Status
 from plant_bench.scoring.lanes import LaneFault, lane_map
 from plant_bench.scoring.red_lights import RedLights
 from plant_bench.scoring.results import Crash, EpisodeHeader, EpisodeResult, HazardRecord
-from plant_bench.scoring.termination import ENDING_INFRACTIONS, Endings
-from plant_bench.scoring.trajectory import TrackRecorder
+from plant_bench.scoring.termination import ENDING_INFRACTIONS, Termination
+from plant_bench.scoring.trajectory import TrajectoryRecorder
 from plant_bench.world.route import Route
 from plant_bench.world.route_progress import RouteProgress
 from plant_bench.world.scene import EgoState, Scene
@@ -61,8 +61,8 @@ class Referee:
         self._place = RouteProgress(route)
         self._collisions = Collisions()
         self._red_lights = RedLights(route)
-        self._endings = Endings(route)
-        self._track = TrackRecorder()
+        self._endings = Termination(route)
+        self._track = TrajectoryRecorder()
         self._last: Scene | None = None
         self._finished = False
 
@@ -112,7 +112,7 @@ class Referee:
             self._note(InfractionKind.OUTSIDE_LANES, share=share)
         if len(self._track):
             self.measures = measure(
-                self._track.track(
+                self._track.trajectory(
                     off_lane=self.off_lane_distance, wrong_lane=self.wrong_lane_distance
                 )
             )

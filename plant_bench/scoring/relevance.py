@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from plant_bench.errors import InputError
 from plant_bench.scoring.metrics import Spread
-from plant_bench.scoring.penalties import Law
+from plant_bench.scoring.penalties import PenaltyScheme
 from plant_bench.scoring.results import EpisodeResult
 
 
@@ -20,7 +20,7 @@ class RelativeScore:
     Attributes:
         agent: Who drove filtered; it names the ranking.
         protocol: The rules both drove under.
-        law: By which infractions became scores.
+        penalties: By which infractions became scores.
         score: RFDS in percent, over repetitions.
         filtered: DS of the expert with the ranking, 0 to 100, over repetitions.
         whole: DS of the expert that saw everybody, on the same scenarios.
@@ -33,7 +33,7 @@ class RelativeScore:
 
     agent: str
     protocol: str
-    law: Law
+    penalties: PenaltyScheme
     score: Spread
     filtered: Spread
     whole: Spread
@@ -47,7 +47,7 @@ def relative_score(
     whole: Sequence[EpisodeResult],
     filtered: Sequence[EpisodeResult],
     *,
-    law: Law = Law.LB1_0,
+    penalties: PenaltyScheme = PenaltyScheme.LB1_0,
     planner_checksum: str = "",
 ) -> RelativeScore:
     """Return the RFDS of the ranking by which the second agent's sight was filtered.
@@ -57,7 +57,7 @@ def relative_score(
     Args:
         whole: Episodes of the expert that saw everybody.
         filtered: Episodes of the expert that saw one vehicle; of one agent.
-        law: By which infractions become scores.
+        penalties: By which infractions become scores.
         planner_checksum: Content hash of the planner that ranked, if one did.
 
     Raises:
@@ -76,8 +76,8 @@ def relative_score(
         raise InputError(message)
     numbers = sorted({repetition for _, repetition in common})
     parts = [[key for key in common if key[1] == number] for number in numbers]
-    before = [_mean_score([first[key] for key in part], law) for part in parts]
-    after = [_mean_score([second[key] for key in part], law) for part in parts]
+    before = [_mean_score([first[key] for key in part], penalties) for part in parts]
+    after = [_mean_score([second[key] for key in part], penalties) for part in parts]
     if min(before) <= 0.0:
         message = "The expert scores 0 in a repetition: nothing is relative to that."
         raise InputError(message)
@@ -85,7 +85,7 @@ def relative_score(
     return RelativeScore(
         agent=agents[0],
         protocol=protocols[0],
-        law=law,
+        penalties=penalties,
         score=Spread.of(ratios),
         filtered=Spread.of(after),
         whole=Spread.of(before),
@@ -100,5 +100,5 @@ def _by_scenario(results: Sequence[EpisodeResult]) -> dict[tuple[str, int], Epis
     return {(item.scenario, item.repetition): item for item in results}
 
 
-def _mean_score(results: Sequence[EpisodeResult], law: Law) -> float:
-    return sum(item.driving_score_by(law) for item in results) / len(results)
+def _mean_score(results: Sequence[EpisodeResult], penalties: PenaltyScheme) -> float:
+    return sum(item.driving_score_by(penalties) for item in results) / len(results)

@@ -9,7 +9,7 @@ from plant_bench.errors import InputError, in_one_line
 from plant_bench.scoring.episode_measures import Measures
 from plant_bench.scoring.episode_metrics import EPISODE_METRICS
 from plant_bench.scoring.infractions import Infraction, Status
-from plant_bench.scoring.penalties import Law, score_of
+from plant_bench.scoring.penalties import PenaltyScheme, score_of
 from plant_bench.untrusted_files import read_text
 from plant_bench.world.hazard import HazardKind, Phase
 
@@ -99,7 +99,7 @@ class EpisodeResult(EpisodeHeader):
         distance: Metres driven.
         duration: Simulated seconds.
         infractions: In order of time.
-        measures: Beyond the score; None in records of format 1 and where nothing was driven.
+        measures: RunMeasures the score; None in records of format 1 and where nothing was driven.
         hazards: What became of the route's hazards, in order; empty where none are played.
     """
 
@@ -121,20 +121,20 @@ class EpisodeResult(EpisodeHeader):
     @property
     def infraction_score(self) -> float:
         """IS: the product of all penalties (CARLA leaderboard 1.0)."""
-        return self.infraction_score_by(Law.LB1_0)
+        return self.infraction_score_by(PenaltyScheme.LB1_0)
 
     @property
     def driving_score(self) -> float:
         """DS = RC x IS, 0 to 100 (CARLA leaderboard 1.0)."""
-        return self.driving_score_by(Law.LB1_0)
+        return self.driving_score_by(PenaltyScheme.LB1_0)
 
-    def infraction_score_by(self, law: Law) -> float:
-        """Return the IS of a law."""
-        return score_of(self.infractions, law)
+    def infraction_score_by(self, penalties: PenaltyScheme) -> float:
+        """Return the IS of a penalties."""
+        return score_of(self.infractions, penalties)
 
-    def driving_score_by(self, law: Law) -> float:
-        """Return the DS of a law: RC x IS, 0 to 100."""
-        return self.route_completion * self.infraction_score_by(law)
+    def driving_score_by(self, penalties: PenaltyScheme) -> float:
+        """Return the DS of a penalties: RC x IS, 0 to 100."""
+        return self.route_completion * self.infraction_score_by(penalties)
 
     def as_format(self, version: int) -> "EpisodeResult":
         """Return the record as an earlier version would have written it."""

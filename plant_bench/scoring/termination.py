@@ -25,7 +25,7 @@ ENDING_INFRACTIONS = {
 }
 
 
-class Endings:
+class Termination:
     """Watches for the end of one episode; mutable.
 
     Args:

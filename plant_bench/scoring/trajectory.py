@@ -15,7 +15,7 @@ VEHICLES = tuple(kind for kind in ActorKind if kind not in (*VULNERABLE, ActorKi
 
 
 @dataclass(frozen=True, eq=False)
-class Sightings:
+class ActorSamples:
     """Every actor of every sample, one after the other; world frame, float64.
 
     Attributes:
@@ -26,13 +26,13 @@ class Sightings:
     samples: Int[np.ndarray, " actors"]
     actors: Actors
 
-    def only(self, keep: np.ndarray) -> "Sightings":
-        """Return the sightings that a mask or an index array selects."""
-        return Sightings(self.samples[keep], self.actors.only(keep))
+    def only(self, keep: np.ndarray) -> "ActorSamples":
+        """Return the actor_samples that a mask or an index array selects."""
+        return ActorSamples(self.samples[keep], self.actors.only(keep))
 
 
 @dataclass(frozen=True, eq=False)
-class Track:
+class Trajectory:
     """An episode as arrays.
 
     Attributes:
@@ -49,12 +49,12 @@ class Track:
     speeds: Float[np.ndarray, " steps"]
     accelerations: Float[np.ndarray, " steps"]
     sample_ticks: Int[np.ndarray, " samples"]
-    seen: Sightings
+    seen: ActorSamples
     off_lane: float = 0.0
     wrong_lane: float = 0.0
 
-    def of_kinds(self, kinds: tuple[ActorKind, ...]) -> Sightings:
-        """Return the sightings of actors of these kinds."""
+    def of_kinds(self, kinds: tuple[ActorKind, ...]) -> ActorSamples:
+        """Return the actor_samples of actors of these kinds."""
         return self.seen.only(np.isin(self.seen.actors.kinds, kinds))
 
     @property
@@ -68,7 +68,7 @@ class Track:
         return self.speeds[self.sample_ticks]
 
 
-class TrackRecorder:
+class TrajectoryRecorder:
     """Keeps scenes until the episode is over; mutable. A tick costs two appends."""
 
     def __init__(self) -> None:
@@ -86,7 +86,7 @@ class TrackRecorder:
     def __len__(self) -> int:
         return len(self._egos)
 
-    def track(self, *, off_lane: float = 0.0, wrong_lane: float = 0.0) -> Track:
+    def trajectory(self, *, off_lane: float = 0.0, wrong_lane: float = 0.0) -> Trajectory:
         """Return what was kept.
 
         Args:
@@ -96,12 +96,12 @@ class TrackRecorder:
         rows = [(*ego.pose, ego.speed, ego.acceleration) for ego in self._egos]
         ego = np.array(rows, dtype=float).reshape(-1, 5)
         counts = [len(actors) for actors in self._others]
-        return Track(
+        return Trajectory(
             poses=ego[:, :3],
             speeds=ego[:, 3],
             accelerations=ego[:, 4],
             sample_ticks=np.array(self._ticks, dtype=np.int64),
-            seen=Sightings(np.repeat(np.arange(len(counts)), counts), _joined(self._others)),
+            seen=ActorSamples(np.repeat(np.arange(len(counts)), counts), _joined(self._others)),
             off_lane=off_lane,
             wrong_lane=wrong_lane,
         )

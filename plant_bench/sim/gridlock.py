@@ -28,7 +28,7 @@ LOOK_INTERVAL = 20  # ticks between two looks: 1 s
 ORDER_INTERVAL = 10  # ticks between two looks at the order on the ego's lane
 
 
-class Deadlocks:
+class Gridlock:
     """Watches over stand-offs; mutable.
 
     Args:

@@ -10,11 +10,11 @@ from plant_bench.geometry.polyline import Cursor
 from plant_bench.geometry.pose import wrap_angle
 from plant_bench.sim.densities import density_of
 from plant_bench.sim.ego import advance
-from plant_bench.sim.gridlock import Deadlocks
+from plant_bench.sim.gridlock import Gridlock
 from plant_bench.sim.hazards.director import Director
-from plant_bench.sim.hazards.hazard_world import Stage
+from plant_bench.sim.hazards.hazard_world import HazardWorld
 from plant_bench.sim.lane_paths import LanePaths
-from plant_bench.sim.roadside.roadside_actors import LEVEL_GAP, Bystanders
+from plant_bench.sim.roadside.roadside_actors import LEVEL_GAP, RoadsideActors
 from plant_bench.sim.scene_builder import join, join_facts, vehicle_actors
 from plant_bench.sim.sumo import Sumo, VehicleState
 from plant_bench.sim.town_layout import places_of
@@ -61,10 +61,10 @@ class Simulation:
         self._entries = route.signal_entries
         self._traffic = Traffic(self._sumo, places.streets, density, scenario.seed)
         self._paths = LanePaths(self._sumo, self.town)
-        self._deadlocks = Deadlocks(self._sumo.commands)
-        self._stage = Stage(self._sumo, self._traffic, self.town, route)
+        self._deadlocks = Gridlock(self._sumo.commands)
+        self._stage = HazardWorld(self._sumo, self._traffic, self.town, route)
         self._director = Director(self._stage, scenario.played_hazards, scenario.seed)
-        self._bystanders = Bystanders(self._sumo, self._traffic, places, scenario)
+        self._bystanders = RoadsideActors(self._sumo, self._traffic, places, scenario)
         self._states: dict[int, VehicleState] = {}
         try:
             self._warm_up()

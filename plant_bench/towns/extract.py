@@ -1,6 +1,6 @@
 """From the text of a SUMO net to a Town.
 
-Besides SUMO, only this and `sim.bystanders.footways` (sidewalks, crossings) read `town.net.xml`.
+Besides SUMO, only this and `sim.roadside.footways` (sidewalks, crossings) read `town.net.xml`.
 """
 
 from collections.abc import Mapping

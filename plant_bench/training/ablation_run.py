@@ -23,7 +23,7 @@ from plant_bench.sim.densities import density_of
 from plant_bench.training.ablation_variants import Recipe, trainings_of, variants_of
 from plant_bench.training.frame_store import recordings_in
 from plant_bench.training.threads import threads_kept
-from plant_bench.training.training_run import Course, Machine
+from plant_bench.training.training_run import Machine, TrainingRun
 from plant_bench.world.route import load_suite
 
 DONE = "done.json"
@@ -68,7 +68,7 @@ class Helpers:
         tell: Told which training is at hand.
     """
 
-    learn: Callable[[Course], bool]
+    learn: Callable[[TrainingRun], bool]
     drive: Callable[[ScoreRequest, Path], Run | None]
     tell: Callable[[str], None]
 
@@ -147,9 +147,9 @@ def _train(request: AblationRequest, helpers: Helpers, recipe: Recipe, place: Pa
     return finished
 
 
-def _course(request: AblationRequest, recipe: Recipe, place: Path) -> Course:
+def _course(request: AblationRequest, recipe: Recipe, place: Path) -> TrainingRun:
     student = recipe.student
-    return Course(
+    return TrainingRun(
         student.spec,
         student.learner().for_driving() if request.graph else student.options,
         request.data,

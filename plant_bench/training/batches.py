@@ -41,14 +41,16 @@ class Split:
         return self.frames.fingerprint
 
 
-def split_by_route(frames: Frames, share: float, seed: int, resting: float = 1.0) -> Split:
+def split_by_route(
+    frames: Frames, share: float, seed: int, stationary_fraction: float = 1.0
+) -> Split:
     """Hold a share of the routes out, chosen by a hash of their ids and the seed.
 
     Args:
         frames: To be split.
         share: Of the routes to be held out.
         seed: Of the choice.
-        resting: Share that is learnt from of the frames in which the ego stands and stays.
+        stationary_fraction: Share kept of the frames in which the ego is and stays stationary.
 
     Raises:
         InputError: There are no frames, or too few routes to hold one out.
@@ -65,7 +67,7 @@ def split_by_route(frames: Frames, share: float, seed: int, resting: float = 1.0
             f"{count} of them held out. Episodes of 5 s and more on two routes and more are needed."
         )
         raise InputError(message)
-    training = _without_rest(frames, known, resting, seed)
+    training = _without_rest(frames, known, stationary_fraction, seed)
     return Split(
         frames,
         training,
@@ -80,7 +82,7 @@ def _without_rest(frames: Frames, known: np.ndarray, share: float, seed: int) ->
     if share == 1.0:
         return known
     lucky = np.random.default_rng((seed, len(known))).random(len(known)) < share
-    return known[lucky | ~frames.resting(known)]
+    return known[lucky | ~frames.stationary(known)]
 
 
 def epoch_batches(

@@ -55,7 +55,7 @@ class Episode:
 
 
 @dataclass(frozen=True, eq=False)
-class Pack:
+class ColumnStore:
     """Some episodes.
 
     Attributes:
@@ -88,7 +88,7 @@ class Making:
     on_progress: Progress | None = None
 
 
-def open_packs(folder: Path, tasks: Mapping[str, Any], making: Making) -> list[Pack]:
+def open_packs(folder: Path, tasks: Mapping[str, Any], making: Making) -> list[ColumnStore]:
     """Return packs that hold the named episodes, and perhaps others; makes what is missing.
 
     Args:
@@ -108,7 +108,7 @@ def open_packs(folder: Path, tasks: Mapping[str, Any], making: Making) -> list[P
     return packs
 
 
-def open_pack(folder: Path) -> Pack:
+def open_pack(folder: Path) -> ColumnStore:
     """Map a pack.
 
     Raises:
@@ -127,7 +127,7 @@ def open_pack(folder: Path) -> Pack:
     except (OSError, ValueError, KeyError, TypeError, EOFError) as error:
         message = f"Broken pack: {folder} ({in_one_line(error)}). Remove it; it is made again."
         raise InputError(message) from error
-    return Pack(folder, episodes, columns)
+    return ColumnStore(folder, episodes, columns)
 
 
 def starts_of(counts: np.ndarray) -> np.ndarray:

@@ -16,8 +16,8 @@ from plant_bench.errors import InputError
 from plant_bench.learner import Encoded, Learner
 from plant_bench.training.code_keys import closure_hash
 from plant_bench.training.column_store import (
+    ColumnStore,
     Making,
-    Pack,
     Progress,
     open_pack,
     open_packs,
@@ -44,7 +44,7 @@ class Encodings:
     """
 
     padding: dict[str, float]
-    packs: tuple[Pack, ...]
+    packs: tuple[ColumnStore, ...]
     pack: Int[np.ndarray, " frames"]
     row: Int[np.ndarray, " frames"]
     starts: tuple[np.ndarray, ...]
@@ -131,7 +131,7 @@ def load_encodings(
         task = _Task(student, source.data, source.pack.folder, number, frames.targets)
         folder = source.data / "encoded" / key
         folders[folder][source.pack.episodes[number].name] = task
-    packs: list[Pack] = []
+    packs: list[ColumnStore] = []
     places: dict[tuple[Path, str], tuple[int, int, int]] = {}
     for folder, tasks in folders.items():
         for pack in open_packs(folder, tasks, Making(_encode, workers, on_progress)):
@@ -158,7 +158,7 @@ def _placed(
     frames: Frames,
     learner: Learner,
     key: str,
-    packs: list[Pack],
+    packs: list[ColumnStore],
     places: dict[tuple[Path, str], tuple[int, int, int]],
 ) -> Encodings:
     """Tell where each frame's encoding is."""
@@ -198,7 +198,9 @@ def _encode(task: _Task) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
     source, learner = _source(task.data, task.pack), task.student.learner()
     first, end = source.first_frames[task.number : task.number + 2].tolist()
     disturbed = source.pack.columns["disturbed"]
-    rows = [row for row in range(first, end) if task.targets == "answer" or not disturbed[row]]
+    rows = [
+        row for row in range(first, end) if task.targets == "expert-action" or not disturbed[row]
+    ]
     encoded = [
         learner.encode(source.frame(task.number, row, targets=task.targets, inputs=learner.inputs))
         for row in rows

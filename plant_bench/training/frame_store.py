@@ -23,7 +23,7 @@ from plant_bench.errors import InputError
 from plant_bench.learner import Frame
 from plant_bench.runner.collect.data_folder import DataFolder
 from plant_bench.training.code_keys import closure_hash
-from plant_bench.training.column_store import Making, Pack, Progress, open_packs, starts_of
+from plant_bench.training.column_store import ColumnStore, Making, Progress, open_packs, starts_of
 from plant_bench.training.frames import (
     OF_ACTORS,
     Rows,
@@ -51,7 +51,7 @@ class Episodes:
     """
 
     data: Path
-    pack: Pack
+    pack: ColumnStore
 
     @cached_property
     def first_frames(self) -> Int[np.ndarray, " ends"]:
@@ -129,7 +129,7 @@ class Frames:
         known = np.array([source * most + episode for source, episode in wanted], np.int64)
         return np.isin(self.source * most + self.episode, known)
 
-    def resting(self, chosen: Int[np.ndarray, " chosen"]) -> Bool[np.ndarray, " chosen"]:
+    def stationary(self, chosen: Int[np.ndarray, " chosen"]) -> Bool[np.ndarray, " chosen"]:
         """Return where the ego stands and should go on standing."""
         name = "future" if self.targets == "future" else "answered"
         found = np.zeros(len(chosen), bool)
@@ -172,8 +172,8 @@ def load_frames(
         folders: See above.
         targets: What the waypoints are. "future": where the ego went, as PlanT; where something
             disturbed the driver within that future it is not the driver's own, and the frame is
-            left out. "answer": where the acceleration that the driver answered with leads if it is
-            held, along the route; the driver need not have been the one who drove.
+            left out. "expert-action": where the acceleration that the expert chose leads along the
+            route if it is held; the expert need not have been the one who drove.
         share: Of the recordings, see `recordings_in`.
         workers: Processes that make what is missing.
         on_progress: Told how many of how many episodes are ready.
@@ -198,7 +198,7 @@ def load_frames(
 
 def _episodes(
     data: Path, targets: TargetKind, share: float, making: Making
-) -> tuple[list[str], list[Pack]]:
+) -> tuple[list[str], list[ColumnStore]]:
     recordings = recordings_in(data, share)
     check_targets(data, targets)
     routes = data / "routes"
@@ -256,7 +256,7 @@ def check_targets(data: Path, targets: TargetKind) -> None:
     if origin is not None and origin.driver and targets == "future":
         message = (
             f"{data} holds the expert's answers while '{origin.driver}' drove: where that went is "
-            "no example. Learn the answers: --targets answer."
+            "no example. Learn the answers: --targets expert-action."
         )
         raise InputError(message)
 

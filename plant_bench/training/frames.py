@@ -36,7 +36,7 @@ ROLLED = slice(
 )  # the instants of a rollout at which waypoints lie
 _INPUTS = frozenset({Input.ROUTE})
 
-TargetKind = Literal["future", "answer"]
+TargetKind = Literal["future", "expert-action"]
 
 Rows = dict[str, np.ndarray]
 # A row a frame:

@@ -8,16 +8,16 @@ from types import FrameType
 
 
 @dataclass
-class StopWish:
+class StopRequest:
     """Whether the user wants to stop; mutable."""
 
     wanted: bool = False
 
 
 @contextmanager
-def stop_wish() -> Iterator[StopWish]:
+def stop_wish() -> Iterator[StopRequest]:
     """Turn the first Ctrl-C into a wish for as long as the context lasts; the second one raises."""
-    wish = StopWish()
+    wish = StopRequest()
 
     def hear(_signal: int, _frame: FrameType | None) -> None:
         if wish.wanted:

@@ -25,7 +25,7 @@ class TrainingSettings:
         weight_decay: Of the weights of linear layers (PlanT, "Implementation").
         clip: Largest norm of the gradient (as above).
         seed: Of weights, order, dropout and held-out routes.
-        resting: Share kept of samples in which the ego stands and stays.
+        stationary_fraction: Share kept of samples in which the ego is and stays stationary.
         held_out: Share of the routes kept for validation.
         full_precision: float32 instead of bfloat16, in which matrices are multiplied otherwise.
         targets: Learn where the ego went (as PlanT), or where the expert's acceleration leads.
@@ -41,7 +41,7 @@ class TrainingSettings:
     weight_decay: float = field(default=0.1, metadata={"min": 0.0})
     clip: float = field(default=1.0, metadata={"min": 0.0})
     seed: int = field(default=0, metadata={"min": 0})
-    resting: float = field(default=1.0, metadata={"min": 0.0, "max": 1.0})
+    stationary_fraction: float = field(default=1.0, metadata={"min": 0.0, "max": 1.0})
     held_out: float = field(default=0.1, metadata={"min": 0.0, "max": 0.9})
     full_precision: bool = False
     targets: TargetKind = "future"

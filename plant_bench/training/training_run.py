@@ -58,7 +58,7 @@ class Validation:
 
 
 @dataclass(frozen=True)
-class Course:
+class TrainingRun:
     """One training, from recordings to weights.
 
     Attributes:
@@ -119,7 +119,7 @@ class Listeners:
 SILENT = Listeners()
 
 
-def learn(course: Course, listeners: Listeners = SILENT) -> bool:
+def learn(course: TrainingRun, listeners: Listeners = SILENT) -> bool:
     """Train to the end; False if Ctrl-C ended it. The same course goes on where it was stopped.
 
     Raises:
@@ -161,7 +161,7 @@ def learn(course: Course, listeners: Listeners = SILENT) -> bool:
     return True
 
 
-def check_course(course: Course) -> None:
+def check_course(course: TrainingRun) -> None:
     """Check what can be checked before frames are made of the data.
 
     Raises:
@@ -183,7 +183,7 @@ def check_course(course: Course) -> None:
         check_targets(folder, course.settings.targets)
 
 
-def _split(course: Course, listeners: Listeners) -> Split:
+def _split(course: TrainingRun, listeners: Listeners) -> Split:
     settings = course.settings
     frames = load_frames(
         course.data,
@@ -192,10 +192,10 @@ def _split(course: Course, listeners: Listeners) -> Split:
         workers=course.machine.workers,
         on_progress=listeners.on_frames,
     )
-    return split_by_route(frames, settings.held_out, settings.seed, settings.resting)
+    return split_by_route(frames, settings.held_out, settings.seed, settings.stationary_fraction)
 
 
-def _closed_loop(course: Course, split: Split) -> ClosedLoop | None:
+def _closed_loop(course: TrainingRun, split: Split) -> ClosedLoop | None:
     asked = course.validation
     if not course.settings.validate_every:
         return None
@@ -221,6 +221,6 @@ def _held_out_in(data: Path, split: Split) -> list[str]:
     return found
 
 
-def _sources(course: Course) -> tuple[str, ...]:
+def _sources(course: TrainingRun) -> tuple[str, ...]:
     counts = [len(recordings_in(folder, course.share)) for folder in course.data]
     return tuple(map(source_of, course.data, counts))

@@ -53,7 +53,7 @@ class HazardRow:
         carla: The CARLA leaderboard's scenario type it mirrors, None beyond those.
         sentence: What happens.
         sketch: What its picture shows.
-        script: "module:Class" of the `Script` that plays it.
+        script: "module:Class" of the `HazardBehaviour` that plays it.
         always_asked: Whether its script places a vehicle at every tick before it is committed.
         where: "module:function" that finds its places on a route; kinds may share one.
         fits: "module:function" by which `where` tells kinds apart; "" if it does not.
@@ -158,7 +158,7 @@ class HazardKind(StrEnum):
                 (draw.NORTHWARD,),
                 ((2.6, -5.6, "green"), (12.6, -5.6, "red")),
             ),
-            script=f"{SCRIPTS}.junction_conflict:Meeting",
+            script=f"{SCRIPTS}.junction_conflict:JunctionConflict",
             where=f"{PLACES}:at_junctions",
             fits=f"{WAYS}:crosses",
             weight=8.0,
@@ -196,7 +196,7 @@ class HazardKind(StrEnum):
             sketch=Sketch(
                 "junction", draw.RIGHT, (Box(6.25, 13.0, -90.0, ((6.25, 10.0), (6.25, -8.0))),)
             ),
-            script=f"{SCRIPTS}.junction_conflict:Meeting",
+            script=f"{SCRIPTS}.junction_conflict:JunctionConflict",
             where=f"{PLACES}:at_junctions",
             fits=f"{WAYS}:joins_from_left",
             weight=16.0,
@@ -209,7 +209,7 @@ class HazardKind(StrEnum):
             carla=10,
             sentence="A vehicle arrives together with the ego at a junction without lights.",
             sketch=Sketch("junction", draw.AHEAD, (draw.NORTHWARD,)),
-            script=f"{SCRIPTS}.junction_conflict:Meeting",
+            script=f"{SCRIPTS}.junction_conflict:JunctionConflict",
             where=f"{PLACES}:at_junctions",
             fits=f"{WAYS}:is_unsignalled",
             weight=14.0,

@@ -9,9 +9,9 @@ from plant_bench.reports.leaderboard.board_builder import make_leaderboard
 from plant_bench.reports.leaderboard.leaderboard_page import write_page
 from plant_bench.reports.leaderboard.score_sources import find_sources, read_run
 from plant_bench.scoring import metrics_table
-from plant_bench.scoring.aggregation import OverRun, median
+from plant_bench.scoring.aggregation import RunAggregate, median
 from plant_bench.scoring.metrics_table import LOWER, METRICS, measure_row, score_row
-from plant_bench.scoring.penalties import Law
+from plant_bench.scoring.penalties import PenaltyScheme
 
 HOSTILE = "</script><img src=x onerror=alert(1)><b>😀 \u202e" + "x" * 10_000
 DRILL_DOWNS = 9  # with own runs and without rankings
@@ -29,7 +29,9 @@ def board(tmp_path, write_run):
     runs.append(write_run(tmp_path / "old", "steady", protocol="longest6-sumo-v0"))
     runs.append(foreign_checkpoint(runs[1], tmp_path / "<b>another simulator&.json"))
     sources = find_sources(runs, below=tmp_path)
-    made = make_leaderboard(sources, law=Law.LB1_0, paper=True, progress=lambda _: None)
+    made = make_leaderboard(
+        sources, penalties=PenaltyScheme.LB1_0, paper=True, progress=lambda _: None
+    )
     return write_page(made, tmp_path / "out", replays=True)
 
 
@@ -51,7 +53,7 @@ def more_metrics(monkeypatch):
     seconds = measure_row(
         "jerk_p95", "least jerk", "m/s³", 2, LOWER, median, "Least jerk.", name="least_jerk"
     )
-    count = OverRun("episodes", lambda results, _: float(len(results)))
+    count = RunAggregate("episodes", lambda results, _: float(len(results)))
     episodes = score_row("count", "COUNT", "", 0, LOWER, count, "How many episodes.")
     monkeypatch.setattr(metrics_table, "METRICS", (*METRICS, episodes, seconds))
 

@@ -70,9 +70,9 @@ def test_help_teaches(command, tmp_path):
         (["replay", "nowhere", "town01-0"], "Say what to make of it"),
         (["replay", "nowhere", "town01-0", "--png", "a.png"], "no run of plant-bench"),
         (["serve", "nowhere"], "There is no folder nowhere"),
-        (["score", "--agent", "cruise", "--law", "lb2.0"], "There is no law 'lb2.0'"),
-        (["rescore", "nowhere", "--law", "lb3"], "lb1.0 and lb2.1 are known"),
-        (["compare", "nowhere", "file", "--law", "lb3"], "There is no law 'lb3'"),
+        (["score", "--agent", "cruise", "--penalties", "lb2.0"], "There is no penalties 'lb2.0'"),
+        (["rescore", "nowhere", "--penalties", "lb3"], "lb1.0 and lb2.1 are known"),
+        (["compare", "nowhere", "file", "--penalties", "lb3"], "There is no penalties 'lb3'"),
         (["rescore", "nowhere"], "is no run of plant-bench"),
         (["compare", "nowhere", "file"], "is no run of plant-bench"),
         (["towns", "build", "--town", "town99", "--check"], "town99"),
@@ -151,7 +151,8 @@ def test_what_is_checked_is_all_there_is_unless_one_is_named(monkeypatch):
 
 def test_rescore_and_compare_load_no_simulator():
     code = (
-        "import sys, plant_bench.cli, plant_bench.runner.run.rescore_run, plant_bench.reports.tables;"
+        "import sys, plant_bench.cli, plant_bench.runner.run.rescore_run;"
+        "import plant_bench.reports.tables;"
         "sys.exit(bool({'libsumo', 'torch'} & sys.modules.keys()))"
     )
 

@@ -119,16 +119,16 @@ def test_another_law_changes_the_summary_and_no_record(place):
     agent = f"{ROOT / 'examples' / 'my_agent.py'}:MyAgent"
     before = records(place / "one")
 
-    said = plant_bench(*score(agent, "one", workers=1), "--law", "lb2.1", cwd=place)
-    assert "law lb2.1" in said
-    assert json.loads((place / "one" / "summary.json").read_text())["law"] == "lb2.1"
+    said = plant_bench(*score(agent, "one", workers=1), "--penalties", "lb2.1", cwd=place)
+    assert "penalties lb2.1" in said
+    assert json.loads((place / "one" / "summary.json").read_text())["penalties"] == "lb2.1"
     assert "lb2.1" in (place / "one" / "summary.csv").read_text()
 
     said = plant_bench(*score(agent, "one", workers=1), cwd=place)
-    assert "law lb1.0" in said
-    assert "Beyond the score" in said
+    assert "penalties lb1.0" in said
+    assert "RunMeasures the score" in said
     assert "cannot be told apart" not in said  # one repetition
-    assert json.loads((place / "one" / "summary.json").read_text())["law"] == "lb1.0"
+    assert json.loads((place / "one" / "summary.json").read_text())["penalties"] == "lb1.0"
     assert records(place / "one") == before
     assert all(json.loads(text)["measures"] for text in before.values())
 
@@ -139,7 +139,7 @@ def test_rescoring_gives_the_same_records(place):
         assert (place / "one" / "rescored" / name).read_bytes() == (
             place / "one" / name
         ).read_bytes()
-    assert "law lb2.1" in plant_bench("rescore", "one", "--law", "lb2.1", cwd=place)
+    assert "penalties lb2.1" in plant_bench("rescore", "one", "--penalties", "lb2.1", cwd=place)
 
 
 def test_a_changed_record_is_found_by_rescoring(place, tmp_path):
@@ -170,5 +170,7 @@ def test_the_exit_code_tells_a_regression(tmp_path):
 
     assert "Better" in plant_bench("compare", "Stops", "StopsLater", cwd=tmp_path)
     assert "Worse" in plant_bench("compare", "StopsLater", "Stops", cwd=tmp_path, code=1)
-    said = plant_bench("compare", "StopsLater", "Stops", "--law", "lb2.1", cwd=tmp_path, code=1)
-    assert "law lb2.1" in said
+    said = plant_bench(
+        "compare", "StopsLater", "Stops", "--penalties", "lb2.1", cwd=tmp_path, code=1
+    )
+    assert "penalties lb2.1" in said

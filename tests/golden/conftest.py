@@ -42,7 +42,7 @@ Others = Sequence[Other] | Callable[[int], Sequence[Other]]
 
 
 @dataclass
-class Stage:
+class HazardWorld:
     """Puts an episode together, part by part; mutable."""
 
     town: Town
@@ -60,7 +60,7 @@ class Stage:
         yaw: float | None = None,
         others: Others = (),
         light: Light = Light.GREEN,
-    ) -> "Stage":
+    ) -> "HazardWorld":
         """Drive along x, at a constant y; a fraction of a step is driven at the end."""
         heading = (0.0 if to >= self.x else math.pi) if yaw is None else yaw
         while abs(to - self.x) > 1e-9:
@@ -77,7 +77,7 @@ class Stage:
         speed: float = 0.0,
         others: Others = (),
         light: Light = Light.GREEN,
-    ) -> "Stage":
+    ) -> "HazardWorld":
         """Stay where it is; `speed` is what the speedometer shows."""
         for _ in range(ticks):
             self._add(EgoState(self.x, y, 0.0, speed), others, light)
@@ -159,6 +159,6 @@ def eastward() -> Route:
 
 
 @pytest.fixture
-def stage() -> Stage:
+def stage() -> HazardWorld:
     """An empty stage, the ego about to start."""
-    return Stage(straight_road(), eastward())
+    return HazardWorld(straight_road(), eastward())

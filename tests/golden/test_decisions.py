@@ -11,14 +11,14 @@ import pytest
 from plant_bench.agent import PATH_POSES, Observation, Privileged, RouteAhead
 from plant_bench.agents.careful.driver import CarefulDriver
 from plant_bench.agents.careful.forecast import along_true_lanes, straight_on
-from plant_bench.agents.careful.motion_forecast import TrackedForecast
+from plant_bench.agents.careful.motion_forecast import MotionForecast
 from plant_bench.features.motion import rates_between
 from plant_bench.features.tokens import TokenSpec, tokens_of
 from plant_bench.world.scene import Actors, EgoState
 
 WANTED = Path(__file__).with_name("decisions.json")
 SCENES = 120
-TOLD = TokenSpec(meetings=True, tracks=True, foresight=3.0, vulnerable=True)
+TOLD = TokenSpec(conflicts=True, motion=True, horizon=3.0, vulnerable=True)
 
 
 def actors(draw: np.random.Generator, line: np.ndarray) -> Actors:
@@ -64,7 +64,7 @@ def decided(seed: int) -> dict[str, list]:
         poses=(now.actors.poses - np.float32(0.3)).astype(np.float32),
         speeds=np.maximum(now.actors.speeds - np.float32(0.5), np.float32(0.0)),
     )
-    tracked = TrackedForecast()
+    tracked = MotionForecast()
     tracked.watch(replace(now, time=0.5, actors=before))
     tracked.watch(now)
     found: dict[str, list] = {}

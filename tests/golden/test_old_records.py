@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from plant_bench.scoring.infractions import InfractionKind, Status
-from plant_bench.scoring.penalties import Law
+from plant_bench.scoring.penalties import PenaltyScheme
 from plant_bench.scoring.results import EpisodeResult
 
 RECORDS = Path(__file__).parent / "records"
@@ -28,7 +28,9 @@ def test_format_1():
     ]
     assert result.infraction_score == pytest.approx(0.6 * 0.7 * 0.95)
     assert result.driving_score == pytest.approx(62.5 * 0.6 * 0.7 * 0.95)
-    assert result.infraction_score_by(Law.LB2_1) == pytest.approx(0.95 / (1.0 + 0.7 + 0.4))
+    assert result.infraction_score_by(PenaltyScheme.LB2_1) == pytest.approx(
+        0.95 / (1.0 + 0.7 + 0.4)
+    )
     assert result.measures is None
 
 

@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from plant_bench.scoring.infractions import Infraction, InfractionKind, Status
 from plant_bench.scoring.metrics import summarise
 from plant_bench.scoring.normalised_score import infraction_score_per_km, normalised_score
-from plant_bench.scoring.penalties import Law
+from plant_bench.scoring.penalties import PenaltyScheme
 from plant_bench.scoring.results import EpisodeResult
 
 shares = st.floats(0.0, 1.0)
@@ -51,10 +51,10 @@ def test_scores_stay_within_their_bounds(result):
 @given(results(), infractions())
 def test_an_infraction_never_raises_the_score(result, infraction):
     worse = result.model_copy(update={"infractions": (*result.infractions, infraction)})
-    for law in Law:
-        assert worse.infraction_score_by(law) <= result.infraction_score_by(law)
-        assert worse.driving_score_by(law) <= result.driving_score_by(law)
-        assert normalised_score([worse], law) <= normalised_score([result], law)
+    for penalties in PenaltyScheme:
+        assert worse.infraction_score_by(penalties) <= result.infraction_score_by(penalties)
+        assert worse.driving_score_by(penalties) <= result.driving_score_by(penalties)
+        assert normalised_score([worse], penalties) <= normalised_score([result], penalties)
 
 
 def with_one_fault(result):
@@ -64,8 +64,10 @@ def with_one_fault(result):
     return result.model_copy(update={"infractions": (*events, *first)})
 
 
-@given(st.lists(results(), min_size=1, max_size=4), st.floats(0.0, 1.0), st.sampled_from(Law))
-def test_driving_on_without_a_fault_never_lowers_the_normalised_score(drawn, share, law):
+@given(
+    st.lists(results(), min_size=1, max_size=4), st.floats(0.0, 1.0), st.sampled_from(PenaltyScheme)
+)
+def test_driving_on_without_a_fault_never_lowers_the_normalised_score(drawn, share, penalties):
     before = [with_one_fault(item) for item in drawn]
     first = before[0]
     metres = share * (1.0 - first.completion) * first.route_length
@@ -83,12 +85,12 @@ def test_driving_on_without_a_fault_never_lowers_the_normalised_score(drawn, sha
             ),
         }
     )
-    after = normalised_score([further, *before[1:]], law)
-    assert after >= normalised_score(before, law) * (1.0 - 1e-9)
+    after = normalised_score([further, *before[1:]], penalties)
+    assert after >= normalised_score(before, penalties) * (1.0 - 1e-9)
 
 
-@given(results(), st.integers(2, 5), st.sampled_from(Law))
-def test_equal_rates_give_equal_normalised_infraction_scores(result, times, law):
+@given(results(), st.integers(2, 5), st.sampled_from(PenaltyScheme))
+def test_equal_rates_give_equal_normalised_infraction_scores(result, times, penalties):
     """Who drives so many times as far, with so many times the infractions, is as good a driver."""
     near = with_one_fault(result)
     assume(near.completion * near.route_length > 1.0)
@@ -101,7 +103,10 @@ def test_equal_rates_give_equal_normalised_infraction_scores(result, times, law)
             "infractions": (*(events * times), *shares),
         }
     )
-    short, long = infraction_score_per_km([near], law), infraction_score_per_km([far], law)
+    short, long = (
+        infraction_score_per_km([near], penalties),
+        infraction_score_per_km([far], penalties),
+    )
     assert long == pytest.approx(short, rel=1e-9, abs=1e-12)
 
 

@@ -21,7 +21,7 @@ from plant_bench.towns.importing.map_source import read_source
 from plant_bench.towns.importing.net_edits import ends_of_edges
 from plant_bench.towns.importing.network_repair import mend
 from plant_bench.towns.importing.route_import import TownFound, match_routes
-from plant_bench.towns.importing.suite_making import RoutesWanted, make_routes
+from plant_bench.towns.importing.suite_making import RouteRequest, make_routes
 from plant_bench.towns.town_checks import find_unreachable
 from plant_bench.world.route import load_suite
 from plant_bench.world.town import Town
@@ -339,4 +339,4 @@ def test_too_long_routes_are_asked_for_in_vain(tmp_path):
     town, _ = mended(TOWN02)
 
     with pytest.raises(InputError, match="Lower --min-length"):
-        make_routes(town, RoutesWanted(count=1, shortest=20_000.0, longest=30_000.0))
+        make_routes(town, RouteRequest(count=1, shortest=20_000.0, longest=30_000.0))

@@ -12,11 +12,11 @@ from plant_bench.agents.loading.checksum import agent_checksum
 from plant_bench.data.recorder import Recorder
 from plant_bench.data.recording import Recording
 from plant_bench.errors import InputError
-from plant_bench.runner.collect.dagger import Takeover
+from plant_bench.runner.collect.dagger import DaggerOverride
 from plant_bench.runner.episode.jobs import Job
 from plant_bench.runner.episode.loop import run_episode
 from plant_bench.runner.review.expert_queries import ask_expert
-from plant_bench.runner.review.postmortem import look_back
+from plant_bench.runner.review.postmortem import review_episode
 from plant_bench.runner.review.resimulation import simulate_again
 from plant_bench.runner.review.review_frames import Window
 from plant_bench.scoring.results import EpisodeResult
@@ -79,13 +79,15 @@ def test_the_expert_answers_as_it_does_where_another_planner_drives_to_collect_d
     driven: tuple[Path, EpisodeResult], route: Route, tmp_path: Path
 ) -> None:
     collected = tmp_path / "collected.parquet"
-    run_episode(job("expert", route), recording=collected, override=Takeover(DRIVER, route, 0))
+    run_episode(
+        job("expert", route), recording=collected, override=DaggerOverride(DRIVER, route, 0)
+    )
     told = Recording.load(collected)
     file, result = driven
     recording = Recording.load(file)
     last = len(recording) - 1
 
-    looked = look_back(recording, result, route, [Window(0, last, last)])
+    looked = review_episode(recording, result, route, [Window(0, last, last)])
 
     same = np.all(told.egos[: last + 1] == recording.egos[: len(told)], axis=1)
     assert same.all()  # nobody was relieved
@@ -119,7 +121,7 @@ def test_the_expert_is_asked_twice_a_second_until_the_scenes_differ(
     assert set(range(0, len(recording) - 1, 10)) <= set(whole.ticks.tolist())
     assert not (whole.ticks[moving] % 10).any()
     assert whole.note == ""
-    looked = look_back(recording, result, route, [Window(0, len(recording) - 2, 0)])
+    looked = review_episode(recording, result, route, [Window(0, len(recording) - 2, 0)])
     answers = [looked.moments[tick].expert for tick in whole.ticks.tolist()]
     told = [item and item.reason and item.reason.actor for item in answers]
     assert whole.actors.tolist() == told
@@ -134,7 +136,7 @@ def test_a_planner_that_has_changed_is_not_believed(
     file, result = driven
     other = result.model_copy(update={"agent": "cruise"})
 
-    looked = look_back(Recording.load(file), other, route, [Window(0, 40, 0)])
+    looked = review_episode(Recording.load(file), other, route, [Window(0, 40, 0)])
 
     assert "answers otherwise than recorded" in looked.planner_note
     assert looked.moments[40].planner is None

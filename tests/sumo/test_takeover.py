@@ -10,7 +10,7 @@ from plant_bench.agent import Control
 from plant_bench.agents.loading.checksum import agent_checksum
 from plant_bench.data.recording import Recording
 from plant_bench.runner.collect.collect_task import DriveTask, drive_one
-from plant_bench.runner.collect.dagger import PATIENCE, RELIEF, Takeover
+from plant_bench.runner.collect.dagger import PATIENCE, RELIEF, DaggerOverride
 from plant_bench.runner.collect.data_folder import DataFolder, EpisodeNote
 from plant_bench.runner.collect.episode_plan import PlannedEpisode
 from plant_bench.runner.episode.jobs import Job
@@ -48,7 +48,7 @@ def job_on(route: Route) -> Job:
     return Job("expert", agent_checksum("expert"), route, 0, 5, "dense", hazards=False)
 
 
-class Watched(Takeover):
+class Watched(DaggerOverride):
     """Keeps what was asked for and what was executed."""
 
     def __init__(self, driver: str, route: Route) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 
 from plant_bench.agent import Observation
 from plant_bench.agents.careful.forecast import STANDING, Forecast, actors_in, margins
-from plant_bench.features.motion import Rates, Tracks
+from plant_bench.features.motion import MotionTracker, Rates
 from plant_bench.features.predicted_conflicts import FASTEST, FIRMEST, HARDEST, WIDEST
 from plant_bench.features.rollouts import STEP, STEPS
 from plant_bench.jit import (
@@ -33,15 +33,15 @@ TURNING = 1.0  # m/s from which a change of heading is a curve
 SHARPEST = 0.25  # 1/m, the curvature of the tightest turn believed
 
 
-class TrackedForecast:
+class MotionForecast:
     """Remembers the last half second of all actors, and forecasts from it; mutable.
 
     Args:
         tracks: What remembers, where a planner has such tracks already.
     """
 
-    def __init__(self, tracks: Tracks | None = None) -> None:
-        self._tracks = Tracks() if tracks is None else tracks
+    def __init__(self, tracks: MotionTracker | None = None) -> None:
+        self._tracks = MotionTracker() if tracks is None else tracks
         self._ids = np.empty(0, int)
         self._rates: Rates | None = None
 

@@ -35,6 +35,7 @@ HARMLESS = {
     "plant_bench.inference_timing": "tells how long a network takes",
     "plant_bench.untrusted_files": "how files are read: weights are listed and hashed",
     "plant_bench.user_modules": "how modules of planners are found",
+    "plant_bench.renamed": "texts of messages",
     "plant_bench.source_code": "makes the checksums",
     "plant_bench.atomic_files": "how files are written",
     "plant_bench.world.hazard_sketch": "how hazards are drawn in tables and pages",
@@ -45,7 +46,7 @@ REMOTE = (
 
 
 @dataclass(frozen=True)
-class Makings:
+class PlannerComponents:
     """What a planner is made of.
 
     Attributes:
@@ -67,10 +68,10 @@ def agent_checksum(spec: str, load: Loader = load_agent) -> str:
     Raises:
         InputError: There is no such planner, or a file of it cannot be read.
     """
-    makings = makings_of(spec, load)
+    components = components_of(spec, load)
     lines = [PlannerSpec.parse(spec).name]
-    lines += sorted(f"{path.name} {_hash(path, spec)}" for path in makings.files)
-    lines += library_versions(makings.libraries)
+    lines += sorted(f"{path.name} {_hash(path, spec)}" for path in components.files)
+    lines += library_versions(components.libraries)
     return hashlib.sha256("\n".join(lines).encode()).hexdigest()
 
 
@@ -80,10 +81,10 @@ def agent_files(spec: str, load: Loader = load_agent) -> set[Path]:
     Raises:
         InputError: There is no such planner.
     """
-    return set(makings_of(spec, load).files)
+    return set(components_of(spec, load).files)
 
 
-def makings_of(spec: str, load: Loader = load_agent) -> Makings:
+def components_of(spec: str, load: Loader = load_agent) -> PlannerComponents:
     """Return what a planner is made of.
 
     Raises:
@@ -92,13 +93,13 @@ def makings_of(spec: str, load: Loader = load_agent) -> Makings:
     agent = load(spec)
     if PlannerSpec.parse(spec).kind is Kind.COMMAND:
         code = {module_file(name) for name in import_closure(REMOTE, without=_KEPT_APART)}
-        return Makings(frozenset(_listed(agent) | code), _libraries(agent))
+        return PlannerComponents(frozenset(_listed(agent) | code), _libraries(agent))
     if getattr(agent, "remote", False):  # it was told what it is made of
-        return Makings(frozenset(_listed(agent)), _libraries(agent))
-    return makings_of_loaded(spec, agent)
+        return PlannerComponents(frozenset(_listed(agent)), _libraries(agent))
+    return components_of_loaded(spec, agent)
 
 
-def makings_of_loaded(spec: str, agent: Agent) -> Makings:
+def components_of_loaded(spec: str, agent: Agent) -> PlannerComponents:
     """Return what a planner is made of that has been loaded in this process."""
     kind = PlannerSpec.parse(spec).kind
     file = Path(planner_module(spec).__file__ or "")
@@ -114,7 +115,7 @@ def makings_of_loaded(spec: str, agent: Agent) -> Makings:
     ours = {module_file(name) for name in closure}
     libraries |= COMPUTING & imported_packages(ours)
     ours |= {path for name in closure for path in data_files(name)}
-    return Makings(frozenset(files | ours | _listed(agent)), _libraries(agent, libraries))
+    return PlannerComponents(frozenset(files | ours | _listed(agent)), _libraries(agent, libraries))
 
 
 _KEPT_APART = {

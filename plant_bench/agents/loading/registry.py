@@ -77,8 +77,8 @@ def planner_module(text: str) -> ModuleType:
 
 
 def _commanded(text: str) -> Agent:
-    from plant_bench.agents.remote.launch_command import program_of
+    from plant_bench.agents.remote.launch_command import launch_command_of
     from plant_bench.agents.remote.process import Limits
     from plant_bench.agents.remote.remote_agent import remote_agent
 
-    return remote_agent(program_of(text), Limits())
+    return remote_agent(launch_command_of(text), Limits())

@@ -46,7 +46,7 @@ ABLATIONS: Mapping[str, tuple[Choice, ...]] = {
         # Nor anything that follows from the speeds of others.
         Choice(
             "no-speeds",
-            _tokens(speed=False, meetings=False, tracks=False, foresight=0.0),
+            _tokens(speed=False, conflicts=False, motion=False, horizon=0.0),
             "72.34 ± 3.30",
         ),
         Choice("speeds", _tokens(speed=True), PAPER_WHOLE),
@@ -61,11 +61,11 @@ ABLATIONS: Mapping[str, tuple[Choice, ...]] = {
     "vulnerable": _told("vulnerable", lambda told: _tokens(vulnerable=told)),
     "limit-input": _told("limit-input", lambda told: _network(limit_input=told)),
     "speed-input": _told("speed-input", lambda told: _network(speed_input=told)),
-    "meetings": _told("meetings", lambda told: _tokens(meetings=told)),
-    "tracks": _told("tracks", lambda told: _tokens(tracks=told)),
-    "foresight": (
-        Choice("no-foresight", _tokens(foresight=0.0)),
-        Choice("foresight-5s", _tokens(foresight=5.0)),
+    "conflicts": _told("conflicts", lambda told: _tokens(conflicts=told)),
+    "motion": _told("motion", lambda told: _tokens(motion=told)),
+    "horizon": (
+        Choice("no-horizon", _tokens(horizon=0.0)),
+        Choice("horizon-5s", _tokens(horizon=5.0)),
     ),
     "reach": (Choice("reach-30", _tokens(reach=30.0)), Choice("reach-50", _tokens(reach=50.0))),
 }

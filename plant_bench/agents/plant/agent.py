@@ -14,7 +14,7 @@ from plant_bench.agents.plant.config import GRAPH_FILE, load_config
 from plant_bench.controller import follow_plan
 from plant_bench.data_files import models_dir
 from plant_bench.errors import AgentError
-from plant_bench.features.motion import Tracks
+from plant_bench.features.motion import MotionTracker
 from plant_bench.features.network_inputs import SceneInput, scene_input
 from plant_bench.features.tokens import NOWHERE
 from plant_bench.model_folder import CONFIG_FILE, WEIGHTS_FILE
@@ -48,13 +48,13 @@ class PlanT:
         self.files: Sequence[Path] = _files(folder)
         runs_on = "onnxruntime" if (folder / GRAPH_FILE).is_file() else "torch"
         self.libraries = ("numba", "numpy", runs_on)
-        self.tracks = Tracks()
+        self.motion = MotionTracker()
         self.interval = INTERVAL
 
     def reset(self, route: Route | None) -> None:
         """Start a new episode; the route is told with each observation."""
         del route
-        self.tracks.forget()
+        self.motion.forget()
         self.interval = INTERVAL
 
     def act(self, observation: Observation) -> Plan:
@@ -68,7 +68,7 @@ class PlanT:
     def __deepcopy__(self, _memo: object) -> "PlanT":
         """Return a copy that shares the network, which never changes."""
         other = copy.copy(self)
-        other.tracks = self.tracks.copied()
+        other.motion = self.motion.copied()
         return other
 
     def rank(self, observation: Observation) -> Float[np.ndarray, " actors"]:
@@ -89,8 +89,8 @@ class PlanT:
 
     def _given(self, observation: Observation) -> SceneInput:
         rates = None
-        if self._spec.tracks and observation.actors is not None:
-            rates = self.tracks.rates(observation.time, observation.actors)
+        if self._spec.motion and observation.actors is not None:
+            rates = self.motion.rates(observation.time, observation.actors)
         return scene_input(observation, self._spec, rates)
 
 

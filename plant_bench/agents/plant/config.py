@@ -10,6 +10,7 @@ from pydantic import TypeAdapter
 
 from plant_bench.features.tokens import TokenSpec
 from plant_bench.model_folder import read_config
+from plant_bench.renamed import renamed_keys
 
 SizeName = Literal["mini", "small", "medium"]
 GraphBits = Literal[8, 32]  # of a weight of the encoder in a graph
@@ -110,6 +111,8 @@ def config_from(values: Mapping[str, Any]) -> PlanTConfig:
     Raises:
         ValueError: Values are missing, of other types or out of range.
     """
+    if message := renamed_keys(values.get("tokens", {})):
+        raise ValueError(message)
     config = TypeAdapter(PlanTConfig).validate_python(dict(values))
     _check_ranges(config)
     return config
@@ -120,7 +123,7 @@ def _check_ranges(config: PlanTConfig) -> None:
     tokens = config.tokens
     ranges = {
         "reach": (tokens.reach, 1.0, 1000.0),
-        "foresight": (tokens.foresight, 0.0, 60.0),
+        "horizon": (tokens.horizon, 0.0, 60.0),
         "segments": (tokens.segments, 0, 1000),
         "longest": (tokens.longest, 0.1, 1000.0),
         "tolerance": (tokens.tolerance, 0.0, 100.0),

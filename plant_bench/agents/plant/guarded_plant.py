@@ -28,7 +28,7 @@ class GuardedPlanT(Guarded):
 
     def __init__(self, weights: str | None = None) -> None:
         planner = PlanT(weights)
-        super().__init__(planner, planner.tracks)
+        super().__init__(planner, planner.motion)
         self._ranker = planner
         self.files: Sequence[Path] = planner.files
         self.libraries = planner.libraries

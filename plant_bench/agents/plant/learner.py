@@ -16,8 +16,8 @@ from plant_bench.agents.plant.samples import PADDING, encode
 from plant_bench.agents.plant.training_options import PlanTOptions
 from plant_bench.agents.plant.transformer import bert_parameters
 from plant_bench.errors import InputError
-from plant_bench.features.motion import TRACK_ATTRIBUTES
-from plant_bench.features.predicted_conflicts import MEETING_ATTRIBUTES
+from plant_bench.features.motion import MOTION_ATTRIBUTES
+from plant_bench.features.predicted_conflicts import CONFLICT_ATTRIBUTES
 from plant_bench.features.tokens import ATTRIBUTES, TokenSpec
 from plant_bench.learner import Encoded, Forward, Frame, Learner
 
@@ -53,7 +53,7 @@ class PlanTLearner(Learner[PlanTOptions]):
             hidden = chance < config.speed_dropout
             given = given._replace(speed=given.speed.masked_fill(hidden, torch.nan))
         targets = Targets(batch["waypoints"], batch["futures"])
-        losses = losses_of(network(given), targets, config.bins, self.options.caution)
+        losses = losses_of(network(given), targets, config.bins, self.options.overshoot_weight)
         return {
             "loss": losses.total(self.options.auxiliary),
             "waypoints": losses.waypoints,
@@ -136,13 +136,13 @@ def check_start(earlier: PlanTConfig, now: PlanTConfig) -> None:
     """Check that a training may start from an earlier network's weights.
 
     How often the speed is withheld in training is no part of the network, and may differ; and
-    attributes of meetings and tracks may be told that were not told before.
+    attributes of conflicts and motion may be told that were not told before.
 
     Raises:
         InputError: The networks differ in size or in what they are told.
     """
     before, after = _options(earlier), _options(now)
-    for name in ("meetings", "tracks"):
+    for name in ("conflicts", "motion"):
         before[name] = before[name] or after[name]
     other = [
         f"{name} {before[name]} (now {after[name]})"
@@ -162,8 +162,8 @@ def with_new_columns(weight: Tensor, earlier: TokenSpec, now: TokenSpec) -> Tens
     columns = weight[:, :ATTRIBUTES]
     rest = weight[:, ATTRIBUTES:]
     for had, has, count in (
-        (earlier.meetings, now.meetings, MEETING_ATTRIBUTES),
-        (earlier.tracks, now.tracks, TRACK_ATTRIBUTES),
+        (earlier.conflicts, now.conflicts, CONFLICT_ATTRIBUTES),
+        (earlier.motion, now.motion, MOTION_ATTRIBUTES),
     ):
         if has:
             columns = torch.cat(

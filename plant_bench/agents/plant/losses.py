@@ -45,7 +45,7 @@ class Losses:
 
 
 def losses_of(
-    output: Output, targets: Targets, bins: Sequence[Bins], caution: float = 1.0
+    output: Output, targets: Targets, bins: Sequence[Bins], overshoot_weight: float = 1.0
 ) -> Losses:
     """Return how far an output is from its targets.
 
@@ -53,12 +53,12 @@ def losses_of(
         output: Of the network.
         targets: What it should be.
         bins: Of the six attributes.
-        caution: Weight of metres too far ahead against metres short of it: in doubt the network
-            answers with less than the median of what was driven; 1 for equation 3.
+        overshoot_weight: Weight of metres too far ahead against metres short of the target: above 1
+            the network plans less than the median of what was driven; 1 for equation 3.
     """
     errors = output.waypoints - targets.waypoints
     ahead, aside = errors.unbind(dim=2)
-    along = torch.where(ahead > 0.0, caution * ahead, -ahead)
+    along = torch.where(ahead > 0.0, overshoot_weight * ahead, -ahead)
     waypoints = (along + aside.abs()).mean()
     known = ~targets.futures[:, :, 0].isnan()
     each = torch.zeros_like(known, dtype=waypoints.dtype)

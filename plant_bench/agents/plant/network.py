@@ -19,7 +19,7 @@ from plant_bench.features.tokens import TokenKind, TokenSpec
 
 DECODER_WIDTH = 64  # of the GRU, the light's flag apart (PlanT, model.py)
 SCALES = (10.0, 15.0, 15.0, math.pi, 2.0, 5.0)  # attributes are divided by these
-MEETING_SCALES, TRACK_SCALES = (20.0, 3.0, 3.0, 3.0), (3.0, 0.5)
+CONFLICT_SCALES, MOTION_SCALES = (20.0, 3.0, 3.0, 3.0), (3.0, 0.5)
 METRES, SPEED = 10.0, 10.0  # the same for points and for the ego's speed and limit
 
 
@@ -57,7 +57,7 @@ class Output(NamedTuple):
 
 def scales_of(spec: TokenSpec) -> tuple[float, ...]:
     """Return what a token's attributes are divided by."""
-    return SCALES + MEETING_SCALES * spec.meetings + TRACK_SCALES * spec.tracks
+    return SCALES + CONFLICT_SCALES * spec.conflicts + MOTION_SCALES * spec.motion
 
 
 class PlanTNetwork(nn.Module):

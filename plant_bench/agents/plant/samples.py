@@ -32,7 +32,7 @@ def encode(frame: Frame, spec: TokenSpec) -> Encoded:
     if now is None:
         message = "PlanT learns from objects: a frame with the input 'objects' is expected."
         raise InputError(message)
-    rates = rates_between(frame.before, now, PLAN_INTERVAL) if spec.tracks else None
+    rates = rates_between(frame.before, now, PLAN_INTERVAL) if spec.motion else None
     given = scene_input(frame.observation, spec, rates)
     return {
         "attributes": given.tokens.attributes,

@@ -12,7 +12,7 @@ class PlanTOptions:
     Attributes:
         network: Its size and inputs.
         auxiliary: Weight of predicting the others' future, lambda (PlanT, "Implementation").
-        caution: Weight of waypoints too far ahead against those short of it; 1 as the paper.
+        overshoot_weight: Weight of waypoints too far ahead against those too short; 1 in PlanT.
         onnx: Write network.onnx, too: half the time a decision.
         weights_bits: Of network.onnx: 8 is up to twice as fast, waypoints differ by about a
             centimetre.
@@ -20,6 +20,6 @@ class PlanTOptions:
 
     network: PlanTConfig = field(default_factory=PlanTConfig)
     auxiliary: float = field(default=0.2, metadata={"min": 0.0})
-    caution: float = field(default=1.0, metadata={"min": 0.1})
+    overshoot_weight: float = field(default=1.0, metadata={"min": 0.1})
     onnx: bool = False
     weights_bits: GraphBits = GRAPH_BITS

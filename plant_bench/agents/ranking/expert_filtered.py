@@ -5,7 +5,7 @@ from pathlib import Path
 
 from plant_bench.agent import Agent, Ranker
 from plant_bench.agents.expert import Expert
-from plant_bench.agents.loading.checksum import Makings, makings_of
+from plant_bench.agents.loading.checksum import PlannerComponents, components_of
 from plant_bench.agents.loading.planner_spec import Kind, PlannerSpec
 from plant_bench.agents.loading.registry import load_agent
 from plant_bench.agents.ranking.filtered_planner import Filtered
@@ -44,9 +44,9 @@ class FilteredExpert(Filtered):
             )
             raise InputError(message)
         ranker = _ranker_of(name, planner) if planner else BY_THEMSELVES.get(name, Nearest)()
-        makings = makings_of(planner) if planner else Makings()
-        self.files: Sequence[Path] = sorted(makings.files)
-        self.libraries = sorted({"numba", "numpy", *makings.libraries})
+        components = components_of(planner) if planner else PlannerComponents()
+        self.files: Sequence[Path] = sorted(components.files)
+        self.libraries = sorted({"numba", "numpy", *components.libraries})
         super().__init__(Expert(), ranker, most=int(name != NOBODY_SHOWN), vehicles_only=True)
 
 

@@ -12,7 +12,7 @@ _SERVE = (sys.executable, "-P", "-m", "plant_bench.agents.remote.planner_server"
 
 
 @dataclass(frozen=True)
-class Program:
+class LaunchCommand:
     """A program that speaks the protocol.
 
     Attributes:
@@ -28,7 +28,7 @@ class Program:
     files: tuple[Path, ...] = ()
 
 
-def program_of(spec: str) -> Program:
+def launch_command_of(spec: str) -> LaunchCommand:
     """Return what to start for a planner: the command it names, or Python that loads it.
 
     Raises:
@@ -36,7 +36,7 @@ def program_of(spec: str) -> Program:
     """
     parsed = PlannerSpec.parse(spec)
     if parsed.kind is not Kind.COMMAND:
-        return Program(spec, _SERVE, agent=spec)
+        return LaunchCommand(spec, _SERVE, agent=spec)
     words = parsed.words
     if not words:
         message = f"The agent '{spec}' names no program: as in command:./my_planner --flag."
@@ -47,4 +47,4 @@ def program_of(spec: str) -> Program:
         message = f"The agent '{spec}' cannot be started: {words[0]} {wrong}."
         raise InputError(message)
     files = tuple(Path(word) for word in words if Path(word).is_file())
-    return Program(spec, tuple(words), files=files)
+    return LaunchCommand(spec, tuple(words), files=files)

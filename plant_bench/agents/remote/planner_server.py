@@ -13,7 +13,7 @@ import numpy as np
 
 from plant_bench.agent import Agent, Control, Observation, Plan, Ranker
 from plant_bench.agent_check import check_action, decision_interval, reason_of
-from plant_bench.agents.loading.checksum import Makings, makings_of_loaded
+from plant_bench.agents.loading.checksum import PlannerComponents, components_of_loaded
 from plant_bench.agents.loading.registry import load_agent
 from plant_bench.agents.remote.codec import MOST_AXES, MOST_PASSES, array_out, pack, unpack
 from plant_bench.agents.remote.messages import (
@@ -44,7 +44,7 @@ class _Served:
 
     def __init__(self) -> None:
         self._agent: Agent | None = None
-        self._makings: Makings | None = None
+        self._makings: PlannerComponents | None = None
         self._answers: dict[str, Callable[[Wire], Wire]] = {
             "hello": self._hello,
             "reset": self._reset,
@@ -63,7 +63,7 @@ class _Served:
         spec = question["agent"]
         self._agent = agent = load_agent(spec)
         if self._makings is None:
-            self._makings = makings_of_loaded(spec, agent)
+            self._makings = components_of_loaded(spec, agent)
         return {
             "type": "hello",
             "protocol": PROTOCOL_VERSION,

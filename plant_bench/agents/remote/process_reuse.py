@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from plant_bench.agents.remote.codec import FLOAT64, array_in, pack
-from plant_bench.agents.remote.launch_command import Program
+from plant_bench.agents.remote.launch_command import LaunchCommand
 from plant_bench.agents.remote.messages import Wire, hello_out
 from plant_bench.agents.remote.process import Limits, PlannerProcess, memory_limit
 from plant_bench.agents.remote.remote_errors import ProtocolError, RemoteError
@@ -40,7 +40,7 @@ class Profile:
 class Connection:
     """Questions to one planner of a program; mutable. Who does not answer well is ended."""
 
-    def __init__(self, program: Program, limits: Limits) -> None:
+    def __init__(self, program: LaunchCommand, limits: Limits) -> None:
         self.program = program
         self._limits = limits
         self._process: PlannerProcess | None = None
@@ -136,11 +136,11 @@ def first_profile(connection: Connection) -> Profile:
         raise InputError(message) from error
 
 
-_idle: dict[tuple[Program, Limits], PlannerProcess] = {}  # behaved well and may be taken over
+_idle: dict[tuple[LaunchCommand, Limits], PlannerProcess] = {}  # behaved well and may be taken over
 _running: weakref.WeakSet[PlannerProcess] = weakref.WeakSet()
 
 
-def _give_back(key: tuple[Program, Limits], process: PlannerProcess) -> None:
+def _give_back(key: tuple[LaunchCommand, Limits], process: PlannerProcess) -> None:
     """Keep a process for the next planner of the same program."""
     if process.alive and key not in _idle:
         _idle[key] = process

@@ -4,7 +4,7 @@ import numpy as np
 from jaxtyping import Float
 
 from plant_bench.agent import Cause, Control, Observation, Plan, Reason
-from plant_bench.agents.remote.launch_command import Program
+from plant_bench.agents.remote.launch_command import LaunchCommand
 from plant_bench.agents.remote.messages import observation_out, reset_out
 from plant_bench.agents.remote.process import Limits
 from plant_bench.agents.remote.process_reuse import Connection, Profile, first_profile
@@ -77,7 +77,9 @@ class RemoteRanker(RemoteAgent):
         return self._connection.array(answer.values, axes=1)
 
 
-def remote_agent(program: Program, limits: Limits, profile: Profile | None = None) -> RemoteAgent:
+def remote_agent(
+    program: LaunchCommand, limits: Limits, profile: Profile | None = None
+) -> RemoteAgent:
     """Return a planner in a process of its own.
 
     Args:

@@ -124,11 +124,11 @@ def ablate_learner_stub() -> None:
 def _fields(learner: str) -> tuple[list[OptionField], list[OptionField]]:
     """Return the options of all trainings, and the learner's own."""
     from plant_bench.training.learners import learner_class
-    from plant_bench.training.training_run import Course
+    from plant_bench.training.training_run import TrainingRun
 
     kind = learner_class(learner)
     known = kind(kind.Options()).recipe
-    found = option_fields(Course, inside={"options": kind.Options}, without=_FIXED)
+    found = option_fields(TrainingRun, inside={"options": kind.Options}, without=_FIXED)
     own = [item for item in found if item.path[0] == "options" and item.path[1] in known]
     return [
         item for item in found if item.path[0] != "options" and item.path[-1] not in _ALIKE

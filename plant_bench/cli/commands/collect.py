@@ -19,12 +19,12 @@ def collect(
     ] = None,
     seed: Annotated[
         int,
-        typer.Option(help="Of routes, traffic and disturbances; others give other data.", min=0),
+        typer.Option(help="Of routes, traffic and perturbations; others give other data.", min=0),
     ] = 0,
     perturb: Annotated[
         float,
         typer.Option(
-            help="Share of episodes with disturbances from which the expert recovers; PlanT: none.",
+            help="Share of episodes with perturbations that the expert recovers from; PlanT: none.",
             min=0.0,
             max=1.0,
         ),

@@ -5,13 +5,13 @@ from typing import Annotated
 
 import typer
 
-from plant_bench.cli.options import LawOption
+from plant_bench.cli.options import PenaltiesOption
 
 
 def compare_runs(
     first: Annotated[Path, typer.Argument(help="The run to compare with.")],
     second: Annotated[Path, typer.Argument(help="The run in question.")],
-    law: LawOption = "lb1.0",
+    penalties: PenaltiesOption = "lb1.0",
 ) -> None:
     """Say whether the second run is better or worse than the first.
 
@@ -25,8 +25,8 @@ def compare_runs(
     from plant_bench.api.run import load_run
     from plant_bench.reports.tables import print_difference
 
-    base, new = load_run(first, law=law), load_run(second, law=law)
+    base, new = load_run(first, penalties=penalties), load_run(second, penalties=penalties)
     difference = new.compare(base)
-    print_difference(difference, str(first), str(second), law=new.law)
+    print_difference(difference, str(first), str(second), penalties=new.penalties)
     if difference.high < 0:
         raise typer.Exit(1)

@@ -35,7 +35,7 @@ def import_town(
     """
     from plant_bench.reports.tables import print_rows
     from plant_bench.towns.importing.import_report import HEADS, finding_rows
-    from plant_bench.towns.importing.suite_making import RoutesWanted
+    from plant_bench.towns.importing.suite_making import RouteRequest
     from plant_bench.towns.importing.town_making import (
         check_name,
         make_imported_town,
@@ -46,7 +46,7 @@ def import_town(
     check_name(name)
     folder = out if out is not None else Path(name)
     refuse_existing(folder, name, overwrite=overwrite)
-    wanted = RoutesWanted(routes, min_length, max_length, seed, hazards)
+    wanted = RouteRequest(routes, min_length, max_length, seed, hazards)
     with ending_at_ctrl_c("Stopped. Nothing was written."):
         made = make_imported_town(file, name, wanted, guess_signals=guess_signals, say=_say)
         about = {"file": file.name, "seed": seed, "guess_signals": guess_signals}

@@ -9,7 +9,7 @@ import typer
 from plant_bench.cli.progress import ending_at_ctrl_c
 
 if TYPE_CHECKING:
-    from plant_bench.reports.replay.movie import Wanted
+    from plant_bench.reports.replay.movie import MovieRequest
     from plant_bench.reports.replay.replay_source import ReplaySource
 
 
@@ -59,7 +59,7 @@ def replay(
         plant-bench replay reports/plant-longest6 town02-5 --png crash.png --time 242
     """
     from plant_bench.errors import InputError
-    from plant_bench.reports.replay.movie import Wanted, check_folder, check_path
+    from plant_bench.reports.replay.movie import MovieRequest, check_folder, check_path
     from plant_bench.reports.replay.replay_source import source_in_run
 
     made = {"png": png, "gif": gif, "mp4": mp4}
@@ -67,7 +67,7 @@ def replay(
     if html is None and not files:
         message = "Say what to make of it: --html FOLDER, --png FILE, --gif FILE or --mp4 FILE."
         raise InputError(message)
-    wanted = Wanted(time, start, end, fps, dark)
+    wanted = MovieRequest(time, start, end, fps, dark)
     for name, path in files.items():
         check_path(name, path)
     if html is not None:
@@ -106,7 +106,9 @@ def _write_page(sources: "list[ReplaySource]", out: Path) -> None:
     typer.echo(f"{out / 'replay.html'}#{'&'.join(source.id for source in sources)}")
 
 
-def _write_files(sources: "list[ReplaySource]", files: dict[str, Path], wanted: "Wanted") -> None:
+def _write_files(
+    sources: "list[ReplaySource]", files: dict[str, Path], wanted: "MovieRequest"
+) -> None:
     from rich.progress import MofNCompleteColumn, TaskID
 
     from plant_bench.cli.progress import progress_bars

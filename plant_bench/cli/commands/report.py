@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from plant_bench.cli.options import CORES, LawOption, WorkersOption
+from plant_bench.cli.options import CORES, PenaltiesOption, WorkersOption
 from plant_bench.cli.progress import ending_at_ctrl_c, progress_bars
 
 if TYPE_CHECKING:
     from rich.progress import TaskID
 
     from plant_bench.reports.leaderboard.board import Leaderboard
-    from plant_bench.scoring.penalties import Law
+    from plant_bench.scoring.penalties import PenaltyScheme
 
 WIDTH = 34  # of what the bar tells, characters
 
@@ -30,7 +30,7 @@ def report(
     out: Annotated[Path, typer.Option(help="Folder of the leaderboard.")] = Path(
         "reports/leaderboard"
     ),
-    law: LawOption = "lb1.0",
+    penalties: PenaltiesOption = "lb1.0",
     paper: Annotated[
         bool, typer.Option("--paper", help="Show PlanT's own figures, from CARLA, in a table.")
     ] = False,
@@ -57,14 +57,14 @@ def report(
         plant-bench report reports/* --out leaderboard --no-replays
     """
     from plant_bench.api.report import PAGE
-    from plant_bench.scoring.penalties import law_of
+    from plant_bench.scoring.penalties import penalty_scheme_of
 
-    chosen = law_of(law)
+    chosen = penalty_scheme_of(penalties)
     with ending_at_ctrl_c():
         leaderboard = _write(
             runs or [],
             out,
-            law=chosen,
+            penalties=chosen,
             paper=paper,
             replays=replays,
             expert=expert,
@@ -80,7 +80,7 @@ def _write(
     runs: list[Path],
     out: Path,
     *,
-    law: "Law",
+    penalties: "PenaltyScheme",
     paper: bool,
     replays: bool,
     expert: bool,
@@ -115,7 +115,7 @@ def _write(
         found = write_report(
             runs,
             out,
-            law=law,
+            penalties=penalties,
             paper=paper,
             replays=replays,
             expert=expert,

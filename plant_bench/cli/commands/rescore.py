@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from plant_bench.cli.options import LawOption
+from plant_bench.cli.options import PenaltiesOption
 
 if TYPE_CHECKING:
     from plant_bench.runner.run.rescore_run import Rescored
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 def rescore_run(
     run: Annotated[Path, typer.Argument(help="A folder that `plant-bench score` wrote.")],
-    law: LawOption = "lb1.0",
+    penalties: PenaltiesOption = "lb1.0",
 ) -> None:
     """Score a run's recordings again, without the simulator, and say whether the records agree.
 
@@ -23,13 +23,13 @@ def rescore_run(
 
         plant-bench rescore reports/expert-longest6
 
-        plant-bench rescore reports/expert-longest6 --law lb2.1
+        plant-bench rescore reports/expert-longest6 --penalties lb2.1
     """
     from plant_bench.api.rescore import rescore_run as rescore
     from plant_bench.reports.tables import print_summary
-    from plant_bench.scoring.penalties import law_of
+    from plant_bench.scoring.penalties import penalty_scheme_of
 
-    chosen = law_of(law)
+    chosen = penalty_scheme_of(penalties)
 
     def say(episode: "Rescored") -> None:
         if episode.again is None:
@@ -41,7 +41,7 @@ def rescore_run(
                 err=True,
             )
 
-    found = rescore(run, law=chosen, on_episode=say)
+    found = rescore(run, penalties=chosen, on_episode=say)
     if found.summary is not None:
         print_summary(found.summary)
     typer.echo(

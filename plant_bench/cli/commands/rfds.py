@@ -10,9 +10,9 @@ from plant_bench.cli.options import (
     AddressOption,
     DensityOption,
     ExecutorOption,
-    LawOption,
     ManyWorkersOption,
     OverwriteOption,
+    PenaltiesOption,
     RepetitionsOption,
     RoutesOption,
     SuiteOption,
@@ -49,7 +49,7 @@ def score_rfds(
     recordings: Annotated[
         bool, typer.Option(help="Keep every tick, for rescoring and replays.")
     ] = False,
-    law: LawOption = "lb1.0",
+    penalties: PenaltiesOption = "lb1.0",
 ) -> None:
     """Say how well a planner knows which vehicle matters: the relative filtered driving score.
 
@@ -73,18 +73,18 @@ def score_rfds(
     from plant_bench.cli.run_progress import Watch, say_crashes
     from plant_bench.reports.tables import print_relative_scores
     from plant_bench.runner.run.score_run import ScoreRequest
-    from plant_bench.scoring.penalties import law_of
+    from plant_bench.scoring.penalties import penalty_scheme_of
 
     how = Driving(
         workers=workers or CORES,
         overwrite=overwrite,
         recordings=recordings,
-        law=law_of(law),
+        penalties=penalty_scheme_of(penalties),
         executor=chosen_executor(executor, address, workers, say_aside),
     )
     drives = ScoreRequest("expert", suite, routes, repetitions, seed, density, hazards)
     request = RelevanceRequest(agent, ranker or (), drives, out)
-    watch = Watch(how.law, named=True)
+    watch = Watch(how.penalties, named=True)
     with watch.ending_at_ctrl_c():
         found = score_relevance(request, how, watch)
     print_relative_scores(found.scores)

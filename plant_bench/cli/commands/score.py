@@ -14,10 +14,10 @@ from plant_bench.cli.options import (
     DensityOption,
     ExecutorOption,
     IsolateOption,
-    LawOption,
     ManyWorkersOption,
     MemoryLimitOption,
     OverwriteOption,
+    PenaltiesOption,
     RepetitionsOption,
     RoutesOption,
     StartUpLimitOption,
@@ -26,7 +26,7 @@ from plant_bench.cli.options import (
     Where,
     say_aside,
 )
-from plant_bench.gc_policy import collect_rarely
+from plant_bench.gc_policy import tune_garbage_collector
 from plant_bench.runner.workers.executors import LocalExecutor
 from plant_bench.runner.workers.preloading import loading
 
@@ -67,7 +67,7 @@ def score(
     recordings: Annotated[
         bool, typer.Option(help="Keep every tick, for rescoring and replays.")
     ] = True,
-    law: LawOption = "lb1.0",
+    penalties: PenaltiesOption = "lb1.0",
     isolate: IsolateOption = False,
     tick_limit: TickLimitOption = None,
     start_up_limit: StartUpLimitOption = None,
@@ -88,7 +88,7 @@ def score(
 
         plant-bench score --agent plant --executor ray --address ray://head:10001
     """
-    collect_rarely()
+    tune_garbage_collector()
     cluster = chosen_executor(executor, address, workers, say_aside)
     here = LocalExecutor(workers or CORES, loading(agent, isolate=isolate))
     # First of all, since its workers load what they need while this process does.
@@ -96,13 +96,13 @@ def score(
         from plant_bench.api.score import Driving
         from plant_bench.runner.run.run_lock import Shard
         from plant_bench.runner.run.score_run import ScoreRequest
-        from plant_bench.scoring.penalties import law_of
+        from plant_bench.scoring.penalties import penalty_scheme_of
 
         how = Driving(
             workers=workers or CORES,
             overwrite=overwrite,
             recordings=recordings,
-            law=law_of(law),
+            penalties=penalty_scheme_of(penalties),
             executor=cluster or here,
             shard=None if shard is None else Shard.parse(shard),
             isolation=isolation_for(
@@ -130,7 +130,7 @@ def _drive(request: "ScoreRequest", out: Path | None, how: "Driving") -> int:
     from plant_bench.cli.run_progress import Watch, say_crashes
 
     start = time.monotonic()
-    watch = Watch(how.law)
+    watch = Watch(how.penalties)
     with watch.ending_at_ctrl_c():
         run = drive_missing(request, out, how, watch)
     from plant_bench.reports.tables import print_planner_time, print_speed, print_summary
@@ -144,7 +144,7 @@ def _drive(request: "ScoreRequest", out: Path | None, how: "Driving") -> int:
             f"{len(run.others)}, {left} have no record yet; who ends last writes the summary."
         )
     else:
-        print_summary(write_summary(run.folder, law=how.law))
+        print_summary(write_summary(run.folder, penalties=how.penalties))
         print_planner_time(write_speed(run.folder, map(episode_name, [*run.jobs, *run.others])))
     now = speed_of(read_timings(run.folder, map(episode_name, run.missing)))
     print_speed(now, wall_s=time.monotonic() - start, workers=str(how))

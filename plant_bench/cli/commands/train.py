@@ -18,7 +18,7 @@ _ABOUT = """
 
         plant-bench train {name} --data data/expert --out models/mine --epochs 10
 
-        plant-bench train {name} --data data/expert --data data/own-mistakes --targets answer
+        plant-bench train {name} --data data/expert --data data/own-mistakes --targets expert-action
         --start models/mine --out models/better
 
         plant-bench score --agent {agent}@models/mine
@@ -65,10 +65,12 @@ def train_command(name: str) -> TyperCommand:
         InputError: There is no such learner, or its options are none.
     """
     from plant_bench.training.learners import learner_class
-    from plant_bench.training.training_run import Course
+    from plant_bench.training.training_run import TrainingRun
 
     kind = learner_class(name)
-    found = option_fields(Course, inside={"options": kind.Options}, without=frozenset({"learner"}))
+    found = option_fields(
+        TrainingRun, inside={"options": kind.Options}, without=frozenset({"learner"})
+    )
 
     def train(**given: Any) -> None:
         from plant_bench.cli.training_progress import learn_visibly
@@ -76,7 +78,7 @@ def train_command(name: str) -> TyperCommand:
         values = {item.path: item.value(given[item.name]) for item in found}
         options = built(kind.Options, _inside("options", values))
         others = {path: value for path, value in values.items() if path[0] != "options"}
-        course = built(Course, {**others, ("learner",): name, ("options",): options})
+        course = built(TrainingRun, {**others, ("learner",): name, ("options",): options})
         if not learn_visibly(course):
             raise typer.Exit(EXIT_INTERRUPTED)
 

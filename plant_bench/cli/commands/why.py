@@ -64,10 +64,10 @@ def _explain(
     several = len(episodes_of(folder, route, repetition)) > 1
     with _EpisodeBar() as bar:
         for item in explain(folder, route, repetition, before, bar):
-            if item.hindsight is None:
+            if item.postmortem is None:
                 typer.echo(f"{episode_line(item.result)}: no infraction.")
                 continue
-            print_episode(item.hindsight, item.findings)
+            print_episode(item.postmortem, item.findings)
             for path in item.save_pictures(out, tagged=several):
                 typer.echo(f"Picture: {path}")
 

@@ -51,7 +51,7 @@ class Board:
         protocol: The rules.
         suite: Name of the routes; empty where not known.
         density: Of the traffic; empty where not known.
-        law: By which infractions became scores; empty where not known.
+        penalties: By which infractions became scores; empty where not known.
         lines: The highest driving score first.
         entries: Of the lines that are runs of ours, in the same order.
         differences: Of each two entries that share scenarios.
@@ -63,7 +63,7 @@ class Board:
     protocol: str
     suite: str
     density: str
-    law: str
+    penalties: str
     lines: tuple[Line, ...]
     entries: tuple[Entry, ...] = ()
     differences: tuple[Difference, ...] = ()

@@ -23,7 +23,7 @@ from plant_bench.reports.leaderboard.score_sources import (
 )
 from plant_bench.scoring.comparison import paired_difference
 from plant_bench.scoring.metrics import Summary, summarise
-from plant_bench.scoring.penalties import Law
+from plant_bench.scoring.penalties import PenaltyScheme
 from plant_bench.scoring.significance import holm
 from plant_bench.text_escaping import table_cell
 
@@ -37,13 +37,13 @@ _Source = TypeVar("_Source")
 
 
 def make_leaderboard(
-    sources: Sources, *, law: Law, paper: bool, progress: Callable[[str], None]
+    sources: Sources, *, penalties: PenaltyScheme, paper: bool, progress: Callable[[str], None]
 ) -> Leaderboard:
     """Read all sources and put them into boards.
 
     Args:
         sources: What was found.
-        law: By which infractions become scores.
+        penalties: By which infractions become scores.
         paper: Whether PlanT's own figures get a board.
         progress: Told what is read next.
 
@@ -60,7 +60,9 @@ def make_leaderboard(
     for id, run in zip(ids, runs, strict=False):
         groups.setdefault(_key(run), []).append((id, run))
     boards = [
-        _board(key, group, [item for item in rankings if _ranking_key(item) == key], law, notes)
+        _board(
+            key, group, [item for item in rankings if _ranking_key(item) == key], penalties, notes
+        )
         for key, group in groups.items()
     ]
     boards.sort(key=lambda board: (-len(board.lines), board.protocol, board.suite))
@@ -98,7 +100,7 @@ def _board(
     key: _Key,
     group: Sequence[tuple[str, RunSource]],
     rankings: Sequence[RankingSource],
-    law: Law,
+    penalties: PenaltyScheme,
     notes: list[str],
 ) -> Board:
     names = distinct(
@@ -107,17 +109,17 @@ def _board(
     )
     entries = []
     for (id, run), planner in zip(group, names, strict=True):
-        summary = _summary(run, law)
+        summary = _summary(run, penalties)
         ranking = _ranking_of(run, group, rankings, notes)
         entries.append(Entry(run_line(run, summary, ranking, id=id, planner=planner), run, summary))
     entries.sort(key=lambda entry: -entry.line.driving_score.mean)
     return Board(
         HERE,
         *key,
-        law.value,
+        penalties.value,
         tuple(entry.line for entry in entries),
         tuple(entries),
-        _differences_between(entries, law),
+        _differences_between(entries, penalties),
         tuple(sorted(rankings, key=lambda item: -item.score.score.mean)),
     )
 
@@ -128,10 +130,10 @@ def _planner(agent: str) -> str:
     return name if table_cell(name) else NAMELESS
 
 
-def _summary(run: RunSource, law: Law) -> Summary:
+def _summary(run: RunSource, penalties: PenaltyScheme) -> Summary:
     asked = len(run.provenance.routes) * run.provenance.repetitions
     try:
-        return summarise(run.results, expected=max(asked, len(run.episodes)), law=law)
+        return summarise(run.results, expected=max(asked, len(run.episodes)), penalties=penalties)
     except InputError as error:
         message = f"{run.folder.path}: {error}"
         raise InputError(message) from error
@@ -212,14 +214,16 @@ def _twin_notes(runs: Sequence[RunSource]) -> list[str]:
     return notes
 
 
-def _differences_between(entries: Sequence[Entry], law: Law) -> tuple[Difference, ...]:
+def _differences_between(
+    entries: Sequence[Entry], penalties: PenaltyScheme
+) -> tuple[Difference, ...]:
     """Return the differences of all pairs that share scenarios, p corrected for their number."""
     found = []
     for high, low in combinations(entries, 2):
         try:
-            paired = paired_difference(low.run.results, high.run.results, law=law)
+            paired = paired_difference(low.run.results, high.run.results, penalties=penalties)
             if paired.mean < 0.0:  # on what both drove, the lower in the table is the better one
-                paired = paired_difference(high.run.results, low.run.results, law=law)
+                paired = paired_difference(high.run.results, low.run.results, penalties=penalties)
                 high, low = low, high
         except InputError:
             continue  # no scenario in common

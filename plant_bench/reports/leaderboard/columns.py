@@ -16,7 +16,8 @@ _LISTS = ("infractions", "hazards")
 def board_columns(board: Board) -> list[dict[str, object]]:
     """Return a row for each line of a board; what is not known is None or not a number."""
     facts = {
-        name: getattr(board, name) for name in ("world", "protocol", "suite", "density", "law")
+        name: getattr(board, name)
+        for name in ("world", "protocol", "suite", "density", "penalties")
     }
     return [facts | _line(line) for line in board.lines]
 
@@ -60,7 +61,7 @@ def _episodes(board: Board, entry: Entry) -> pd.DataFrame:
         entry.run.episodes,
         key=lambda item: (item.result.town, item.result.route, item.result.repetition),
     )
-    frame = summary_frame([item.result for item in order], law=entry.summary.law)
+    frame = summary_frame([item.result for item in order], penalties=entry.summary.penalties)
     frame.insert(0, "id", entry.line.id)
     frame.insert(1, "episode", [item.name for item in order])
     frame.insert(2, "protocol", board.protocol)

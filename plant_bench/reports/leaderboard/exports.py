@@ -61,7 +61,7 @@ def without_nan(value: object) -> object:
 
 
 def _board(board: Board) -> dict[str, object]:
-    names = ("world", "protocol", "suite", "density", "law", "source")
+    names = ("world", "protocol", "suite", "density", "penalties", "source")
     return {
         **{name: getattr(board, name) for name in names},
         "rows": board_columns(board),

@@ -19,7 +19,7 @@ from plant_bench.scoring.metrics_table import (
     score_metrics,
     shown_metrics,
 )
-from plant_bench.scoring.penalties import Law
+from plant_bench.scoring.penalties import PenaltyScheme
 from plant_bench.scoring.results import EpisodeResult
 from plant_bench.text_escaping import script_json
 from plant_bench.world.hazard import HazardKind, Phase
@@ -68,7 +68,7 @@ def _board(board: Board, replays: bool) -> dict[str, object]:
         "world": board.world,
         "protocol": board.protocol,
         "suite": board.suite,
-        "law": board.law,
+        "penalties": board.penalties,
         "source": board.source,
         "towns": towns,
         "routes": [[route, towns.index(routes[route])] for route in route_names],
@@ -155,7 +155,7 @@ def _detail(entry: Entry) -> dict[str, object]:
             for kind, count in hazard_counts(entry.run.results).items()
         },
         "causes": [sum(item.cause == cause for item in collisions) for cause in ("ego", "other")],
-        "measures": {name: round(value, 4) for name, value in summary.beyond.values.items()},
+        "measures": {name: round(value, 4) for name, value in summary.measures.values.items()},
     }
 
 
@@ -180,14 +180,14 @@ def _episode(
     replays: bool,
 ) -> list[object]:
     """Return an episode as a list; `templates/data.js` names its places."""
-    result, law = item.result, entry.summary.law
+    result, penalties = item.result, entry.summary.penalties
     return [
         item.name,
         routes[result.route],
         result.repetition,
         scenarios[result.scenario],
         STATUSES.index(result.status),
-        _episode_scores(result, law),
+        _episode_scores(result, penalties),
         round(result.duration, 1),
         [_infraction(infraction) for infraction in result.infractions],
         [
@@ -200,7 +200,7 @@ def _episode(
     ]
 
 
-def _episode_scores(result: EpisodeResult, law: Law) -> list[Number | None]:
+def _episode_scores(result: EpisodeResult, penalties: PenaltyScheme) -> list[Number | None]:
     """Return the scores that an episode has, in the order of the page's `scores`.
 
     They have twice the digits that are shown: pages hold many episodes.
@@ -208,7 +208,7 @@ def _episode_scores(result: EpisodeResult, law: Law) -> list[Number | None]:
     found = []
     for metric in headline_metrics():
         if metric.episode is not None:
-            value = metric.episode(result, law)
+            value = metric.episode(result, penalties)
             found.append(None if value is None else round(value, 2 * metric.digits))
     return found
 

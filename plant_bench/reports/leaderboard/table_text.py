@@ -67,8 +67,8 @@ def board_title(board: Board) -> str:
         words.append(f"routes {board.suite}")
     if board.density and board.density != "dense":
         words.append(f"{board.density} traffic")
-    if board.law and board.law != "lb1.0":
-        words.append(f"law {board.law}")
+    if board.penalties and board.penalties != "lb1.0":
+        words.append(f"penalties {board.penalties}")
     title = ", ".join(words)
     return title if board.world == HERE else f"Another world: {title} in {board.world}"
 

@@ -24,7 +24,7 @@ Told = Callable[[int, int], None]
 
 
 @dataclass(frozen=True)
-class Wanted:
+class MovieRequest:
     """What is to be shown of an episode.
 
     Attributes:
@@ -148,7 +148,9 @@ def _duration(episodes: Sequence[EpisodeReplay]) -> float:
     return max(episode.frames.duration for episode in episodes)
 
 
-def save_png(episodes: Sequence[EpisodeReplay], wanted: Wanted, path: Path, told: Told) -> None:
+def save_png(
+    episodes: Sequence[EpisodeReplay], wanted: MovieRequest, path: Path, told: Told
+) -> None:
     """Write one picture: a row an episode, a column a moment.
 
     Raises:
@@ -161,7 +163,9 @@ def save_png(episodes: Sequence[EpisodeReplay], wanted: Wanted, path: Path, told
     told(1, 1)
 
 
-def save_gif(episodes: Sequence[EpisodeReplay], wanted: Wanted, path: Path, told: Told) -> None:
+def save_gif(
+    episodes: Sequence[EpisodeReplay], wanted: MovieRequest, path: Path, told: Told
+) -> None:
     """Write a GIF, which repeats.
 
     Raises:
@@ -190,7 +194,9 @@ def save_gif(episodes: Sequence[EpisodeReplay], wanted: Wanted, path: Path, told
         )
 
 
-def save_mp4(episodes: Sequence[EpisodeReplay], wanted: Wanted, path: Path, told: Told) -> None:
+def save_mp4(
+    episodes: Sequence[EpisodeReplay], wanted: MovieRequest, path: Path, told: Told
+) -> None:
     """Write an MP4 (H.264), which all browsers and slides play.
 
     Raises:
@@ -225,7 +231,7 @@ def save_mp4(episodes: Sequence[EpisodeReplay], wanted: Wanted, path: Path, told
             writer.close()
 
 
-SAVERS: dict[str, Callable[[Sequence[EpisodeReplay], Wanted, Path, Told], None]] = {
+SAVERS: dict[str, Callable[[Sequence[EpisodeReplay], MovieRequest, Path, Told], None]] = {
     "png": save_png,
     "gif": save_gif,
     "mp4": save_mp4,

@@ -28,7 +28,7 @@ from plant_bench.reports.why.top_view import (
     draw_moment,
 )
 from plant_bench.reports.why.verdicts import verdict
-from plant_bench.runner.review.review_frames import Hindsight, Moment
+from plant_bench.runner.review.review_frames import Moment, Postmortem
 
 PANELS = 4
 SIZE_IN = (13.0, 9.6)
@@ -37,32 +37,32 @@ LINE = 150  # characters of text
 OWN = "#495057"
 
 
-def save_picture(finding: Finding, hindsight: Hindsight, path: Path) -> None:
+def save_picture(finding: Finding, postmortem: Postmortem, path: Path) -> None:
     """Draw an incident into a PNG file, written whole or not at all.
 
     Raises:
         OSError: It cannot be written.
     """
-    figure = _figure(finding, hindsight)
+    figure = _figure(finding, postmortem)
     write_whole(
         path,
         lambda part: figure.savefig(part, format="png", dpi=DOTS, metadata={"Software": None}),
     )
 
 
-def _figure(finding: Finding, hindsight: Hindsight) -> Figure:
+def _figure(finding: Finding, postmortem: Postmortem) -> Figure:
     figure = Figure(figsize=SIZE_IN, layout="constrained")
     FigureCanvasAgg(figure)
     lines = [
-        _plain(episode_line(hindsight.result)),
-        _plain(incident_line(finding, hindsight.result)),
-        *textwrap.wrap(_plain(verdict(finding, hindsight)), LINE),
+        _plain(episode_line(postmortem.result)),
+        _plain(incident_line(finding, postmortem.result)),
+        *textwrap.wrap(_plain(verdict(finding, postmortem)), LINE),
     ]
     figure.suptitle("\n".join(lines), x=0.01, ha="left", fontsize=10, color=INK)
     top, below = np.ravel(figure.subfigures(2, 1, height_ratios=(2.3, 1.0)))  # pyright: ignore
     shown = spread_moments(finding, PANELS)
     for ax, moment in zip(top.subplots(1, PANELS).ravel(), shown, strict=False):
-        draw_moment(ax, moment, finding, hindsight)
+        draw_moment(ax, moment, finding, postmortem)
         before = finding.incident.before(moment.scene.tick)
         ax.set_title(f"{before:.1f} s before" if before else "then", fontsize=10)
     for ax in top.axes[len(shown) :]:

@@ -16,7 +16,7 @@ from plant_bench.reports.why.incidents import Incident
 from plant_bench.reports.why.red_light import RedLight, red_light_of
 from plant_bench.reports.why.stationary import Standing, standing_of
 from plant_bench.runner.decisions import Decision
-from plant_bench.runner.review.review_frames import Hindsight, Moment
+from plant_bench.runner.review.review_frames import Moment, Postmortem
 from plant_bench.scoring.infractions import InfractionKind
 from plant_bench.scoring.termination import BLOCKED_SPEED
 from plant_bench.world.scene import EGO_EXTENT, TICK, ActorKind, Scene
@@ -71,9 +71,9 @@ class Finding:
     standing: Standing | None
 
 
-def find(incident: Incident, hindsight: Hindsight) -> Finding:
+def find(incident: Incident, postmortem: Postmortem) -> Finding:
     """Return what was measured about an incident."""
-    moments = hindsight.between(incident.window)
+    moments = postmortem.between(incident.window)
     item = incident.infraction
     light = item.kind is InfractionKind.RED_LIGHT
     answers = decisions([moment.expert for moment in moments])
@@ -96,7 +96,7 @@ def find(incident: Incident, hindsight: Hindsight) -> Finding:
         planner=own_braking(later, incident, like_expert=expert is not None),
         stood=TICK * sum(moment.scene.ego.speed < BLOCKED_SPEED for moment in later),
         noticed=None if item.actor is None else _noticed(later, item.actor),
-        red_light=red_light_of(incident, moments, hindsight.route) if light else None,
+        red_light=red_light_of(incident, moments, postmortem.route) if light else None,
         standing=standing_of(moments, answers) if item.kind is InfractionKind.BLOCKED else None,
     )
 

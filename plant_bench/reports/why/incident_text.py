@@ -13,7 +13,7 @@ from plant_bench.reports.tables import PIPED_WIDTH
 from plant_bench.reports.why.incident_findings import Finding, gap_to
 from plant_bench.reports.why.incidents import KIND_NAMES, actor_name
 from plant_bench.reports.why.verdicts import reason_text, subject, verdict
-from plant_bench.runner.review.review_frames import Hindsight, Moment
+from plant_bench.runner.review.review_frames import Moment, Postmortem
 from plant_bench.scoring.results import EpisodeResult
 from plant_bench.text_escaping import one_line
 from plant_bench.world.scene import Light
@@ -25,23 +25,25 @@ _console = Console(
 )
 
 
-def print_episode(hindsight: Hindsight, findings: Iterable[Finding], suite_note: str = "") -> None:
+def print_episode(
+    postmortem: Postmortem, findings: Iterable[Finding], suite_note: str = ""
+) -> None:
     """Print an episode's incidents."""
-    result = hindsight.result
+    result = postmortem.result
     _console.print(Text(episode_line(result), style="bold"))
-    _console.print(Text(again_line(hindsight) + suite_note, style="dim"))
+    _console.print(Text(again_line(postmortem) + suite_note, style="dim"))
     for finding in findings:
         _console.print()
-        print_finding(finding, hindsight)
+        print_finding(finding, postmortem)
 
 
-def print_finding(finding: Finding, hindsight: Hindsight) -> None:
+def print_finding(finding: Finding, postmortem: Postmortem) -> None:
     """Print one incident: what happened, what was seen, the last seconds, the verdict."""
-    _console.print(Text(incident_line(finding, hindsight.result), style="bold red"))
-    _console.print(Padding(Text(surroundings(finding, hindsight)), (0, 0, 0, 3)))
+    _console.print(Text(incident_line(finding, postmortem.result), style="bold red"))
+    _console.print(Padding(Text(surroundings(finding, postmortem)), (0, 0, 0, 3)))
     if finding.moments:
         _console.print(Padding(_seconds_table(finding), (0, 0, 0, 1)))
-    _console.print(Padding(Text(verdict(finding, hindsight), style="yellow"), (0, 0, 0, 3)))
+    _console.print(Padding(Text(verdict(finding, postmortem), style="yellow"), (0, 0, 0, 3)))
 
 
 def episode_line(result: EpisodeResult) -> str:
@@ -54,13 +56,13 @@ def episode_line(result: EpisodeResult) -> str:
     )
 
 
-def again_line(hindsight: Hindsight) -> str:
+def again_line(postmortem: Postmortem) -> str:
     """Return whether the simulator came to the recorded scenes again."""
-    if hindsight.differs_at is None:
-        return f"Simulated again: all {hindsight.ticks:,} scenes equal the recorded ones."
+    if postmortem.differs_at is None:
+        return f"Simulated again: all {postmortem.ticks:,} scenes equal the recorded ones."
     return (
-        f"Simulated again: from tick {hindsight.differs_at:,} of {hindsight.ticks:,} on it is "
-        f"another episode ({hindsight.difference}); from there on the expert is not asked."
+        f"Simulated again: from tick {postmortem.differs_at:,} of {postmortem.ticks:,} on it is "
+        f"another episode ({postmortem.difference}); from there on the expert is not asked."
     )
 
 
@@ -75,20 +77,20 @@ def incident_line(finding: Finding, result: EpisodeResult) -> str:
     )
 
 
-def surroundings(finding: Finding, hindsight: Hindsight) -> str:
+def surroundings(finding: Finding, postmortem: Postmortem) -> str:
     """Return what there was to see at the beginning of the last seconds, and the hazards then."""
     if not finding.moments:
         return "Nothing of it was looked at."
     moment = _near(finding)
     seen, light = moment.seen, moment.seen.light
     parts = [f"{len(moment.scene.actors)} others in sight", f"limit {seen.speed_limit:.1f} m/s"]
-    parts += _junction(moment, hindsight)
+    parts += _junction(moment, postmortem)
     if light is not None and light.state is not Light.UNKNOWN:
         parts.append(f"light {light.state.name.lower()}, {light.distance:.0f} m to its line")
     time = finding.incident.infraction.time
     near = [
         f"{item.kind.value.replace('_', ' ')} ({item.phase.value} at {item.time:.1f} s)"
-        for item in hindsight.result.hazards
+        for item in postmortem.result.hazards
         if time - finding.incident.seconds - 10.0 <= item.time <= time
     ]
     hazards = f". Hazards shortly before: {', '.join(near)}" if near else ""
@@ -96,11 +98,11 @@ def surroundings(finding: Finding, hindsight: Hindsight) -> str:
     return f"{before:.1f} s before: {', '.join(parts)}{hazards}."
 
 
-def _junction(moment: Moment, hindsight: Hindsight) -> list[str]:
+def _junction(moment: Moment, postmortem: Postmortem) -> list[str]:
     """Return where the route goes at the next junction, or at the one that the ego is on."""
     route = moment.seen.route
     at = 0.0 if route is None else route.progress
-    for item in hindsight.route.passages:
+    for item in postmortem.route.passages:
         if item.exit > at:
             way = "straight on" if item.turn == "straight" else f"{item.turn} turn"
             left = item.entry - at

@@ -14,7 +14,7 @@ from plant_bench.agent import NOBODY
 from plant_bench.geometry.box import corners
 from plant_bench.geometry.pose import from_frame, to_frame
 from plant_bench.reports.why.incident_findings import Finding
-from plant_bench.runner.review.review_frames import Hindsight, Moment
+from plant_bench.runner.review.review_frames import Moment, Postmortem
 from plant_bench.world.scene import EGO_LENGTH, EGO_WIDTH, ActorKind, Light
 from plant_bench.world.town import Town
 
@@ -30,7 +30,7 @@ LIGHTS = {Light.RED: "#e03131", Light.YELLOW: "#f59f00", Light.GREEN: "#2f9e44"}
 Points = Float[np.ndarray, "points 2"]
 
 
-def draw_moment(ax: Axes, moment: Moment, finding: Finding, hindsight: Hindsight) -> None:
+def draw_moment(ax: Axes, moment: Moment, finding: Finding, postmortem: Postmortem) -> None:
     """Draw one moment into a panel."""
     ax.set_xlim(-SIDE, SIDE)
     ax.set_ylim(-BEHIND, AHEAD)
@@ -38,9 +38,9 @@ def draw_moment(ax: Axes, moment: Moment, finding: Finding, hindsight: Hindsight
     ax.set_xticks([])
     ax.set_yticks([])
     ax.set_facecolor(GROUND)
-    _draw_streets(ax, moment, hindsight.route.load_town())
+    _draw_streets(ax, moment, postmortem.route.load_town())
     _draw_route(ax, moment)
-    _draw_light(ax, moment, hindsight)
+    _draw_light(ax, moment, postmortem)
     _draw_way(ax, moment, finding)
     _draw_actors(ax, moment, finding)
     _draw_plan(ax, moment)
@@ -103,9 +103,9 @@ def _draw_way(ax: Axes, moment: Moment, finding: Finding) -> None:
     ax.plot(line[:, 0], line[:, 1], color=INK, lw=1.0, ls=(0, (4, 3)), zorder=6)
 
 
-def _draw_light(ax: Axes, moment: Moment, hindsight: Hindsight) -> None:
+def _draw_light(ax: Axes, moment: Moment, postmortem: Postmortem) -> None:
     """Draw the stop lines ahead in the colours of their lights."""
-    route = hindsight.route
+    route = postmortem.route
     for place, entry in enumerate(route.signal_entries):
         colour = LIGHTS.get(Light(int(moment.scene.lights[place])))
         if colour is None:

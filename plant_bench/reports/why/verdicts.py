@@ -5,7 +5,7 @@ from plant_bench.reports.why.brake_onset import Braking
 from plant_bench.reports.why.incident_findings import FIRST_FEW, Finding, Noticed
 from plant_bench.reports.why.incidents import actor_name
 from plant_bench.reports.why.stationary import Standing
-from plant_bench.runner.review.review_frames import Hindsight
+from plant_bench.runner.review.review_frames import Postmortem
 from plant_bench.scoring.infractions import InfractionKind
 from plant_bench.world.scene import ActorKind
 
@@ -19,11 +19,11 @@ CAUSES: dict[Cause, str] = {
 }
 
 
-def verdict(finding: Finding, hindsight: Hindsight) -> str:
+def verdict(finding: Finding, postmortem: Postmortem) -> str:
     """Return what was found out about an incident, in a few sentences."""
     kind = finding.incident.infraction.kind
     if not finding.asked:
-        why = hindsight.expert_note or "it was not asked"
+        why = postmortem.expert_note or "it was not asked"
         return f"What the expert would have done is not known: {why}."
     if kind is InfractionKind.BLOCKED and finding.standing is not None:
         return _of_standing(finding.standing, finding.kinds)
@@ -32,9 +32,9 @@ def verdict(finding: Finding, hindsight: Hindsight) -> str:
         return f"{share:.2%} of the distance was driven outside the lanes or against the direction."
     parts = [_of_light(finding), _of_expert(finding), _of_planner(finding)]
     if finding.noticed is not None:
-        parts.append(_of_ranking(finding, finding.noticed, hindsight.ranked_itself))
-    elif finding.incident.infraction.actor is not None and hindsight.planner_note:
-        parts.append(f"Its ranking is not known: {hindsight.planner_note}.")
+        parts.append(_of_ranking(finding, finding.noticed, postmortem.ranked_itself))
+    elif finding.incident.infraction.actor is not None and postmortem.planner_note:
+        parts.append(f"Its ranking is not known: {postmortem.planner_note}.")
     return " ".join(part for part in parts if part)
 
 

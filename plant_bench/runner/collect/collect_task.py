@@ -3,10 +3,10 @@
 from dataclasses import dataclass
 
 from plant_bench.atomic_files import move_whole
-from plant_bench.runner.collect.dagger import Takeover
+from plant_bench.runner.collect.dagger import DaggerOverride
 from plant_bench.runner.collect.data_folder import DataFolder, EpisodeNote
 from plant_bench.runner.collect.episode_plan import VISITS, PlannedEpisode
-from plant_bench.runner.collect.perturbation import Disturbance
+from plant_bench.runner.collect.perturbation import Perturbation
 from plant_bench.runner.collect.request import FRAME_TICKS
 from plant_bench.runner.episode.loop import Override, run_episode
 from plant_bench.runner.episode.timing import Timing
@@ -66,8 +66,8 @@ def drive_one(task: DriveTask, report: Report) -> tuple[EpisodeNote, Timing]:
 
 def _override(episode: PlannedEpisode) -> Override | None:
     if episode.driver:
-        return Takeover(episode.driver, episode.job.route, episode.job.seed)
-    return Disturbance(episode.job.seed) if episode.perturbed else None
+        return DaggerOverride(episode.driver, episode.job.route, episode.job.seed)
+    return Perturbation(episode.job.seed) if episode.perturbed else None
 
 
 def _note(result: EpisodeResult, ticks: int, *, answered: bool) -> EpisodeNote:

@@ -37,7 +37,7 @@ def check_driver(driver: str) -> None:
         raise InputError(message)
 
 
-class Takeover:
+class DaggerOverride:
     """Drives one episode in the expert's place; mutable.
 
     Args:

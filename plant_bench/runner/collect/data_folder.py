@@ -30,7 +30,7 @@ class Origin(BaseModel):
     Attributes:
         seed: The base seed.
         density: Of the traffic.
-        perturb: Share of episodes with disturbances.
+        perturb: Share of episodes with perturbations.
         protocol: The rules.
         agent: Who answered, and drove unless there is a driver.
         agent_checksum: Content hash of the agent's code.

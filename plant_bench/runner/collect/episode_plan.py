@@ -27,7 +27,7 @@ class PlannedEpisode:
 
     Attributes:
         job: What to drive.
-        perturbed: Whether with disturbances.
+        perturbed: Whether with perturbations.
         driver: Who drives while the job's agent answers; empty if it drives itself.
     """
 

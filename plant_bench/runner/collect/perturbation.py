@@ -1,6 +1,6 @@
 """Disturbances of the executed control, from which the driver recovers while data is collected.
 
-The recorded answer stays the driver's own. A disturbance pulls the front wheels aside or changes
+The recorded answer stays the driver's own. A perturbation pulls the front wheels aside or changes
 the acceleration for a moment; it ends early where the ego has come too far from its route.
 """
 
@@ -22,8 +22,8 @@ SLOWEST = 3.0  # m/s: below it there is nothing to recover from
 
 
 @dataclass(frozen=True)
-class Push:
-    """One disturbance.
+class Pulse:
+    """One perturbation.
 
     Attributes:
         end: The tick at which it is over.
@@ -36,17 +36,17 @@ class Push:
     acceleration: float = 0.0
 
 
-class Disturbance:
-    """Disturbs one episode now and then; mutable. Equal seeds and drives give equal disturbances.
+class Perturbation:
+    """Disturbs one episode now and then; mutable. Equal seeds and drives give equal perturbations.
 
     Args:
         seed: Draws when and how.
     """
 
     def __init__(self, seed: int) -> None:
-        self._draw = random.Random(f"disturbance|{seed}")
+        self._draw = random.Random(f"perturbation|{seed}")
         self._wait = self._draw.uniform(*FIRST)
-        self._push: Push | None = None
+        self._push: Pulse | None = None
 
     def executed(self, scene: Scene, _progress: float, offset: float, control: Control) -> Control:
         """Return what is executed: the driver's own control most of the time."""
@@ -63,18 +63,18 @@ class Disturbance:
             push = self._push = self._begin(scene)
         return Control(control.acceleration + push.acceleration, control.steering + push.steering)
 
-    def _is_far(self, push: Push, offset: float) -> bool:
+    def _is_far(self, push: Pulse, offset: float) -> bool:
         """Tell whether a pull has taken the ego far enough to the side it pulls to."""
         return push.steering * offset > 0.0 and abs(offset) > MOST_OFFSET
 
-    def _begin(self, scene: Scene) -> Push:
+    def _begin(self, scene: Scene) -> Pulse:
         draw = self._draw
         time = draw.uniform(*TIME)
         end = scene.tick + max(round(time / TICK), 1)
         if draw.random() < STEERED:
             metres = scene.ego.speed * time
             pull = math.atan(2.0 * WHEELBASE * draw.uniform(*ASIDE) / metres**2)
-            return Push(end, steering=draw.choice((-1.0, 1.0)) * min(pull, HARDEST_PULL))
+            return Pulse(end, steering=draw.choice((-1.0, 1.0)) * min(pull, HARDEST_PULL))
         harder = draw.random() < 0.5
         pull = draw.uniform(*PUSHING) if harder else -draw.uniform(*BRAKING)
-        return Push(end, acceleration=pull)
+        return Pulse(end, acceleration=pull)

@@ -16,9 +16,9 @@ class CollectRequest:
 
     Attributes:
         frames: Samples at 2 Hz, at least.
-        seed: The base seed: of routes, traffic and disturbances.
+        seed: The base seed: of routes, traffic and perturbations.
         density: Of the traffic.
-        perturb: Share of episodes with disturbances, 0 to 1.
+        perturb: Share of episodes with perturbations, 0 to 1.
         driver: Who drives while the expert answers; empty if the expert drives.
     """
 

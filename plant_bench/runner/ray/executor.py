@@ -16,7 +16,7 @@ from typing import Any
 from plant_bench.errors import InputError, SimulationError
 from plant_bench.runner.ray.cluster import connection_to
 from plant_bench.runner.ray.node import Brought, Cannot, News, NodeWorker
-from plant_bench.runner.ray.payload import Cargo, pack
+from plant_bench.runner.ray.payload import Payload, pack
 from plant_bench.runner.workers.executors import (
     Agenda,
     Finished,
@@ -73,9 +73,9 @@ class RayExecutor:
         """
         if not tasks:
             return
-        cargo = pack(tasks)
+        payload = pack(tasks)
         with self.connected():
-            pool = _RayPool(self, tasks, work, cargo, on_event, logs, keep)
+            pool = _RayPool(self, tasks, work, payload, on_event, logs, keep)
             try:
                 while pool.busy():
                     pool.listen()
@@ -103,7 +103,7 @@ class _RayPool:
         settings: RayExecutor,
         tasks: Sequence[Any],
         work: Work,
-        cargo: Cargo,
+        payload: Payload,
         on_event: Listener,
         logs: Path,
         keep: Keep,
@@ -113,7 +113,7 @@ class _RayPool:
         self._ray = ray
         self._settings, self._tasks, self._work = settings, tasks, work
         self._on_event, self._logs, self._keep = on_event, logs, keep
-        self._cargo = ray.put(cargo)
+        self._cargo = ray.put(payload)
         self._agenda = Agenda(len(tasks), on_event)
         self._workers: list[_Remote] = []
         self._refused: dict[str, str] = {}  # why, by node

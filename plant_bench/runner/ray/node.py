@@ -21,8 +21,8 @@ from typing import Any
 
 from plant_bench.errors import PlantBenchError
 from plant_bench.runner.ray.payload import (
-    Cargo,
-    Place,
+    NodePaths,
+    Payload,
     Portable,
     check_arrived,
     differences,
@@ -67,20 +67,20 @@ class NodeWorker:
     def __init__(self, here: Mapping[str, str] | None = None) -> None:
         _sweep()
         self._folder = Path(tempfile.mkdtemp(prefix=f"{_prefix()}{os.getpid()}-"))
-        self._place = Place(self._folder / "files", self._folder / "output")
+        self._place = NodePaths(self._folder / "files", self._folder / "output")
         self._log = self._folder / "worker.log"
         self._facts = facts() if here is None else here
         self._read = 0
         self._process: tuple[Any, Connection] | None = None
 
-    def start(self, cargo: Cargo, work: Work) -> News:
-        """Take the cargo and start the worker: `Ready`, or why that cannot be."""
-        unequal = differences(cargo.facts, self._facts)
+    def start(self, payload: Payload, work: Work) -> News:
+        """Take the payload and start the worker: `Ready`, or why that cannot be."""
+        unequal = differences(payload.facts, self._facts)
         if unequal:
             return News(Cannot(unequal))
-        self._cargo, self._work = cargo, work
+        self._cargo, self._work = payload, work
         try:
-            unpack(cargo, self._place)
+            unpack(payload, self._place)
             self._begin()
         except (PlantBenchError, OSError) as error:
             return News(Cannot(str(error)))
@@ -163,11 +163,11 @@ class NodeWorker:
         return found
 
 
-def _serve_at(pipe: Connection, cargo: Cargo, place: Place, work: Work, log: Path) -> None:
-    """Do tasks where the cargo lies: the life of a worker process on a node."""
-    place = enter(cargo, place)
+def _serve_at(pipe: Connection, payload: Payload, place: NodePaths, work: Work, log: Path) -> None:
+    """Do tasks where the payload lies: the life of a worker process on a node."""
+    place = enter(payload, place)
     try:
-        check_arrived(cargo, place)
+        check_arrived(payload, place)
     except (PlantBenchError, OSError) as error:
         traceback.print_exc()
         pipe.send(Failed(str(error), fatal=True))
@@ -175,7 +175,7 @@ def _serve_at(pipe: Connection, cargo: Cargo, place: Place, work: Work, log: Pat
     serve(pipe, partial(_do, work, place), log)
 
 
-def _do(work: Work, place: Place, task: Portable, report: Report) -> Brought:
+def _do(work: Work, place: NodePaths, task: Portable, report: Report) -> Brought:
     """Do a task as it is here, and bring what it has written."""
     value = work(task.at(place), report)
     written = sorted(path for path in place.output.rglob("*") if path.is_file())

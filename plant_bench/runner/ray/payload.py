@@ -16,7 +16,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Protocol, runtime_checkable
 
-from plant_bench.agents.loading.checksum import makings_of
+from plant_bench.agents.loading.checksum import components_of
 from plant_bench.agents.loading.planner_spec import with_paths
 from plant_bench.data_files import networks_dir
 from plant_bench.errors import InputError
@@ -31,7 +31,7 @@ _PACKAGE = Path(__file__).resolve().parents[2]
 
 
 @dataclass(frozen=True)
-class Needs:
+class Requirements:
     """What a task needs to find where it runs.
 
     Attributes:
@@ -46,8 +46,8 @@ class Needs:
 
 
 @dataclass(frozen=True)
-class Place:
-    """Where cargo lies on a node.
+class NodePaths:
+    """Where payload lies on a node.
 
     Attributes:
         root: Of the tree of files that travelled.
@@ -78,17 +78,17 @@ class Portable(Protocol):
     """A task that can be done on another machine."""
 
     @property
-    def needs(self) -> Needs:
+    def needs(self) -> Requirements:
         """What it must find there."""
         ...
 
-    def at(self, place: Place) -> "Portable":
+    def at(self, place: NodePaths) -> "Portable":
         """Return the same task with the paths it has there."""
         ...
 
 
 @dataclass(frozen=True)
-class Cargo:
+class Payload:
     """What travels, and what must be as it is here.
 
     Attributes:
@@ -120,7 +120,7 @@ class Cargo:
     facts: Mapping[str, str]
 
 
-def pack(tasks: Iterable[Portable]) -> Cargo:
+def pack(tasks: Iterable[Portable]) -> Payload:
     """Return what tasks need that no installation of plant-bench holds.
 
     Raises:
@@ -130,8 +130,8 @@ def pack(tasks: Iterable[Portable]) -> Cargo:
     agents = tuple(sorted({agent for need in needs for agent in need.agents}))
     towns = sorted({town for need in needs for town in need.towns})
     isolation = next((need.isolation for need in needs if need.isolation is not None), None)
-    makings = [makings_of(agent, loader_of(isolation)) for agent in agents]
-    mine = {path.absolute() for item in makings for path in item.files}
+    components = [components_of(agent, loader_of(isolation)) for agent in agents]
+    mine = {path.absolute() for item in components for path in item.files}
     code = {path for path in mine if not path.is_relative_to(_PACKAGE)}
     modules = {path for path in code if path.suffix == ".py"}
     code |= {near for path in modules for near in path.parent.glob("*.py")}
@@ -139,7 +139,7 @@ def pack(tasks: Iterable[Portable]) -> Cargo:
     further = [town for town in towns if not _installed(town)]
     near_towns = {path for folder in further for path in folder.iterdir() if path.is_file()}
     files = _read(code | {path.absolute() for path in near_towns})
-    return Cargo(
+    return Payload(
         files=files,
         digests={path: _digest(content) for path, content in files.items()},
         programs=frozenset(path for path in files if os.access(path, os.X_OK)),
@@ -148,66 +148,68 @@ def pack(tasks: Iterable[Portable]) -> Cargo:
         towns_in=tuple(sorted({str(folder.parent.absolute()) for folder in further})),
         agents=agents,
         known=frozenset((path.name, file_hash(path)) for path in mine | code),
-        libraries=frozenset(text for item in makings for text in library_versions(item.libraries)),
+        libraries=frozenset(
+            text for item in components for text in library_versions(item.libraries)
+        ),
         isolation=None if isolation is None else isolation.elsewhere(),
         towns={town.name: town_checksum(town.name, [town.parent]) for town in towns},
         facts=facts(),
     )
 
 
-def unpack(cargo: Cargo, place: Place) -> None:
+def unpack(payload: Payload, place: NodePaths) -> None:
     """Write what has travelled, and check that it is what was sent.
 
     Raises:
         InputError: It is not.
     """
-    for path, content in cargo.files.items():
-        if _digest(content) != cargo.digests[path]:
+    for path, content in payload.files.items():
+        if _digest(content) != payload.digests[path]:
             message = f"{path} has arrived with another content."
             raise InputError(message)
         target = place.found(path)
         target.parent.mkdir(parents=True, exist_ok=True)
         target.write_bytes(content)
-        if path in cargo.programs:
+        if path in payload.programs:
             target.chmod(0o700)
-    place.found(cargo.folder).mkdir(parents=True, exist_ok=True)
+    place.found(payload.folder).mkdir(parents=True, exist_ok=True)
     place.output.mkdir(parents=True, exist_ok=True)
 
 
-def enter(cargo: Cargo, place: Place) -> Place:
+def enter(payload: Payload, place: NodePaths) -> NodePaths:
     """Let this process find what has travelled; for a process that does nothing else.
 
     Returns:
         The place, with the towns that are there.
     """
-    os.chdir(place.found(cargo.folder))
-    imports = [str(place.found(folder)) for folder in cargo.imports]
+    os.chdir(place.found(payload.folder))
+    imports = [str(place.found(folder)) for folder in payload.imports]
     sys.path[:0] = imports
     others = [item for item in os.environ.get("PYTHONPATH", "").split(os.pathsep) if item]
     if imports or others:  # for planners in processes of their own
         os.environ["PYTHONPATH"] = os.pathsep.join([*imports, *others])
-    return replace(place, towns=tuple(map(place.found, cargo.towns_in)))
+    return replace(place, towns=tuple(map(place.found, payload.towns_in)))
 
 
-def check_arrived(cargo: Cargo, place: Place) -> None:
+def check_arrived(payload: Payload, place: NodePaths) -> None:
     """Check that planners and towns are here what they are where they were sent from.
 
     Raises:
         InputError: One is missing or another.
     """
-    for town, checksum in cargo.towns.items():
+    for town, checksum in payload.towns.items():
         if town_checksum(town, place.towns) != checksum:
             message = f"The town '{town}' is another one."
             raise InputError(message)
-    load = loader_of(cargo.isolation)
-    for agent in cargo.agents:
-        makings = makings_of(place.planner(agent), load)
-        for path in sorted(makings.files):
-            if (path.name, file_hash(path)) not in cargo.known:
+    load = loader_of(payload.isolation)
+    for agent in payload.agents:
+        components = components_of(place.planner(agent), load)
+        for path in sorted(components.files):
+            if (path.name, file_hash(path)) not in payload.known:
                 message = f"'{agent}' is another planner: {path.name} differs."
                 raise InputError(message)
-        for text in library_versions(makings.libraries):
-            if text not in cargo.libraries:
+        for text in library_versions(components.libraries):
+            if text not in payload.libraries:
                 message = f"'{agent}' would compute with another version here: {text}."
                 raise InputError(message)
 

@@ -15,7 +15,7 @@ from plant_bench.errors import AgentError, InputError
 from plant_bench.runner.decisions import Decision, PlannerSession, same_action
 from plant_bench.runner.review.actor_ranking import ranking_before
 from plant_bench.runner.review.resimulation import Tick, simulate_again
-from plant_bench.runner.review.review_frames import Hindsight, Moment, Window
+from plant_bench.runner.review.review_frames import Moment, Postmortem, Window
 from plant_bench.scoring.results import EpisodeResult
 from plant_bench.sensing.inputs import PERCEIVED
 from plant_bench.sensing.observe import Sensors
@@ -26,13 +26,13 @@ from plant_bench.world.scene import TICK, EgoState, Scene
 PROGRESS_INTERVAL = 100  # ticks between two calls of the progress callback
 
 
-def look_back(
+def review_episode(
     recording: Recording,
     result: EpisodeResult,
     route: Route,
     windows: Sequence[Window],
     progress: Callable[[float], None] | None = None,
-) -> Hindsight:
+) -> Postmortem:
     """Simulate an episode again and keep the moments of some windows.
 
     Args:
@@ -52,10 +52,10 @@ def look_back(
         look.at(tick)
         if progress is not None and tick.row % PROGRESS_INTERVAL == 0:
             progress(tick.row / max(until, 1))
-    return look.hindsight()
+    return look.postmortem()
 
 
-class _Witness:
+class _ShadowAgent:
     """A shadow that may drop out; mutable.
 
     Attributes:
@@ -107,8 +107,8 @@ class _Look:
         self._actions = recording.actions
         self._place = RouteProgress(route)
         self._sensors = Sensors(route, result.seed, PERCEIVED)
-        self._expert = _Witness(load_agent("expert"), route, result.seed)
-        self._planner = _Witness(*_planner_of(result, route))
+        self._expert = _ShadowAgent(load_agent("expert"), route, result.seed)
+        self._planner = _ShadowAgent(*_planner_of(result, route))
         shadow = self._planner.shadow
         self._ranked_itself = shadow is not None and isinstance(shadow.agent, Ranker)
         self._plan: Plan | None = None
@@ -134,9 +134,9 @@ class _Look:
         if any(scene.tick in window for window in self._windows):
             self._moments[scene.tick] = self._moment(scene, tick.control)
 
-    def hindsight(self) -> Hindsight:
+    def postmortem(self) -> Postmortem:
         """Return all that was seen."""
-        return Hindsight(
+        return Postmortem(
             result=self._result,
             route=self._route,
             moments=self._moments,
@@ -150,9 +150,9 @@ class _Look:
 
     def _without_facts(self) -> None:
         """Drop who needs privileged facts, since there are none for the recorded scenes now."""
-        for witness in (self._expert, self._planner):
-            if witness.shadow is not None and witness.shadow.privileged:
-                witness.drop(f"simulated again, {self._difference} differ from what was recorded")
+        for shadow in (self._expert, self._planner):
+            if shadow.shadow is not None and shadow.shadow.privileged:
+                shadow.drop(f"simulated again, {self._difference} differ from what was recorded")
 
     def _ask(self, tick: Tick) -> None:
         scene, expert, planner = tick.recorded, self._expert, self._planner

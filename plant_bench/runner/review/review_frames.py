@@ -51,7 +51,7 @@ class Moment:
 
 
 @dataclass(frozen=True, eq=False)
-class Hindsight:
+class Postmortem:
     """An episode that was looked at again.
 
     Attributes:

@@ -11,7 +11,7 @@ from plant_bench.runner.episode.jobs import Job, episode_name, repetition_seed
 from plant_bench.runner.run.folder import RunFolder
 from plant_bench.runner.run.provenance import Provenance, installed_versions
 from plant_bench.runner.run.summary_files import summary_texts
-from plant_bench.scoring.penalties import Law
+from plant_bench.scoring.penalties import PenaltyScheme
 from plant_bench.scoring.results import EpisodeHeader, EpisodeResult
 from plant_bench.untrusted_files import read_text
 from plant_bench.world.route import Route
@@ -41,7 +41,7 @@ class Finding:
 class _Told(BaseModel):
     """What of a summary does not follow from the records."""
 
-    law: Law
+    penalties: PenaltyScheme
     expected: int
 
 
@@ -106,15 +106,20 @@ def inputs_findings(records: Mapping[str, EpisodeResult]) -> Iterator[Finding]:
 def choices_of(folder: RunFolder, provenance: Provenance, repetitions: int) -> list[str]:
     """Return in words what of a submitter's choices is not as the benchmark's scores are made."""
     try:
-        law = _Told.model_validate_json(read_text(folder.path / "summary.json")).law
+        penalties = _Told.model_validate_json(read_text(folder.path / "summary.json")).penalties
     except (OSError, ValueError):
-        law = Law.LB1_0  # that it cannot be read is a finding
-    usual = {"base seed": 0, "density": "dense", "hazards": True, "law": Law.LB1_0.value}
+        penalties = PenaltyScheme.LB1_0  # that it cannot be read is a finding
+    usual = {
+        "base seed": 0,
+        "density": "dense",
+        "hazards": True,
+        "penalties": PenaltyScheme.LB1_0.value,
+    }
     told = {
         "base seed": provenance.seed,
         "density": provenance.density,
         "hazards": provenance.hazards,
-        "law": law.value,
+        "penalties": penalties.value,
     }
     other = [f"{name} {told[name]}" for name in usual if told[name] != usual[name]]
     other += [f"{repetitions} of 3 repetitions"] if repetitions < _REPETITIONS else []
@@ -145,7 +150,9 @@ def summary_findings(folder: RunFolder, results: Sequence[EpisodeResult]) -> Ite
     """Give what of the summary does not follow from the records."""
     try:
         told = _Told.model_validate_json(read_text(folder.path / "summary.json"))
-        texts = summary_texts(results, missing=told.expected - len(results), law=told.law)
+        texts = summary_texts(
+            results, missing=told.expected - len(results), penalties=told.penalties
+        )
     except (InputError, OSError, ValueError) as error:
         yield Finding("summary.json", "summary", in_one_line(error), "a summary of these records")
         return

@@ -9,7 +9,7 @@ from plant_bench.agents.loading.registry import Loader, load_agent
 from plant_bench.runner.episode.jobs import Job, episode_name
 from plant_bench.runner.episode.outcome import Outcome
 from plant_bench.runner.episode.timing import Timing
-from plant_bench.runner.ray.payload import Needs, Place
+from plant_bench.runner.ray.payload import NodePaths, Requirements
 from plant_bench.runner.run.folder import RunFolder
 from plant_bench.runner.workers.executors import (
     Event,
@@ -78,13 +78,13 @@ class _Task:
     isolation: Isolation | None = None
 
     @property
-    def needs(self) -> Needs:
+    def needs(self) -> Requirements:
         """What it must find on another machine."""
-        return Needs(
+        return Requirements(
             frozenset({self.job.agent}), frozenset({self.job.route.town_dir}), self.isolation
         )
 
-    def at(self, place: Place) -> "_Task":
+    def at(self, place: NodePaths) -> "_Task":
         """Return the same task as it is done on another machine."""
         recording = self.recording and place.output / "recordings" / self.recording.name
         planner = place.planner(self.job.agent)

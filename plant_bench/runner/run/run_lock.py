@@ -24,8 +24,8 @@ from plant_bench.atomic_files import whole_file
 from plant_bench.errors import InputError
 from plant_bench.untrusted_files import read_text
 
-BEAT = 30.0  # s
-SILENT = 300.0  # s without a beat after which a claim of another host is void
+HEARTBEAT = 30.0  # s
+EXPIRY = 300.0  # s without a beat after which a claim of another host is void
 WHOLE = "whole"
 LARGEST_CLAIM = 10_000  # bytes
 _Number = Annotated[int, Field(ge=0, lt=1 << 31)]
@@ -77,7 +77,7 @@ class Shard:
 
 
 @dataclass(frozen=True)
-class Holder:
+class LockInfo:
     """Who claims, and what.
 
     Attributes:
@@ -103,7 +103,7 @@ class Holder:
         what = "A run" if self.what == WHOLE else f"Shard {self.what.replace('of', '/')}"
         return f"{what} (host {self.host}, process {self.pid}, since {self.since})"
 
-    def conflicts(self, other: "Holder") -> bool:
+    def conflicts(self, other: "LockInfo") -> bool:
         """Tell whether two may not drive at the same time: only shards of one division may."""
         if WHOLE in (self.what, other.what) or self.version != other.version:
             return True
@@ -112,7 +112,7 @@ class Holder:
         return count != other_count or number == other_number
 
 
-_READER = TypeAdapter(Holder)
+_READER = TypeAdapter(LockInfo)
 
 
 @contextmanager
@@ -130,7 +130,7 @@ def claimed(folder: Path, shard: Shard | None, version: str) -> Iterator[None]:
     what = WHOLE if shard is None else f"{shard.number}of{shard.count}"
     since = time.strftime("%Y-%m-%d %H:%M:%S")
     host, pid = socket.gethostname(), os.getpid()
-    me = Holder(what, version, host, pid, _born(pid), since, secrets.token_hex(8))
+    me = LockInfo(what, version, host, pid, _born(pid), since, secrets.token_hex(8))
     place = folder / "claims"
     try:
         mine = _claim(place, me)
@@ -151,7 +151,7 @@ def claimed(folder: Path, shard: Shard | None, version: str) -> Iterator[None]:
             place.rmdir()  # if nobody else has a claim
 
 
-def _claim(place: Path, me: Holder) -> Path:
+def _claim(place: Path, me: LockInfo) -> Path:
     """Make the file of a claim, over a void one too.
 
     Raises:
@@ -164,11 +164,11 @@ def _claim(place: Path, me: Holder) -> Path:
             with whole_file(path, new=True) as part:
                 part.write_text(json.dumps(asdict(me)), encoding="utf-8")
         except FileExistsError:
-            holder = _read(path)
-            if holder is not None:
-                if not _void(path, holder):
-                    raise _refusal(holder, path) from None
-                _take_away(path, holder)
+            lock_owner = _read(path)
+            if lock_owner is not None:
+                if not _void(path, lock_owner):
+                    raise _refusal(lock_owner, path) from None
+                _take_away(path, lock_owner)
         except FileNotFoundError:
             continue  # who held the last claim has just removed the folder
         else:
@@ -177,30 +177,34 @@ def _claim(place: Path, me: Holder) -> Path:
     raise InputError(message)
 
 
-def _check_others(place: Path, mine: Path, me: Holder) -> None:
+def _check_others(place: Path, mine: Path, me: LockInfo) -> None:
     for path in sorted(place.glob("*.json")):
-        holder = None if path == mine else _read(path)
-        if holder is None or not me.conflicts(holder):
+        lock_owner = None if path == mine else _read(path)
+        if lock_owner is None or not me.conflicts(lock_owner):
             continue
-        if not _void(path, holder):
-            raise _refusal(holder, path)
-        _take_away(path, holder)
+        if not _void(path, lock_owner):
+            raise _refusal(lock_owner, path)
+        _take_away(path, lock_owner)
 
 
-def _refusal(holder: Holder, path: Path) -> InputError:
+def _refusal(lock_owner: LockInfo, path: Path) -> InputError:
     return InputError(
-        f"{holder.described()} is driving into {path.parents[1]}. Wait until it has ended, or "
+        f"{lock_owner.described()} is driving into {path.parents[1]}. Wait until it has ended, or "
         f"choose another folder with --out. (What another host claims is void "
-        f"{SILENT / 60.0:.0f} minutes after its last sign of life; if you know that it has ended, "
+        f"{EXPIRY / 60.0:.0f} minutes after its last sign of life; if you know that it has ended, "
         f"remove {path}.)"
     )
 
 
-def _void(path: Path, holder: Holder) -> bool:
+def _void(path: Path, lock_owner: LockInfo) -> bool:
     """Tell whether who made a claim is certainly gone."""
-    if holder.host == socket.gethostname():
-        return _born(holder.pid) != holder.born if holder.born else not _lives(holder.pid)
-    return _age(path) > SILENT
+    if lock_owner.host == socket.gethostname():
+        return (
+            _born(lock_owner.pid) != lock_owner.born
+            if lock_owner.born
+            else not _lives(lock_owner.pid)
+        )
+    return _age(path) > EXPIRY
 
 
 def _age(path: Path) -> float:
@@ -217,31 +221,31 @@ def _age(path: Path) -> float:
         probe.unlink(missing_ok=True)
 
 
-def _take_away(path: Path, holder: Holder) -> None:
+def _take_away(path: Path, lock_owner: LockInfo) -> None:
     """Remove a void claim, unless another process has just done so and made its own."""
     aside = path.with_name(f"{secrets.token_hex(8)}.void")
     try:
         path.rename(aside)
     except FileNotFoundError:
         return
-    if _read(aside) != holder:
+    if _read(aside) != lock_owner:
         with _ignored():
             os.link(aside, path)
     aside.unlink(missing_ok=True)
 
 
-def _read(path: Path) -> Holder | None:
+def _read(path: Path) -> LockInfo | None:
     """Return who made a claim, None where it is gone; of a broken one nobody is known."""
     try:
         return _READER.validate_json(read_text(path, largest=LARGEST_CLAIM), strict=True)
     except FileNotFoundError:
         return None
     except (OSError, ValueError):
-        return Holder(WHOLE, "", "unknown", 0, 0, "unknown", "")
+        return LockInfo(WHOLE, "", "unknown", 0, 0, "unknown", "")
 
 
 def _beat(path: Path, ended: threading.Event) -> None:
-    while not ended.wait(BEAT):
+    while not ended.wait(HEARTBEAT):
         with _ignored():
             os.utime(path)
 

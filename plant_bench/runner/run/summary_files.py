@@ -6,33 +6,42 @@ from pydantic import TypeAdapter
 
 from plant_bench.runner.run.folder import RunFolder, in_order
 from plant_bench.scoring.metrics import Summary, summarise, summary_frame
-from plant_bench.scoring.penalties import Law
+from plant_bench.scoring.penalties import PenaltyScheme
 from plant_bench.scoring.results import EpisodeResult
 
 
-def write_summary(folder: RunFolder, *, missing: int = 0, law: Law = Law.LB1_0) -> Summary:
+def write_summary(
+    folder: RunFolder, *, missing: int = 0, penalties: PenaltyScheme = PenaltyScheme.LB1_0
+) -> Summary:
     """Sum up all records of a run and write the summary beside them.
 
     Args:
         folder: The run.
         missing: Episodes that were asked for and have no record.
-        law: By which infractions become scores.
+        penalties: By which infractions become scores.
 
     Raises:
         InputError: There are no records, or they cannot be summed up.
     """
-    return _write(folder, "", folder.results(), missing, law)
+    return _write(folder, "", folder.results(), missing, penalties)
 
 
 def write_rescored_summary(
-    folder: RunFolder, results: Sequence[EpisodeResult], *, missing: int = 0, law: Law = Law.LB1_0
+    folder: RunFolder,
+    results: Sequence[EpisodeResult],
+    *,
+    missing: int = 0,
+    penalties: PenaltyScheme = PenaltyScheme.LB1_0,
 ) -> Summary:
     """Sum up what `rescore_folder` gave, beside the records in `rescored/`; as `write_summary`."""
-    return _write(folder, "rescored/", results, missing, law)
+    return _write(folder, "rescored/", results, missing, penalties)
 
 
 def summary_texts(
-    results: Sequence[EpisodeResult], *, missing: int = 0, law: Law = Law.LB1_0
+    results: Sequence[EpisodeResult],
+    *,
+    missing: int = 0,
+    penalties: PenaltyScheme = PenaltyScheme.LB1_0,
 ) -> dict[str, str]:
     """Return the summary's files by name; equal records give equal text, in any order.
 
@@ -40,19 +49,25 @@ def summary_texts(
         InputError: There are no records, or they cannot be summed up.
     """
     ordered = in_order(results)
-    return _texts(summarise(ordered, expected=len(results) + missing, law=law), ordered)
+    return _texts(summarise(ordered, expected=len(results) + missing, penalties=penalties), ordered)
 
 
 def _write(
-    folder: RunFolder, place: str, results: Sequence[EpisodeResult], missing: int, law: Law
+    folder: RunFolder,
+    place: str,
+    results: Sequence[EpisodeResult],
+    missing: int,
+    penalties: PenaltyScheme,
 ) -> Summary:
-    summary = summarise(results, expected=len(results) + missing, law=law)
+    summary = summarise(results, expected=len(results) + missing, penalties=penalties)
     for name, text in _texts(summary, results).items():
         folder.write(f"{place}{name}", text)
     return summary
 
 
 def _texts(summary: Summary, results: Sequence[EpisodeResult]) -> dict[str, str]:
-    table = summary_frame(results, law=summary.law).to_csv(index=False, lineterminator="\n")
+    table = summary_frame(results, penalties=summary.penalties).to_csv(
+        index=False, lineterminator="\n"
+    )
     text = TypeAdapter(Summary).dump_json(summary, indent=1).decode()
     return {"summary.json": text + "\n", "summary.csv": table}

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from plant_bench.agent import Agent
 from plant_bench.agents.loading.registry import Loader, load_agent
-from plant_bench.agents.remote.launch_command import Program, program_of
+from plant_bench.agents.remote.launch_command import LaunchCommand, launch_command_of
 
 if TYPE_CHECKING:  # runs without it need neither msgpack nor what only Linux has
     from plant_bench.agents.remote.process import Limits
@@ -26,7 +26,7 @@ class Isolation:
         profile: What it said of itself when the run began; None for another machine.
     """
 
-    program: Program
+    program: LaunchCommand
     limits: "Limits"
     profile: "Profile | None"
 
@@ -35,7 +35,7 @@ class Isolation:
         from plant_bench.agents.remote.remote_agent import remote_agent
 
         known = self.profile if spec == self.program.spec else None
-        program = self.program if known else program_of(spec)
+        program = self.program if known else launch_command_of(spec)
         return remote_agent(program, self.limits, known)
 
     def elsewhere(self) -> "Isolation":
@@ -55,7 +55,7 @@ def isolation_of(agent: str, limits: "Limits") -> Isolation:
     from plant_bench.agents.remote.process_reuse import end_processes
     from plant_bench.agents.remote.remote_agent import remote_agent
 
-    program = program_of(agent)
+    program = launch_command_of(agent)
     planner = remote_agent(program, limits)
     end_processes()
     return Isolation(program, limits, planner.profile)

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from plant_bench.errors import InputError, SimulationError
-from plant_bench.gc_policy import collect_rarely
+from plant_bench.gc_policy import tune_garbage_collector
 
 REPORT_EVERY = 0.2  # s between two progress reports
 
@@ -72,7 +72,7 @@ def stand_by(pipe: Connection, load: Callable[[], object]) -> None:
         load: Loads it. What fails is left to the work, which says why.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    collect_rarely()
+    tune_garbage_collector()
     with suppress(Exception):
         load()
     try:
@@ -93,7 +93,7 @@ def serve(pipe: Connection, work: Work, log: Path | None) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the parent, which decides
     if log is not None:
         _print_to(log)
-    collect_rarely()
+    tune_garbage_collector()
     last_report = 0.0
 
     def report(share: float) -> None:

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from plant_bench.sim.hazards.hazard_world import Stage
+from plant_bench.sim.hazards.hazard_world import HazardWorld
 from plant_bench.world.driver_braking import CURVE_BRAKING
 from plant_bench.world.route import Passage, Route
 from plant_bench.world.scene import EGO_LENGTH, EgoState
@@ -61,7 +61,7 @@ def drive_time(route: Route, speed: float, begin: float, end: float) -> float:
 
 
 def expected_arrival(
-    ego: EgoState, stage: Stage, along: float, passage: Passage | None = None
+    ego: EgoState, stage: HazardWorld, along: float, passage: Passage | None = None
 ) -> float:
     """Return the soonest time in which the ego's middle is at an arc length of its route.
 
@@ -83,7 +83,7 @@ def expected_arrival(
     return wait + START + drive_time(stage.route, 0.0, max(begin, stage.progress), along)
 
 
-def _queue(ego: EgoState, stage: Stage, passage: Passage) -> int:
+def _queue(ego: EgoState, stage: HazardWorld, passage: Passage) -> int:
     """Return how many stand before the ego at a passage's line."""
     lane = stage.lane_at(passage.entry - 1.0)
     if lane is None:

@@ -3,14 +3,14 @@
 import random
 from typing import Protocol, runtime_checkable
 
-from plant_bench.sim.hazards.hazard_world import Stage
+from plant_bench.sim.hazards.hazard_world import HazardWorld
 from plant_bench.world.hazard import Hazard, Phase
 from plant_bench.world.hazard_table import HAZARDS
 from plant_bench.world.scene import EgoState
 
 
 @runtime_checkable
-class Script(Protocol):
+class HazardBehaviour(Protocol):
     """One hazard in motion; mutable. Made when the ego comes near, asked at every tick.
 
     A script goes from ARMED (it prepares: its actors are out, it adapts to the ego) to COMMITTED
@@ -26,11 +26,11 @@ class Script(Protocol):
     phase: Phase
     reason: str
 
-    def __init__(self, hazard: Hazard, stage: Stage, draw: random.Random) -> None:
+    def __init__(self, hazard: Hazard, stage: HazardWorld, draw: random.Random) -> None:
         """Prepare; nothing is put out yet."""
         ...
 
-    def step(self, ego: EgoState, stage: Stage) -> None:
+    def step(self, ego: EgoState, stage: HazardWorld) -> None:
         """Go on by one tick."""
         ...
 
@@ -41,11 +41,11 @@ class HoldsTraffic:
     phase: Phase
     reason: str
 
-    def let_go(self, stage: Stage) -> None:
+    def let_go(self, stage: HazardWorld) -> None:
         """Give all vehicles under command back to the traffic."""
         raise NotImplementedError
 
-    def end(self, stage: Stage, phase: Phase, reason: str = "") -> None:
+    def end(self, stage: HazardWorld, phase: Phase, reason: str = "") -> None:
         """Let the vehicles go, and end as DONE or VOID."""
         self.let_go(stage)
         self.phase, self.reason = phase, reason

@@ -7,7 +7,7 @@ sight and shortly before it arrives, so that few others must queue behind it.
 import random
 
 from plant_bench.sim.hazards.behaviour import number_of
-from plant_bench.sim.hazards.hazard_world import Stage
+from plant_bench.sim.hazards.hazard_world import HazardWorld
 from plant_bench.sim.vehicle_types import VAN
 from plant_bench.world.hazard import Hazard, Phase
 from plant_bench.world.scene import EgoState
@@ -26,7 +26,7 @@ class BlockedLane:
     Parameters: `wait` (s from the ego's arrival until it drives off).
     """
 
-    def __init__(self, hazard: Hazard, stage: Stage, draw: random.Random) -> None:
+    def __init__(self, hazard: Hazard, stage: HazardWorld, draw: random.Random) -> None:
         self.phase = Phase.ARMED
         self.reason = ""
         self._at = hazard.at
@@ -36,7 +36,7 @@ class BlockedLane:
         self._placed = 0.0
         self._arrived: float | None = None
 
-    def step(self, ego: EgoState, stage: Stage) -> None:
+    def step(self, ego: EgoState, stage: HazardWorld) -> None:
         """Put the van out, let the ego wait, drive off."""
         if self.phase is Phase.ARMED:
             self._appear(stage)
@@ -50,11 +50,11 @@ class BlockedLane:
         if passed or waited > self._wait or stage.time - self._placed > LONGEST:
             self._end(stage, Phase.DONE)
 
-    def _queues(self, distance: float, stage: Stage) -> bool:
+    def _queues(self, distance: float, stage: HazardWorld) -> bool:
         entries = [passage.entry for passage in stage.route.passages]
         return distance < QUEUED and not any(stage.progress < x < self._at for x in entries)
 
-    def _appear(self, stage: Stage) -> None:
+    def _appear(self, stage: HazardWorld) -> None:
         if self._van is not None and stage.on_road(self._van):
             stage.drive(self._van, 0.0)
             self.phase, self._placed = Phase.COMMITTED, stage.time
@@ -66,7 +66,7 @@ class BlockedLane:
             front = self._at + VAN.length
             self._van = stage.send_along(VAN, self._lane, front, 0.0)
 
-    def _end(self, stage: Stage, phase: Phase, reason: str = "") -> None:
+    def _end(self, stage: HazardWorld, phase: Phase, reason: str = "") -> None:
         if self._van is not None:
             stage.hand_back(self._van)
         self.phase, self.reason = phase, reason

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from plant_bench.agent import PATH_POSES, PATH_STEP
-from plant_bench.sim.hazards.hazard_world import Stage
+from plant_bench.sim.hazards.hazard_world import HazardWorld
 from plant_bench.sim.traffic import COMFORTABLE_BRAKING
 from plant_bench.sim.vehicle_types import CAR
 from plant_bench.world.conflicting_paths import Approach
@@ -18,7 +18,7 @@ LAST_TURN, LAST_TURN_TIME = 0.2, 0.6  # m and s before its lane's end until whic
 FROM_OTHERS = 14.0  # m kept to others on the lane when a vehicle is put out
 
 
-class Rival:
+class ConflictingVehicle:
     """A vehicle under command on an approach; mutable.
 
     Args:
@@ -27,17 +27,17 @@ class Rival:
         vehicle: Its number.
     """
 
-    def __init__(self, stage: Stage, approach: Approach, vehicle: int) -> None:
+    def __init__(self, stage: HazardWorld, approach: Approach, vehicle: int) -> None:
         stage.command(vehicle)
         self.approach = approach
         self.vehicle = vehicle
         self._half = 0.5 * stage.kind_of(vehicle).length
 
-    def front(self, stage: Stage) -> float | None:
+    def front(self, stage: HazardWorld) -> float | None:
         """Return where its front is on the approach's line; None when it is not there."""
         return place_on(stage, self.approach, self.vehicle)
 
-    def speed(self, stage: Stage) -> float:
+    def speed(self, stage: HazardWorld) -> float:
         """Return its speed, 0 when it is gone."""
         state = stage.state_of(self.vehicle)
         return 0.0 if state is None else state.speed
@@ -46,16 +46,16 @@ class Rival:
         """Return the metres until its middle is where the ways meet."""
         return self.approach.meets + self._half - front
 
-    def tell(self, stage: Stage, front: float) -> None:
+    def tell(self, stage: HazardWorld, front: float) -> None:
         """Tell who may know it where the vehicle is going, whatever the lights show."""
         stage.paths[self.vehicle] = poses_on(self.approach, front - self._half)
 
-    def let_go(self, stage: Stage) -> None:
+    def let_go(self, stage: HazardWorld) -> None:
         """Give it back to the traffic."""
         stage.hand_back(self.vehicle)
 
 
-def place_on(stage: Stage, approach: Approach, vehicle: int) -> float | None:
+def place_on(stage: HazardWorld, approach: Approach, vehicle: int) -> float | None:
     """Return where on an approach's line a vehicle's front is; None when it is not there."""
     state = stage.state_of(vehicle)
     if state is None or state.lane not in approach.starts:
@@ -63,7 +63,7 @@ def place_on(stage: Stage, approach: Approach, vehicle: int) -> float | None:
     return approach.starts[state.lane] + stage.along_lane(state)
 
 
-def first_on(stage: Stage, approach: Approach) -> int | None:
+def first_on(stage: HazardWorld, approach: Approach) -> int | None:
     """Return the vehicle that is next to leave an approach's lanes, if any is there."""
     for lane in reversed(incoming(approach)):
         present = stage.lane_state(lane)
@@ -82,7 +82,7 @@ def incoming(approach: Approach) -> list[str]:
 
 
 def put_out(
-    stage: Stage, approach: Approach, way: float, speed: float, draw: random.Random
+    stage: HazardWorld, approach: Approach, way: float, speed: float, draw: random.Random
 ) -> int | None:
     """Ask for a vehicle on an approach; None where its place is taken or too near.
 
@@ -115,7 +115,7 @@ def put_out(
     return stage.send(CAR, (*edges, *onward), lane, at_lane, min(speed, lane.speed_limit, room))
 
 
-def reroute(stage: Stage, approach: Approach, vehicle: int, draw: random.Random) -> bool:
+def reroute(stage: HazardWorld, approach: Approach, vehicle: int, draw: random.Random) -> bool:
     """Have a vehicle on an approach's lanes take its way; False where it cannot.
 
     A driver carries out what it last decided: one that is about to leave its lane would enter the

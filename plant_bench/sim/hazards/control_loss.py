@@ -5,7 +5,7 @@ import random
 
 from plant_bench.agent import Control
 from plant_bench.sim.hazards.hard_brake import gap_to, leader_of
-from plant_bench.sim.hazards.hazard_world import Stage
+from plant_bench.sim.hazards.hazard_world import HazardWorld
 from plant_bench.world.driver_braking import BRAKING, GRIP, REACTION
 from plant_bench.world.hazard import Hazard, Phase
 from plant_bench.world.scene import EgoState
@@ -26,7 +26,7 @@ class ControlLoss:
     Parameters: `duration` (s), `pull` (rad of steering at the most).
     """
 
-    def __init__(self, hazard: Hazard, stage: Stage, draw: random.Random) -> None:
+    def __init__(self, hazard: Hazard, stage: HazardWorld, draw: random.Random) -> None:
         del stage
         self.phase = Phase.ARMED
         self.reason = ""
@@ -36,14 +36,14 @@ class ControlLoss:
         self._begin = math.inf
         self._waited = False
 
-    def step(self, ego: EgoState, stage: Stage) -> None:
+    def step(self, ego: EgoState, stage: HazardWorld) -> None:
         """Begin at the place, if the ego is moving and need not stop; end after the duration."""
         if self.phase is Phase.ARMED and stage.progress >= self._at:
             self._begin_if_fair(ego, stage)
         elif self.phase is Phase.COMMITTED and stage.time - self._begin > self._duration:
             self.phase = Phase.DONE
 
-    def _begin_if_fair(self, ego: EgoState, stage: Stage) -> None:
+    def _begin_if_fair(self, ego: EgoState, stage: HazardWorld) -> None:
         slow, stops = ego.speed < LEAST_SPEED, self._must_stop(ego, stage)
         self._waited |= stops and not slow
         if stage.progress > self._at + LATE or self._leaves_lane(ego, stage):
@@ -56,20 +56,20 @@ class ControlLoss:
             most = HARDEST / (ego.speed**2 * self._duration)
             self._pull = math.copysign(min(abs(self._pull), most), self._pull)
 
-    def _leaves_lane(self, ego: EgoState, stage: Stage) -> bool:
+    def _leaves_lane(self, ego: EgoState, stage: HazardWorld) -> bool:
         """Tell whether the ego enters a junction or changes lanes too soon."""
         reach = stage.progress + ego.speed * self._duration + KEEPS
         starts = [item.entry for item in stage.route.passages]
         starts += [item.start for item in stage.route.lane_changes]
         return any(self._at < start < reach for start in starts)
 
-    def _must_stop(self, ego: EgoState, stage: Stage) -> bool:
+    def _must_stop(self, ego: EgoState, stage: HazardWorld) -> bool:
         """Tell whether a light, or who drives ahead, may ask for more than the grip allows."""
         reach = REACTION * ego.speed + ego.speed**2 / (2.0 * GRIP * BRAKING)
         light = any(0.0 < stage.distance_to(x) < reach for x in stage.route.signal_entries)
         return light or ego.acceleration < BRAKES or _presses(ego, stage)
 
-    def disturb(self, control: Control, stage: Stage) -> Control:
+    def disturb(self, control: Control, stage: HazardWorld) -> Control:
         """Return the control that reaches the road."""
         if self.phase is not Phase.COMMITTED:
             return control
@@ -77,7 +77,7 @@ class ControlLoss:
         return Control(GRIP * control.acceleration, control.steering + self._pull * swing)
 
 
-def _presses(ego: EgoState, stage: Stage) -> bool:
+def _presses(ego: EgoState, stage: HazardWorld) -> bool:
     """Tell whether the ego comes too near to who drives ahead."""
     leader = leader_of(stage)
     if leader is None or leader.speed >= ego.speed:

@@ -12,7 +12,7 @@ import random
 import numpy as np
 
 from plant_bench.geometry.polyline import distance_to
-from plant_bench.sim.hazards.hazard_world import Stage
+from plant_bench.sim.hazards.hazard_world import HazardWorld
 from plant_bench.sim.sumo import VehicleState
 from plant_bench.sim.vehicle_types import RIDER, VAN, WALKER
 from plant_bench.world.crossing_distance import FARTHEST_START, SPEED_SPREAD, meets_at, needed_start
@@ -40,7 +40,7 @@ class Crossing:
     bicycle), `hidden` (1 for a parked van before it).
     """
 
-    def __init__(self, hazard: Hazard, stage: Stage, draw: random.Random) -> None:
+    def __init__(self, hazard: Hazard, stage: HazardWorld, draw: random.Random) -> None:
         parameters = hazard.parameters
         self.phase = Phase.ARMED
         self.reason = ""
@@ -63,7 +63,7 @@ class Crossing:
         self._held = False
         self._actors: list[int] = []
 
-    def step(self, ego: EgoState, stage: Stage) -> None:
+    def step(self, ego: EgoState, stage: HazardWorld) -> None:
         """Put the walker out, let it go in time, and take it away behind the ego."""
         if stage.distance_to(self._at + VAN.length) < -PASSED:
             self._end(stage)
@@ -76,7 +76,7 @@ class Crossing:
         elif self.phase is Phase.ARMED and not self.reason:
             self._wait(ego, stage)
 
-    def _wait(self, ego: EgoState, stage: Stage) -> None:
+    def _wait(self, ego: EgoState, stage: HazardWorld) -> None:
         """Start in time, or as soon as others have passed; who gives up goes on standing there."""
         if not stage.avoidable(ego, self._at - 0.5 * self._kind.width):
             self.reason = "others were in the way" if self._held else "the ego was too near to stop"
@@ -91,7 +91,7 @@ class Crossing:
         else:
             self._speed, self.phase = speed, Phase.COMMITTED
 
-    def _endangers(self, ego: EgoState, stage: Stage, pace: float) -> bool:
+    def _endangers(self, ego: EgoState, stage: HazardWorld, pace: float) -> bool:
         """Tell whether somebody who goes on straight would be where the walker is then.
 
         Those right behind the ego are not: it stops before them.
@@ -116,7 +116,7 @@ class Crossing:
                 return True
         return False
 
-    def _appear(self, stage: Stage) -> None:
+    def _appear(self, stage: HazardWorld) -> None:
         x, y, yaw = self._pose(stage)
         if not stage.is_free(x, y, 2.0):
             return
@@ -129,13 +129,13 @@ class Crossing:
         self._actors.insert(0, stage.put(self._kind, x, y, yaw))
         self._since = stage.time
 
-    def _pose(self, stage: Stage) -> tuple[float, float, float]:
+    def _pose(self, stage: HazardWorld) -> tuple[float, float, float]:
         x, y, heading = stage.pose_at(self._at)
         aside = self._side * self._offset
         yaw = heading - self._side * 0.5 * math.pi
         return x - aside * math.sin(heading), y + aside * math.cos(heading), yaw
 
-    def _end(self, stage: Stage) -> None:
+    def _end(self, stage: HazardWorld) -> None:
         for actor in self._actors:
             stage.remove(actor)
         if self.phase is Phase.COMMITTED:
@@ -153,7 +153,7 @@ def _follows(state: VehicleState, ego: EgoState) -> bool:
     return behind and math.cos(state.yaw - ego.yaw) > 0.8
 
 
-def _kerb(stage: Stage, at: float, side: float) -> float:
+def _kerb(stage: HazardWorld, at: float, side: float) -> float:
     """Return how far beside the ego's path the road ends, oncoming lanes included."""
     x, y, heading = stage.pose_at(at)
     height = float(np.interp(at, stage.route.along, stage.route.elevations))

@@ -12,7 +12,7 @@ import numpy as np
 from plant_bench.geometry.polyline import arc_lengths
 from plant_bench.sim.hazards.behaviour import HoldsTraffic, number_of
 from plant_bench.sim.hazards.hard_brake import LANE_HALF, Neighbour, along_route
-from plant_bench.sim.hazards.hazard_world import Stage
+from plant_bench.sim.hazards.hazard_world import HazardWorld
 from plant_bench.sim.vehicle_types import CAR
 from plant_bench.world.driver_braking import BRAKING, REACTION
 from plant_bench.world.hazard import Hazard, Phase
@@ -48,7 +48,7 @@ class CutIn(HoldsTraffic):
     the left, -1 from the right, 0 for either).
     """
 
-    def __init__(self, hazard: Hazard, stage: Stage, draw: random.Random) -> None:
+    def __init__(self, hazard: Hazard, stage: HazardWorld, draw: random.Random) -> None:
         self.phase = Phase.ARMED
         self.reason = ""
         self._at = hazard.at
@@ -61,7 +61,7 @@ class CutIn(HoldsTraffic):
         self._centre = self._speed = self._wanted = self._moved = 0.0
         self._line, self._line_along, self._from = np.zeros((2, 2)), np.zeros(2), 0.0
 
-    def step(self, ego: EgoState, stage: Stage) -> None:
+    def step(self, ego: EgoState, stage: HazardWorld) -> None:
         """Find somebody and come to the gap; move over and brake; go on."""
         if self.phase is Phase.COMMITTED:
             self._move(stage)
@@ -80,7 +80,7 @@ class CutIn(HoldsTraffic):
         else:
             self._prepare(ego, stage, self._neighbour)
 
-    def _find(self, ego: EgoState, stage: Stage, lane: Lane) -> None:
+    def _find(self, ego: EgoState, stage: HazardWorld, lane: Lane) -> None:
         """Take the one that is nearest to the gap, or send one."""
         states = stage.seen()
         near = {
@@ -106,7 +106,7 @@ class CutIn(HoldsTraffic):
                 if self._other is not None:
                     stage.keep_lane(self._other)
 
-    def _take(self, stage: Stage, vehicle: int, front: float) -> None:
+    def _take(self, stage: HazardWorld, vehicle: int, front: float) -> None:
         state = stage.state_of(vehicle)
         if state is None:
             return
@@ -118,7 +118,7 @@ class CutIn(HoldsTraffic):
         self._lay(stage, np.full(200, aside))
         self._advance(stage, 0.0, 0.0)
 
-    def _lay(self, stage: Stage, aside: np.ndarray) -> None:
+    def _lay(self, stage: HazardWorld, aside: np.ndarray) -> None:
         """Lay the line that it follows: so far beside the route at each metre from where it is."""
         route, self._from = stage.route, self._centre
         at = self._from + np.arange(len(aside))
@@ -130,7 +130,7 @@ class CutIn(HoldsTraffic):
         self._line_along = arc_lengths(self._line)
         self._aside = float(aside[0])
 
-    def _prepare(self, ego: EgoState, stage: Stage, lane: Lane) -> None:
+    def _prepare(self, ego: EgoState, stage: HazardWorld, lane: Lane) -> None:
         here = stage.lane_at(self._centre + BLOCK_END)
         if here is None or here.edge != lane.edge:
             self.let_go(stage)
@@ -157,13 +157,13 @@ class CutIn(HoldsTraffic):
             pull = -CAUTIOUS
         self._advance(stage, pull, 0.0)
 
-    def let_go(self, stage: Stage) -> None:
+    def let_go(self, stage: HazardWorld) -> None:
         """Give the vehicle back to the traffic."""
         if self._other is not None:
             stage.hand_back(self._other)
         self._other = None
 
-    def _rear(self, stage: Stage) -> float:
+    def _rear(self, stage: HazardWorld) -> float:
         return self._centre - 0.5 * stage.kind_of(self._other or 0).length
 
     def _ready(self, ego: EgoState, gap: float) -> bool:
@@ -176,7 +176,7 @@ class CutIn(HoldsTraffic):
         left = gap - closing * unaware - 0.5 * max(ego.acceleration, 0.0) * unaware**2
         return left - closing**2 / (2.0 * BRAKING) > LEAST_LEFT
 
-    def _room(self, stage: Stage, around: list[Neighbour], aside: float) -> bool:
+    def _room(self, stage: HazardWorld, around: list[Neighbour], aside: float) -> bool:
         """Tell whether a lane is free from the ego's front to a little before it."""
         ego = stage.progress + 0.5 * EGO_LENGTH
         front = 2.0 * self._centre - self._rear(stage)
@@ -190,7 +190,7 @@ class CutIn(HoldsTraffic):
             for item in around
         )
 
-    def _move(self, stage: Stage) -> None:
+    def _move(self, stage: HazardWorld) -> None:
         if self._other is None or not stage.on_road(self._other):
             self.end(stage, Phase.DONE)
             return
@@ -205,7 +205,7 @@ class CutIn(HoldsTraffic):
         if self._moved > self._duration + 0.5 and self._speed <= KEPT * self._wanted:
             self.end(stage, Phase.DONE)
 
-    def _advance(self, stage: Stage, pull: float, slowest: float) -> None:
+    def _advance(self, stage: HazardWorld, pull: float, slowest: float) -> None:
         if self._other is not None:
             self._speed = max(self._speed + pull * TICK, min(slowest, self._speed))
             self._centre += self._speed * TICK
@@ -213,7 +213,9 @@ class CutIn(HoldsTraffic):
             stage.place_along(self._other, self._line, self._line_along, along, self._speed)
 
 
-def _neighbour(stage: Stage, hazard: Hazard, draw: random.Random) -> tuple[Lane | None, float]:
+def _neighbour(
+    stage: HazardWorld, hazard: Hazard, draw: random.Random
+) -> tuple[Lane | None, float]:
     """Return the lane and the side from which somebody comes."""
     lane, side = stage.lane_at(hazard.at), hazard.parameters.get("side", 0.0)
     beside = {} if lane is None else {1.0: lane.left, -1.0: lane.right}

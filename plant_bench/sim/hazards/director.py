@@ -4,8 +4,8 @@ import random
 from collections.abc import Callable
 
 from plant_bench.agent import Control
-from plant_bench.sim.hazards.behaviour import HoldsTraffic, Script
-from plant_bench.sim.hazards.hazard_world import Stage
+from plant_bench.sim.hazards.behaviour import HazardBehaviour, HoldsTraffic
+from plant_bench.sim.hazards.hazard_world import HazardWorld
 from plant_bench.world.hazard import Hazard, HazardKind, HazardOutcome, Phase
 from plant_bench.world.hazard_table import HAZARDS, load_part
 from plant_bench.world.scene import TICK, EgoState
@@ -16,7 +16,9 @@ STANDING = 0.1  # m/s
 ARMED_INTERVAL = 2  # ticks between two looks of a script that only prepares
 
 
-def load_script(kind: HazardKind) -> Callable[[Hazard, Stage, random.Random], Script]:
+def load_script(
+    kind: HazardKind,
+) -> Callable[[Hazard, HazardWorld, random.Random], HazardBehaviour]:
     """Return what makes the script of a kind of hazard."""
     return load_part(kind, "script")
 
@@ -33,12 +35,12 @@ class Director:
         InputError: A kind of hazard has no script.
     """
 
-    def __init__(self, stage: Stage, hazards: tuple[Hazard, ...], seed: int) -> None:
+    def __init__(self, stage: HazardWorld, hazards: tuple[Hazard, ...], seed: int) -> None:
         self._stage = stage
         self._waiting = sorted(hazards, key=lambda hazard: hazard.arm)
         self._scripts = {hazard.kind: load_script(hazard.kind) for hazard in hazards}
         self._seed = seed
-        self._playing: list[tuple[Hazard, Script]] = []
+        self._playing: list[tuple[Hazard, HazardBehaviour]] = []
         self._stood = 0.0
         self._outcomes: dict[float, HazardOutcome] = {
             hazard.at: HazardOutcome(hazard.kind, hazard.at, Phase.DORMANT, 0.0)
@@ -57,7 +59,7 @@ class Director:
         return not self._playing and not (waiting and waiting[0].arm <= self._stage.progress)
 
     def step(self, ego: EgoState) -> None:
-        """Go on by one tick; call after `Stage.refresh`, before SUMO's step."""
+        """Go on by one tick; call after `HazardWorld.refresh`, before SUMO's step."""
         while self._waiting and self._waiting[0].arm <= self._stage.progress:
             hazard = self._waiting.pop(0)
             draw = random.Random(f"{hazard.seed}|{self._seed}")
@@ -72,7 +74,7 @@ class Director:
             self._note(hazard, script)
         self._playing = [item for item in self._playing if item[1].phase not in ENDED]
 
-    def _is_due(self, hazard: Hazard, script: Script) -> bool:
+    def _is_due(self, hazard: Hazard, script: HazardBehaviour) -> bool:
         """Tell whether a script is asked at this tick; SUMO drives who is not placed at a tick."""
         always = script.phase is Phase.COMMITTED or HAZARDS[hazard.kind].always_asked
         return always or self._stage.tick % ARMED_INTERVAL == 0
@@ -85,7 +87,7 @@ class Director:
                 control = disturb(control, self._stage)
         return control
 
-    def _note(self, hazard: Hazard, script: Script) -> None:
+    def _note(self, hazard: Hazard, script: HazardBehaviour) -> None:
         known = self._outcomes[hazard.at]
         if known.phase is not script.phase:
             keeps = script.phase is Phase.DONE and known.phase is Phase.COMMITTED

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from plant_bench.sim.hazards.behaviour import HoldsTraffic, number_of
-from plant_bench.sim.hazards.hazard_world import Stage
+from plant_bench.sim.hazards.hazard_world import HazardWorld
 from plant_bench.sim.vehicle_types import CAR
 from plant_bench.world.driver_braking import BRAKING, REACTION, SPARE
 from plant_bench.world.hazard import Hazard, Phase
@@ -55,7 +55,7 @@ class HardBrake(HoldsTraffic):
     Parameters: `braking` (m/s2), `headway` (s, which it comes to before), `wait` (s it stands).
     """
 
-    def __init__(self, hazard: Hazard, stage: Stage, draw: random.Random) -> None:
+    def __init__(self, hazard: Hazard, stage: HazardWorld, draw: random.Random) -> None:
         del stage
         parameters = hazard.parameters
         self.phase = Phase.ARMED
@@ -67,7 +67,7 @@ class HardBrake(HoldsTraffic):
         self._leader: int | None = None
         self._stood: float | None = None
 
-    def step(self, ego: EgoState, stage: Stage) -> None:
+    def step(self, ego: EgoState, stage: HazardWorld) -> None:
         """Find a leader and come to the wanted gap; brake; go on."""
         if self.phase is Phase.COMMITTED:
             self._stand(stage)
@@ -77,7 +77,7 @@ class HardBrake(HoldsTraffic):
         else:
             self._prepare(ego, stage)
 
-    def _prepare(self, ego: EgoState, stage: Stage) -> None:
+    def _prepare(self, ego: EgoState, stage: HazardWorld) -> None:
         leader = leader_of(stage)
         if leader is None:
             if self._leader is None or not stage.on_road(self._leader):
@@ -100,7 +100,7 @@ class HardBrake(HoldsTraffic):
             stage.brake_hard(leader.number, braking)
             self.phase = Phase.COMMITTED
 
-    def _is_place(self, stage: Stage, leader: Neighbour, braking: float) -> bool:
+    def _is_place(self, stage: HazardWorld, leader: Neighbour, braking: float) -> bool:
         """Tell whether this is where to brake; rather not for one who is slow anyway."""
         stops = leader.front + leader.speed**2 / (2.0 * braking)
         brisk = leader.speed > BRISK * stage.speed_limit_at(leader.front)
@@ -108,7 +108,7 @@ class HardBrake(HoldsTraffic):
         here = begin <= stops <= self._at + LATE + CAR.length
         return here and stage.lane_at(stops) is not None
 
-    def _send(self, stage: Stage) -> None:
+    def _send(self, stage: HazardWorld) -> None:
         front = stage.progress + SENT_AHEAD
         lane = stage.lane_at(front)
         if lane is not None and stage.tick % TRY_EVERY == 0 and stage.out_of_sight(front):
@@ -128,7 +128,7 @@ class HardBrake(HoldsTraffic):
         stands = leader.speed / braking + self._wait - EARLY
         return ego.speed * stands - leader.speed**2 / (2.0 * braking)
 
-    def _stand(self, stage: Stage) -> None:
+    def _stand(self, stage: HazardWorld) -> None:
         state = stage.state_of(self._leader) if self._leader is not None else None
         if state is None:
             self.end(stage, Phase.DONE)
@@ -137,13 +137,13 @@ class HardBrake(HoldsTraffic):
         elif self._stood is not None and stage.time - self._stood > self._wait:
             self.end(stage, Phase.DONE)
 
-    def let_go(self, stage: Stage) -> None:
+    def let_go(self, stage: HazardWorld) -> None:
         """Give the leader back to the traffic."""
         if self._leader is not None:
             stage.hand_back(self._leader)
 
 
-def leader_of(stage: Stage) -> Neighbour | None:
+def leader_of(stage: HazardWorld) -> Neighbour | None:
     """Return the car or van ahead of the ego on its lane and in its sight."""
     front = stage.progress + 0.5 * EGO_LENGTH
     for item in along_route(stage):
@@ -154,7 +154,7 @@ def leader_of(stage: Stage) -> Neighbour | None:
     return None
 
 
-def gap_to(stage: Stage, other: Neighbour) -> float:
+def gap_to(stage: HazardWorld, other: Neighbour) -> float:
     """Return the metres from the ego's front to another's rear along the route."""
     return stage.distance_to(other.front - stage.kind_of(other.number).length)
 
@@ -166,7 +166,7 @@ def speed_for_gap(ego: EgoState, gap: float, wanted: float, limit: float) -> flo
     return min(max(speed, slowest * limit), FASTEST * limit)
 
 
-def along_route(stage: Stage, ahead: float = 80.0) -> list[Neighbour]:
+def along_route(stage: HazardWorld, ahead: float = 80.0) -> list[Neighbour]:
     """Return the vehicles in sight that drive the route's way beside or ahead of the ego.
 
     They lie from 30 m behind the ego to `ahead` metres before it, the rearmost first.

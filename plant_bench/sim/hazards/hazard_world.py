@@ -21,7 +21,7 @@ STILL = 0.05  # m/s sideways below which a driver is not changing lanes
 ASSUMED_ACCELERATION = 2.0  # m/s2 of an ego that is free to go
 
 
-class Stage:
+class HazardWorld:
     """The world as hazards handle it; mutable. One for an episode, shared by its hazards.
 
     Actors are either placed by a script at every tick (`put`, `place`) or SUMO's own vehicles that

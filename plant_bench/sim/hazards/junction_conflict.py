@@ -10,8 +10,14 @@ import random
 
 from plant_bench.sim.hazards.arrival import expected_arrival, speed_to_arrive, time_to_go
 from plant_bench.sim.hazards.behaviour import HoldsTraffic
-from plant_bench.sim.hazards.conflicting_vehicle import Rival, first_on, place_on, put_out, reroute
-from plant_bench.sim.hazards.hazard_world import Stage
+from plant_bench.sim.hazards.conflicting_vehicle import (
+    ConflictingVehicle,
+    first_on,
+    place_on,
+    put_out,
+    reroute,
+)
+from plant_bench.sim.hazards.hazard_world import HazardWorld
 from plant_bench.world.conflicting_paths import Approach, approaches, passage_at
 from plant_bench.world.driver_braking import SPARE
 from plant_bench.world.hazard import Hazard, Phase
@@ -35,7 +41,7 @@ LONGEST = 40.0  # s that a hazard may take once it has begun
 STANDING = 1.0  # m/s of an ego that waits
 
 
-class Meeting(HoldsTraffic):
+class JunctionConflict(HoldsTraffic):
     """One vehicle that meets the ego on a junction; mutable. The kind says which may do so.
 
     Parameters: `speed` (m/s of the vehicle; without it, somewhat more than the ego's limit).
@@ -48,7 +54,7 @@ class Meeting(HoldsTraffic):
     lawless = True
     forestalls = 0.0
 
-    def __init__(self, hazard: Hazard, stage: Stage, draw: random.Random) -> None:
+    def __init__(self, hazard: Hazard, stage: HazardWorld, draw: random.Random) -> None:
         self.phase = Phase.ARMED
         self.reason = ""
         self._why = "no vehicle could be there in time"
@@ -59,8 +65,8 @@ class Meeting(HoldsTraffic):
         usual = max(limit, 8.0) * draw.uniform(1.0, 1.15)
         self._speed = hazard.parameters.get("speed", usual)
         self._tries = 0
-        self._pending: Rival | None = None
-        self.rival: Rival | None = None
+        self._pending: ConflictingVehicle | None = None
+        self.rival: ConflictingVehicle | None = None
         self._pace = self._speed
         self._begun = math.inf
         if self._passage is not None:
@@ -71,7 +77,7 @@ class Meeting(HoldsTraffic):
         if not self._ways:
             self.phase, self.reason = Phase.VOID, "no other way meets the ego's here"
 
-    def step(self, ego: EgoState, stage: Stage) -> None:
+    def step(self, ego: EgoState, stage: HazardWorld) -> None:
         """Find a vehicle, bring it there in time, and let it go when it has passed."""
         if self.phase is Phase.COMMITTED:
             self._pass(stage)
@@ -81,7 +87,7 @@ class Meeting(HoldsTraffic):
             else:
                 self._adapt(ego, stage, self._passage, self.rival)
 
-    def _seek(self, ego: EgoState, stage: Stage, passage: Passage) -> None:
+    def _seek(self, ego: EgoState, stage: HazardWorld, passage: Passage) -> None:
         if self._pending is not None:
             self._tries += 1
             if stage.on_road(self._pending.vehicle):
@@ -100,7 +106,7 @@ class Meeting(HoldsTraffic):
             elif self._take(ego, stage, passage, way):
                 return
 
-    def _take(self, ego: EgoState, stage: Stage, passage: Passage, way: Approach) -> bool:
+    def _take(self, ego: EgoState, stage: HazardWorld, passage: Passage, way: Approach) -> bool:
         time = expected_arrival(ego, stage, way.at, passage)
         first = first_on(stage, way)
         front = None if first is None else place_on(stage, way, first)
@@ -112,23 +118,25 @@ class Meeting(HoldsTraffic):
                 if not self._may_take(stage, way, first):
                     self._why = "others were on the approach"
                     return False
-                self.rival = Rival(stage, way, first)
+                self.rival = ConflictingVehicle(stage, way, first)
                 return True
         run = self._speed * time
         if self._tries < MOST_TRIES and run <= way.meets + 15.0:
             vehicle = put_out(stage, way, min(run, way.meets - 5.0), self._speed, self._draw)
             if vehicle is not None:
-                self._pending = Rival(stage, way, vehicle)
+                self._pending = ConflictingVehicle(stage, way, vehicle)
                 return True
         return False
 
-    def _may_take(self, stage: Stage, way: Approach, vehicle: int) -> bool:
+    def _may_take(self, stage: HazardWorld, way: Approach, vehicle: int) -> bool:
         """Tell whether a vehicle goes this way, or changes its mind."""
         if stage.next_via(vehicle) == way.link.via[0]:
             return True
         return reroute(stage, way, vehicle, self._draw)
 
-    def _adapt(self, ego: EgoState, stage: Stage, passage: Passage, rival: Rival) -> None:
+    def _adapt(
+        self, ego: EgoState, stage: HazardWorld, passage: Passage, rival: ConflictingVehicle
+    ) -> None:
         front = rival.front(stage)
         way = rival.approach
         if front is None or front > way.meets:
@@ -153,7 +161,7 @@ class Meeting(HoldsTraffic):
         else:
             self.command(stage, rival, self._pace, front, lawless=self.lawless)
 
-    def _top(self, stage: Stage, way: Approach) -> float:
+    def _top(self, stage: HazardWorld, way: Approach) -> float:
         """Return the highest speed of a vehicle that is late."""
         if self.lawless:
             return FASTEST * self._speed
@@ -164,7 +172,14 @@ class Meeting(HoldsTraffic):
         early = time > time_to_go(to_go, speed, self._speed) + EARLY
         return early and self._pace < CREEP * self._speed
 
-    def _is_due(self, ego: EgoState, stage: Stage, rival: Rival, front: float, time: float) -> bool:
+    def _is_due(
+        self,
+        ego: EgoState,
+        stage: HazardWorld,
+        rival: ConflictingVehicle,
+        front: float,
+        time: float,
+    ) -> bool:
         way = rival.approach
         if time < EVIDENT and self._goes(way, rival.speed(stage), front):
             return True
@@ -175,7 +190,14 @@ class Meeting(HoldsTraffic):
         """Return what the ego's front must not pass; vehicles with priority come on all ways."""
         return way.clear if self.lawless else min(one.clear for one in self._ways)
 
-    def _decide(self, ego: EgoState, stage: Stage, rival: Rival, front: float, time: float) -> None:
+    def _decide(
+        self,
+        ego: EgoState,
+        stage: HazardWorld,
+        rival: ConflictingVehicle,
+        front: float,
+        time: float,
+    ) -> None:
         """Freeze the vehicle if the two meet; else go on while the ego could still stop."""
         way, speed = rival.approach, rival.speed(stage)
         there = time_to_go(rival.way_to_go(front), speed, self._pace)
@@ -196,19 +218,25 @@ class Meeting(HoldsTraffic):
         return not self.lawless or way.link.control == "major" or needs > way.stop - front - 0.5
 
     def command(
-        self, stage: Stage, rival: Rival, pace: float, front: float, *, lawless: bool = False
+        self,
+        stage: HazardWorld,
+        rival: ConflictingVehicle,
+        pace: float,
+        front: float,
+        *,
+        lawless: bool = False,
     ) -> None:
         """Let the vehicle go at a pace."""
         stage.drive(rival.vehicle, max(pace, 0.0), lawless=lawless)
         if lawless:
             rival.tell(stage, front)
 
-    def over(self, stage: Stage, rival: Rival) -> bool:
+    def over(self, stage: HazardWorld, rival: ConflictingVehicle) -> bool:
         """Tell whether a committed hazard has run its course."""
         front = rival.front(stage)
         return front is None or front > rival.approach.meets + PASSED
 
-    def _pass(self, stage: Stage) -> None:
+    def _pass(self, stage: HazardWorld) -> None:
         rival = self.rival
         if rival is None or stage.time - self._begun > LONGEST or self.over(stage, rival):
             self.end(stage, Phase.DONE)
@@ -217,13 +245,13 @@ class Meeting(HoldsTraffic):
         if front is not None and front <= rival.approach.meets + PASSED:
             self.command(stage, rival, self._pace, front, lawless=self.lawless)
 
-    def let_go(self, stage: Stage) -> None:
+    def let_go(self, stage: HazardWorld) -> None:
         """Give the vehicle back to the traffic."""
         if self.rival is not None:
             self.rival.let_go(stage)
             self.rival = None
 
 
-def _timely(stage: Stage, passage: Passage, way: Approach) -> bool:
+def _timely(stage: HazardWorld, passage: Passage, way: Approach) -> bool:
     """Tell whether a vehicle would not go before the ego may."""
     return stage.light(passage) in OPEN or stage.light_of(way.link) is not Light.GREEN

@@ -13,8 +13,8 @@ from plant_bench.geometry.box import corners
 from plant_bench.geometry.polyline import arc_lengths, distances_to
 from plant_bench.sim.hazards.arrival import expected_arrival, speed_to_arrive, time_to_go
 from plant_bench.sim.hazards.behaviour import HoldsTraffic
-from plant_bench.sim.hazards.conflicting_vehicle import Rival, place_on, put_out
-from plant_bench.sim.hazards.hazard_world import Stage
+from plant_bench.sim.hazards.conflicting_vehicle import ConflictingVehicle, place_on, put_out
+from plant_bench.sim.hazards.hazard_world import HazardWorld
 from plant_bench.world.conflicting_paths import Approach, clear_place, joined_line, lane_starts
 from plant_bench.world.driver_braking import SPARE
 from plant_bench.world.hazard import Hazard, Phase
@@ -40,7 +40,7 @@ class MergePressure(HoldsTraffic):
     Parameters: `vehicles` (put out in all), `gap` (s from front to front).
     """
 
-    def __init__(self, hazard: Hazard, stage: Stage, draw: random.Random) -> None:
+    def __init__(self, hazard: Hazard, stage: HazardWorld, draw: random.Random) -> None:
         self.phase = Phase.ARMED
         self.reason = ""
         self._why = "no vehicle could be there in time"
@@ -53,12 +53,12 @@ class MergePressure(HoldsTraffic):
         self._pace = self._limit
         self._begun = math.inf
         self._way = lane_at(stage, hazard.at)
-        self.rival: Rival | None = None
+        self.rival: ConflictingVehicle | None = None
         self.vehicles: list[int] = []
         if self._way is None:
             self.phase, self.reason = Phase.VOID, "the route changes no lane here"
 
-    def step(self, ego: EgoState, stage: Stage) -> None:
+    def step(self, ego: EgoState, stage: HazardWorld) -> None:
         """Get a vehicle beside the ego, and let the row go when the ego has merged."""
         way = self._way
         if way is None:
@@ -74,12 +74,12 @@ class MergePressure(HoldsTraffic):
         if self.rival is not None:
             self._drive(ego, stage, self.rival, front)
 
-    def _is_stale(self, ego: EgoState, stage: Stage, way: Approach) -> bool:
+    def _is_stale(self, ego: EgoState, stage: HazardWorld, way: Approach) -> bool:
         """Tell whether the row has pressed for long; one that gives way goes on to do so."""
         lasted = stage.time - self._begun
         return lasted > LONGEST and (lasted > 3.0 * LONGEST or place_inside(ego, way) is None)
 
-    def _seek(self, ego: EgoState, stage: Stage, way: Approach) -> None:
+    def _seek(self, ego: EgoState, stage: HazardWorld, way: Approach) -> None:
         if not stage.avoidable(ego, way.clear):
             self.end(stage, Phase.VOID, self._why)
             return
@@ -91,9 +91,9 @@ class MergePressure(HoldsTraffic):
             pace = self._draw.uniform(0.6, 1.2) * self._limit
             vehicle = put_out(stage, way, pace * time, pace, self._draw)
         if vehicle is not None:
-            self.rival = Rival(stage, way, vehicle)
+            self.rival = ConflictingVehicle(stage, way, vehicle)
 
-    def _present(self, stage: Stage, way: Approach, time: float) -> int | None:
+    def _present(self, stage: HazardWorld, way: Approach, time: float) -> int | None:
         """Return the vehicle on the lane that gets beside the ego with the least change of pace."""
         best, least = None, math.inf
         for lane, start in way.starts.items():
@@ -105,7 +105,9 @@ class MergePressure(HoldsTraffic):
                     best, least = vehicle, abs(pace - speed)
         return best
 
-    def _adapt(self, ego: EgoState, stage: Stage, rival: Rival, front: float | None) -> None:
+    def _adapt(
+        self, ego: EgoState, stage: HazardWorld, rival: ConflictingVehicle, front: float | None
+    ) -> None:
         if front is None:
             gone = not stage.on_road(rival.vehicle)
             self._why = "SUMO did not put the vehicle in" if gone else "the vehicle left the lane"
@@ -130,7 +132,9 @@ class MergePressure(HoldsTraffic):
             if stage.tick % LOOK == 0 and self._present(stage, rival.approach, time) is not None:
                 self.let_go(stage)
 
-    def _drive(self, ego: EgoState, stage: Stage, rival: Rival, front: float | None) -> None:
+    def _drive(
+        self, ego: EgoState, stage: HazardWorld, rival: ConflictingVehicle, front: float | None
+    ) -> None:
         """Drive the row; rules are minded until the junctions lie behind."""
         way, inside = rival.approach, None
         if self.phase is Phase.COMMITTED:
@@ -148,7 +152,7 @@ class MergePressure(HoldsTraffic):
             self._follow(stage, way, [front, *(x for x in places.values() if x is not None)])
 
     def _go(
-        self, stage: Stage, vehicle: int, front: float, inside: float | None, *, lawless: bool
+        self, stage: HazardWorld, vehicle: int, front: float, inside: float | None, *, lawless: bool
     ) -> None:
         """Let a vehicle go on at the row's pace, or give way to an ego inside its lane."""
         if inside is None or front > inside + EGO_LENGTH:
@@ -163,7 +167,7 @@ class MergePressure(HoldsTraffic):
         else:
             stage.drive(vehicle, min(self._pace, math.sqrt(2.0 * GIVING * room)))
 
-    def _follow(self, stage: Stage, way: Approach, known: list[float]) -> None:
+    def _follow(self, stage: HazardWorld, way: Approach, known: list[float]) -> None:
         """Take those behind into the row; put out the next of it."""
         first = known[0]
         for lane, start in way.starts.items():
@@ -177,11 +181,11 @@ class MergePressure(HoldsTraffic):
                 self._gaps.pop(0)
                 self._join(stage, vehicle)
 
-    def _join(self, stage: Stage, vehicle: int) -> None:
+    def _join(self, stage: HazardWorld, vehicle: int) -> None:
         stage.command(vehicle)
         self.vehicles.append(vehicle)
 
-    def let_go(self, stage: Stage) -> None:
+    def let_go(self, stage: HazardWorld) -> None:
         """Give the whole row back to the traffic."""
         for vehicle in self.vehicles:
             stage.release(vehicle)
@@ -201,7 +205,7 @@ def place_inside(ego: EgoState, way: Approach) -> float | None:
     return float(where[np.argmin(np.hypot(x - ego.x, y - ego.y))]) - 0.5 * EGO_LENGTH
 
 
-def lane_at(stage: Stage, at: float) -> Approach | None:
+def lane_at(stage: HazardWorld, at: float) -> Approach | None:
     """Return the lane that the route changes to at an arc length, as a way that meets the ego's."""
     route, town = stage.route, stage.town
     change = next((c for c in route.lane_changes if c.start - 5.0 <= at <= c.end + 5.0), None)

@@ -7,7 +7,7 @@ after some seconds.
 import random
 
 from plant_bench.sim.hazards.behaviour import number_of
-from plant_bench.sim.hazards.hazard_world import Stage
+from plant_bench.sim.hazards.hazard_world import HazardWorld
 from plant_bench.sim.vehicle_types import CAR
 from plant_bench.world.hazard import Hazard, Phase
 from plant_bench.world.scene import EgoState
@@ -29,7 +29,7 @@ class QueueTail:
     coming until they drive off), `pause` (s that the ego stands behind them until they do).
     """
 
-    def __init__(self, hazard: Hazard, stage: Stage, draw: random.Random) -> None:
+    def __init__(self, hazard: Hazard, stage: HazardWorld, draw: random.Random) -> None:
         parameters = hazard.parameters
         self.phase = Phase.ARMED
         self.reason = ""
@@ -45,14 +45,14 @@ class QueueTail:
         self._met: float | None = None
         self._stood: float | None = None
 
-    def step(self, ego: EgoState, stage: Stage) -> None:
+    def step(self, ego: EgoState, stage: HazardWorld) -> None:
         """Put the cars out, hold them, let them drive off."""
         if self.phase is Phase.ARMED:
             self._appear(stage)
         elif self._over(ego, stage):
             self._end(stage, Phase.DONE)
 
-    def _appear(self, stage: Stage) -> None:
+    def _appear(self, stage: HazardWorld) -> None:
         cars = {front: car for front, car in self._cars.items() if stage.on_road(car)}
         missing = [front for front in self._fronts if front not in cars]
         hidden = stage.out_of_sight(self._at)
@@ -69,7 +69,7 @@ class QueueTail:
                     cars[front] = car
         self._cars = cars
 
-    def _over(self, ego: EgoState, stage: Stage) -> bool:
+    def _over(self, ego: EgoState, stage: HazardWorld) -> bool:
         distance, now = self._distance(stage), stage.time
         if self._met is None and (distance < MET or ego.speed < STANDING):
             self._met = now
@@ -83,11 +83,11 @@ class QueueTail:
             or now - self._placed > LONGEST
         )
 
-    def _distance(self, stage: Stage) -> float:
+    def _distance(self, stage: HazardWorld) -> float:
         """Return the metres from the ego to the tail, which crawls on."""
         return stage.distance_to(self._at) + self._speed * (stage.time - self._placed)
 
-    def _end(self, stage: Stage, phase: Phase, reason: str = "") -> None:
+    def _end(self, stage: HazardWorld, phase: Phase, reason: str = "") -> None:
         for car in self._cars.values():
             stage.hand_back(car)
         self.phase, self.reason = phase, reason

@@ -7,13 +7,13 @@ import random
 
 from plant_bench.sim.hazards.conflicting_vehicle import (
     LEAST_RUN,
-    Rival,
+    ConflictingVehicle,
     incoming,
     place_on,
     put_out,
 )
-from plant_bench.sim.hazards.hazard_world import Stage
-from plant_bench.sim.hazards.junction_conflict import PASSED, Meeting
+from plant_bench.sim.hazards.hazard_world import HazardWorld
+from plant_bench.sim.hazards.junction_conflict import PASSED, JunctionConflict
 from plant_bench.world.hazard import Hazard, Phase
 from plant_bench.world.scene import EgoState
 
@@ -22,7 +22,7 @@ LOOK = 4  # ticks between two looks at the stream
 ENDED = (Phase.DONE, Phase.VOID)
 
 
-class UnprotectedLeft(Meeting):
+class UnprotectedLeft(JunctionConflict):
     """A stream of oncoming vehicles with the right of way; mutable.
 
     Parameters: `speed` (m/s), `vehicles` (in all), `gap` (s from front to front), `long_gap` (s,
@@ -32,7 +32,7 @@ class UnprotectedLeft(Meeting):
     lawless = False
     forestalls = 2.5
 
-    def __init__(self, hazard: Hazard, stage: Stage, draw: random.Random) -> None:
+    def __init__(self, hazard: Hazard, stage: HazardWorld, draw: random.Random) -> None:
         super().__init__(hazard, stage, draw)
         parameters = hazard.parameters
         count = int(parameters.get("vehicles", draw.randint(2, 4)))
@@ -42,20 +42,20 @@ class UnprotectedLeft(Meeting):
             self._gaps[-1] = parameters.get("long_gap", 7.0)
         self.vehicles: list[int] = []
 
-    def step(self, ego: EgoState, stage: Stage) -> None:
+    def step(self, ego: EgoState, stage: HazardWorld) -> None:
         """Let the stream follow the first vehicle; all are let go when the ego has turned."""
         super().step(ego, stage)
         if self.rival is not None and self.phase not in ENDED:
             stage.unforgiving(self.rival.vehicle, on=True)
             self._follow(stage, self.rival)
 
-    def over(self, stage: Stage, rival: Rival) -> bool:
+    def over(self, stage: HazardWorld, rival: ConflictingVehicle) -> bool:
         """Tell whether the ego has turned, or the whole stream has passed."""
         if stage.distance_to(rival.approach.at) < TURNED:
             return True
         return super().over(stage, rival) and not self.vehicles and not self._gaps
 
-    def let_go(self, stage: Stage) -> None:
+    def let_go(self, stage: HazardWorld) -> None:
         """Give the stream back to the traffic."""
         if self.rival is not None:
             stage.unforgiving(self.rival.vehicle, on=False)
@@ -63,12 +63,12 @@ class UnprotectedLeft(Meeting):
             self._let_go(stage, vehicle)
         super().let_go(stage)
 
-    def _let_go(self, stage: Stage, vehicle: int) -> None:
+    def _let_go(self, stage: HazardWorld, vehicle: int) -> None:
         stage.unforgiving(vehicle, on=False)
         stage.release(vehicle)
         self.vehicles.remove(vehicle)
 
-    def _follow(self, stage: Stage, rival: Rival) -> None:
+    def _follow(self, stage: HazardWorld, rival: ConflictingVehicle) -> None:
         way = rival.approach
         places = [place_on(stage, way, vehicle) for vehicle in self.vehicles]
         for vehicle, place in zip([*self.vehicles], places, strict=True):
@@ -89,7 +89,7 @@ class UnprotectedLeft(Meeting):
                 self._gaps.pop(0)
                 self._join(stage, vehicle)
 
-    def _join(self, stage: Stage, vehicle: int) -> None:
+    def _join(self, stage: HazardWorld, vehicle: int) -> None:
         stage.command(vehicle)
         stage.unforgiving(vehicle, on=True)
         self.vehicles.append(vehicle)

@@ -56,7 +56,7 @@ class Rules(Protocol):
 
 @runtime_checkable
 class Show(Protocol):
-    """Whom drivers see on the road: `StandIns`."""
+    """Whom drivers see on the road: `SumoProxies`."""
 
     def show(self, tick: int, walker: int, pose: tuple[float, float, float], speed: float) -> None:
         """Show a walker, by its box centre; called at every tick."""
@@ -73,7 +73,7 @@ class Walkers:
     Args:
         ways: Where people walk.
         rules: When they may cross.
-        stand_ins: Show SUMO's drivers who is on the road.
+        sumo_proxies: Show SUMO's drivers who is on the road.
         density: Walkers per kilometre of sidewalk.
         seed: Seeds all that is drawn here.
     """
@@ -82,11 +82,11 @@ class Walkers:
         self,
         ways: Footways,
         rules: Rules,
-        stand_ins: Show,
+        sumo_proxies: Show,
         density: float,
         seed: int,
     ) -> None:
-        self._ways, self._rules, self._stand_ins = ways, rules, stand_ins
+        self._ways, self._rules, self._stand_ins = ways, rules, sumo_proxies
         self._density = density
         self._draw = random.Random(seed ^ PEDESTRIANS.start)
         self._headings, self._spots = ways.places(SPACING)

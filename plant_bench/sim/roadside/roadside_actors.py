@@ -7,7 +7,7 @@ from plant_bench.sim.densities import DENSITIES, density_of
 from plant_bench.sim.roadside.parked_cars import ParkedCars
 from plant_bench.sim.roadside.pedestrians import Walkers
 from plant_bench.sim.roadside.road_crossing import SteppingOut
-from plant_bench.sim.roadside.sumo_proxies import StandIns
+from plant_bench.sim.roadside.sumo_proxies import SumoProxies
 from plant_bench.sim.sumo import Sumo
 from plant_bench.sim.town_layout import TownPlaces
 from plant_bench.sim.traffic import SIGHT, Traffic
@@ -18,7 +18,7 @@ LEVEL_GAP = 4.5  # m of height between which two roads are levels of a crossing,
 LOOK_INTERVAL = 4  # ticks between two looks at who is in sight
 
 
-class Bystanders:
+class RoadsideActors:
     """Pedestrians and parked cars of one episode; mutable.
 
     Args:
@@ -36,8 +36,8 @@ class Bystanders:
         share = density_of(scenario.density) / DENSITIES["dense"]
         density = places.town.life.walkers_per_km * share
         rules = SteppingOut(sumo.signals, route)
-        stand_ins = StandIns(sumo.commands, traffic, route.edges[0])
-        self._walkers = Walkers(places.footways, rules, stand_ins, density, scenario.seed)
+        sumo_proxies = SumoProxies(sumo.commands, traffic, route.edges[0])
+        self._walkers = Walkers(places.footways, rules, sumo_proxies, density, scenario.seed)
         self._parked = ParkedCars(places.parking, scenario) if share else None
         self._looks = 0
         self._rows = np.zeros(0, np.intp)

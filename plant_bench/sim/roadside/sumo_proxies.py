@@ -8,7 +8,7 @@ from plant_bench.world.actor_ids import STAND_INS
 INTERVAL = 4  # ticks between two placements: the action step of SUMO's drivers
 
 
-class StandIns:
+class SumoProxies:
     """The vehicles that stand for walkers; mutable.
 
     Args:

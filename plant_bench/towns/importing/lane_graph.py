@@ -49,7 +49,7 @@ class Way(NamedTuple):
     lanes: tuple[str, ...]
 
 
-class LaneWays:
+class LaneGraph:
     """Where lanes are and lead; answers are kept."""
 
     def __init__(self, town: Town) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 
 from plant_bench.geometry.pose import wrap_angle
 from plant_bench.towns.importing.carla_routes import CarlaRoute
-from plant_bench.towns.importing.lane_graph import LaneWays, OnLane
+from plant_bench.towns.importing.lane_graph import LaneGraph, OnLane
 
 SEARCH = 6.0  # m around a point that lanes are looked for
 SPREAD = 0.7  # m: standard deviation of a point from its lane
@@ -41,7 +41,7 @@ class _Steps:
     before: list[int]
 
 
-def match(ways: LaneWays, route: CarlaRoute) -> list[OnLane]:
+def match(ways: LaneGraph, route: CarlaRoute) -> list[OnLane]:
     """Return the likeliest places of a route's points, one each.
 
     Args:
@@ -66,7 +66,7 @@ def match(ways: LaneWays, route: CarlaRoute) -> list[OnLane]:
 
 
 def _places(
-    ways: LaneWays, route: CarlaRoute, number: int, *, use_height: bool
+    ways: LaneGraph, route: CarlaRoute, number: int, *, use_height: bool
 ) -> tuple[list[OnLane], list[float]]:
     x, y, z = (float(value) for value in route.points[number])
     near = ways.near(x, y, SEARCH)
@@ -89,7 +89,7 @@ def _places(
 
 
 def _onward(
-    ways: LaneWays, last: _Steps, places: list[OnLane], costs: list[float], straight: float
+    ways: LaneGraph, last: _Steps, places: list[OnLane], costs: list[float], straight: float
 ) -> _Steps:
     totals, before = [], []
     for place, cost in zip(places, costs, strict=True):
@@ -103,7 +103,7 @@ def _onward(
     return _Steps(places, totals, before)
 
 
-def _step_cost(ways: LaneWays, start: OnLane, goal: OnLane, straight: float) -> float:
+def _step_cost(ways: LaneGraph, start: OnLane, goal: OnLane, straight: float) -> float:
     way = ways.way(start, goal)
     if way is None or way.metres > DETOUR_MOST * straight + DETOUR_FREE:
         return np.inf
@@ -119,7 +119,7 @@ def _best(steps: list[_Steps]) -> list[OnLane]:
     return found[::-1]
 
 
-def lanes_driven(ways: LaneWays, places: list[OnLane]) -> list[tuple[str, list[float]]]:
+def lanes_driven(ways: LaneGraph, places: list[OnLane]) -> list[tuple[str, list[float]]]:
     """Return the lanes of a matched route in order, each with the places matched on it, rising."""
     visits: list[tuple[str, list[float]]] = [(places[0].lane, [places[0].at])]
     for start, goal in pairwise(places):

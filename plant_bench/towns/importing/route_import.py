@@ -13,7 +13,7 @@ from plant_bench.data_files import networks_dir, town_dir, towns_dirs_of
 from plant_bench.errors import InputError, in_one_line
 from plant_bench.towns.generate import NET_FILE, TOWN_FILE
 from plant_bench.towns.importing.carla_routes import CarlaRoute
-from plant_bench.towns.importing.lane_graph import LaneWays
+from plant_bench.towns.importing.lane_graph import LaneGraph
 from plant_bench.towns.importing.map_conversion import MOST_OUTPUT
 from plant_bench.towns.importing.matched_route import build_route
 from plant_bench.towns.importing.matching import UnmatchedError, lanes_driven, match
@@ -149,7 +149,7 @@ class _Matcher:
 
     def __init__(self, found: TownFound, limit: float) -> None:
         self.town = read_town(found)
-        self._ways = LaneWays(self.town)
+        self._ways = LaneGraph(self.town)
         self._graph = StreetGraph(self.town)
         self._limit = limit
         self._offset = np.array([*_offset(found), 0.0])

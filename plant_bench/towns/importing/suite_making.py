@@ -18,7 +18,7 @@ MOST_ROUTES = 200
 
 
 @dataclass(frozen=True)
-class RoutesWanted:
+class RouteRequest:
     """What routes are asked for.
 
     Attributes:
@@ -50,7 +50,7 @@ class RoutesWanted:
             )
 
 
-def make_routes(town: Town, wanted: RoutesWanted) -> list[Route]:
+def make_routes(town: Town, wanted: RouteRequest) -> list[Route]:
     """Return different routes through a town, the longest first; fewer where it has fewer.
 
     Raises:

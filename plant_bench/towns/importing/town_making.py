@@ -26,7 +26,7 @@ from plant_bench.towns.importing.map_findings import Finding, merged
 from plant_bench.towns.importing.map_source import read_source
 from plant_bench.towns.importing.net_edits import ends_of_edges, net_offset
 from plant_bench.towns.importing.network_repair import mend
-from plant_bench.towns.importing.suite_making import RoutesWanted, make_routes
+from plant_bench.towns.importing.suite_making import RouteRequest, make_routes
 from plant_bench.towns.routes import suite_text
 from plant_bench.towns.town_image import save_picture
 from plant_bench.world.route import Route
@@ -84,7 +84,7 @@ def check_name(name: str) -> None:
 def make_imported_town(
     path: Path,
     name: str,
-    wanted: RoutesWanted,
+    wanted: RouteRequest,
     *,
     guess_signals: bool,
     say: Callable[[str], None],

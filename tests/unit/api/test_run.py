@@ -8,7 +8,7 @@ from typer.testing import CliRunner
 import plant_bench as pb
 from plant_bench.cli import app
 from plant_bench.scoring.comparison import PairedDifference
-from plant_bench.scoring.penalties import Law
+from plant_bench.scoring.penalties import PenaltyScheme
 from tests.conftest import RunWriter
 
 COLUMNS = ["agent", "town", "route", "repetition", "seed", "status", "driving_score"]
@@ -19,7 +19,7 @@ def test_the_summary_is_that_of_the_records(tmp_path: Path, write_run: RunWriter
     run = pb.load_run(write_run(tmp_path / "a", "mine"))
 
     summary = run.summary
-    assert (summary.planner, summary.episodes, summary.law) == ("mine", 12, "lb1.0")
+    assert (summary.planner, summary.episodes, summary.penalties) == ("mine", 12, "lb1.0")
     assert summary.driving_score == summary.whole.scores["driving_score"].mean
     assert summary.driving_score == pytest.approx(run.episodes["driving_score"].mean())
     assert "whole" not in repr(summary)
@@ -34,23 +34,23 @@ def test_episodes_have_a_row_each(tmp_path: Path, write_run: RunWriter) -> None:
     assert set(frame["collision_vehicle"]) == {0, 1}
 
 
-@pytest.mark.parametrize("law", ["lb1.0", "lb2.1"])
+@pytest.mark.parametrize("penalties", ["lb1.0", "lb2.1"])
 def test_compare_gives_the_numbers_of_the_command(
-    tmp_path: Path, write_run: RunWriter, monkeypatch: pytest.MonkeyPatch, law: str
+    tmp_path: Path, write_run: RunWriter, monkeypatch: pytest.MonkeyPatch, penalties: str
 ) -> None:
     base = write_run(tmp_path / "a", "base", routes=12)
     new = write_run(tmp_path / "b", "new", routes=12, worse=40, checksum="b" * 64)
     said: list[PairedDifference] = []
 
-    def say(difference: PairedDifference, *_names: str, law: Law) -> None:
-        del law
+    def say(difference: PairedDifference, *_names: str, penalties: PenaltyScheme) -> None:
+        del penalties
         said.append(difference)
 
     monkeypatch.setattr("plant_bench.reports.tables.print_difference", say)
-    done = CliRunner().invoke(app, ["compare", str(base), str(new), "--law", law])
+    done = CliRunner().invoke(app, ["compare", str(base), str(new), "--penalties", penalties])
 
     assert done.exit_code == 0
-    run = pb.load_run(new, law=law)
+    run = pb.load_run(new, penalties=penalties)
     assert run.compare(base) == run.compare(pb.load_run(base)) == said[0]
     assert said[0].mean > 0
 
@@ -84,8 +84,8 @@ def test_what_was_not_recorded_cannot_be_explained(tmp_path: Path, write_run: Ru
 def test_what_is_no_run_is_told(tmp_path: Path, write_run: RunWriter) -> None:
     with pytest.raises(pb.InputError, match=r"nowhere is no run of plant-bench: it has no run\.js"):
         pb.load_run(tmp_path / "nowhere")
-    with pytest.raises(pb.InputError, match=r"There is no law 'lb9'"):
-        pb.load_run(write_run(tmp_path / "a"), law="lb9")
+    with pytest.raises(pb.InputError, match=r"There is no penalties 'lb9'"):
+        pb.load_run(write_run(tmp_path / "a"), penalties="lb9")
     empty = write_run(tmp_path / "b", routes=0)
     with pytest.raises(pb.InputError, match=r"no finished episode: .*plant-bench score --agent"):
         pb.load_run(empty)

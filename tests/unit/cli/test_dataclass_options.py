@@ -9,7 +9,7 @@ import pytest
 from plant_bench.agents.plant.training_options import PlanTOptions
 from plant_bench.cli.dataclass_options import REQUIRED, built, option_fields
 from plant_bench.errors import InputError
-from plant_bench.training.training_run import Course
+from plant_bench.training.training_run import TrainingRun
 
 
 @dataclass(frozen=True)
@@ -80,14 +80,16 @@ def test_what_cannot_be_an_option_is_an_input_error() -> None:
 
 
 def test_every_option_of_plant_has_a_help_text_and_todays_name() -> None:
-    found = option_fields(Course, inside={"options": PlanTOptions}, without=frozenset({"learner"}))
+    found = option_fields(
+        TrainingRun, inside={"options": PlanTOptions}, without=frozenset({"learner"})
+    )
     assert all(item.help for item in found)
     names = {item.name for item in found}
     assert names >= {
         "data", "out", "share", "size", "epochs", "drop_after", "batch", "rate", "auxiliary",
-        "caution", "seed", "resting", "held_out", "reach", "foresight", "segments", "vulnerable",
-        "stop_line", "meetings", "tracks", "view", "rear", "speeds", "speed_input",
-        "speed_dropout", "limit_input", "targets", "start", "full_precision", "validate_every",
+        "overshoot_weight", "seed", "stationary_fraction", "held_out", "reach", "horizon",
+        "segments", "vulnerable", "stop_line", "conflicts", "motion", "view", "rear", "speeds",
+        "speed_input", "speed_dropout", "limit_input", "targets", "start", "full_precision", "validate_every",
         "patience", "validate_suite", "validate_routes", "hazards", "onnx", "weights_bits",
         "accelerator", "devices", "threads", "workers", "work", "overwrite",
     }  # fmt: skip

@@ -44,10 +44,17 @@ def test_what_is_no_run_is_an_input_error(tmp_path):
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.parametrize("law", ["lb1.0", "lb2.1"])
-def test_the_law_is_told(tmp_path, write_run, law):
+@pytest.mark.parametrize("penalties", ["lb1.0", "lb2.1"])
+def test_the_law_is_told(tmp_path, write_run, penalties):
     done = report(
-        write_run(tmp_path / "a"), "--no-replays", "--law", law, "--out", tmp_path / "out"
+        write_run(tmp_path / "a"),
+        "--no-replays",
+        "--penalties",
+        penalties,
+        "--out",
+        tmp_path / "out",
     )
     assert done.exit_code == 0
-    assert f'"law": "{law}"' in (tmp_path / "out" / "leaderboard.json").read_text(encoding="utf-8")
+    assert f'"penalties": "{penalties}"' in (tmp_path / "out" / "leaderboard.json").read_text(
+        encoding="utf-8"
+    )

@@ -59,7 +59,7 @@ def test_foresight_shows_who_will_be_near_and_nobody_else() -> None:
         speeds=np.array([10.0, 10.0, 15.0, 15.0], np.float32),
     )
 
-    seen = tokens_of(ego, actors, straight_north(), TokenSpec(foresight=5.0)).places.tolist()
+    seen = tokens_of(ego, actors, straight_north(), TokenSpec(horizon=5.0)).places.tolist()
 
     assert [place for place in seen if place != NOWHERE] == [0, 3]
     nearby = tokens_of(ego, actors, straight_north(), TokenSpec())

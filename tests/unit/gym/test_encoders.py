@@ -68,7 +68,7 @@ def test_objects_are_in_the_ego_frame_nearest_first() -> None:
     "make",
     [
         TokenEncoder,
-        lambda: TokenEncoder(TokenSpec(foresight=5.0, meetings=True, tracks=True)),
+        lambda: TokenEncoder(TokenSpec(horizon=5.0, conflicts=True, motion=True)),
         ObjectEncoder,
         lambda: RasterEncoder(RasterSpec(size=48, scale=1.0, below=12)),
     ],

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from plant_bench.errors import InputError, SimulationError
-from plant_bench.runner.ray.payload import Needs, Place
+from plant_bench.runner.ray.payload import NodePaths, Requirements
 
 
 @dataclass(frozen=True)
@@ -19,10 +19,10 @@ class Step:
     act: str
     value: int = 0
     marker: Path | None = None
-    needs: Needs = field(default_factory=Needs)
+    needs: Requirements = field(default_factory=Requirements)
     output: Path | None = None
 
-    def at(self, place: Place) -> "Step":
+    def at(self, place: NodePaths) -> "Step":
         return replace(self, output=place.output)
 
 

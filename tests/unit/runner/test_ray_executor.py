@@ -15,7 +15,7 @@ from plant_bench.runner.ray import executor as ray_executor
 from plant_bench.runner.ray import node as ray_node
 from plant_bench.runner.ray.executor import RayExecutor
 from plant_bench.runner.ray.node import NodeWorker
-from plant_bench.runner.ray.payload import Needs, pack
+from plant_bench.runner.ray.payload import Requirements, pack
 from plant_bench.runner.workers.executors import Finished, Lost, Retried
 from plant_bench.runner.workers.worker import Failed, Ready
 
@@ -216,7 +216,7 @@ def test_a_town_from_elsewhere_is_found_on_a_node(node, scripted, tmp_path):
     shutil.copytree(networks_dir() / "town01", towns / "mytown")
     file = towns / "mytown" / "town.json"
     file.write_text(file.read_text().replace('"town01"', '"mytown"'))
-    sent = pack([scripted.Step("give", needs=Needs(towns=frozenset({towns / "mytown"})))])
+    sent = pack([scripted.Step("give", needs=Requirements(towns=frozenset({towns / "mytown"})))])
     shutil.rmtree(towns)
 
     assert isinstance(node.start(sent, scripted.do).message, Ready)

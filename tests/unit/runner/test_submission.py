@@ -16,7 +16,7 @@ from plant_bench.runner.run.folder import RunFolder
 from plant_bench.runner.run.provenance import provenance
 from plant_bench.runner.run.summary_files import write_summary
 from plant_bench.scoring.infractions import Status
-from plant_bench.scoring.penalties import Law
+from plant_bench.scoring.penalties import PenaltyScheme
 from plant_bench.scoring.results import EpisodeResult, HazardRecord
 from plant_bench.world.hazard import HazardKind, Phase
 from plant_bench.world.route import load_suite
@@ -95,11 +95,13 @@ def test_a_record_that_hides_what_the_planner_was_given_is_found(run: RunFolder)
 
 
 def test_choices_that_are_not_the_benchmarks_are_told(run: RunFolder):
-    write_summary(run, law=Law.LB2_1)
+    write_summary(run, penalties=PenaltyScheme.LB2_1)
 
     notes = read_submission(run.path, selection=CHOSEN).notes
 
-    assert notes == ("Not as scores of the benchmark are made: law lb2.1, 2 of 3 repetitions.",)
+    assert notes == (
+        "Not as scores of the benchmark are made: penalties lb2.1, 2 of 3 repetitions.",
+    )
 
 
 def test_a_strangers_text_is_printed_as_it_is(run: RunFolder, capsys: pytest.CaptureFixture):

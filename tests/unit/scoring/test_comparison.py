@@ -6,7 +6,7 @@ from scipy import stats
 
 from plant_bench.errors import InputError
 from plant_bench.scoring.comparison import detectable_difference, paired_difference
-from plant_bench.scoring.penalties import Law
+from plant_bench.scoring.penalties import PenaltyScheme
 
 
 def drives(episode, completions, repetitions=1, **facts):
@@ -104,7 +104,9 @@ def test_a_scenario_twice(episode):
 def test_other_laws_compare_other_scores(episode):
     a, b = [episode(0, kinds=("collision_vehicle",) * 2)], [episode(0)]
     assert paired_difference(a, b).mean == pytest.approx(64.0)
-    assert paired_difference(a, b, law=Law.LB2_1).mean == pytest.approx(100.0 * (1 - 1 / 2.4))
+    assert paired_difference(a, b, penalties=PenaltyScheme.LB2_1).mean == pytest.approx(
+        100.0 * (1 - 1 / 2.4)
+    )
 
 
 def test_what_two_repetitions_can_show(episode):

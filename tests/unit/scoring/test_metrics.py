@@ -6,7 +6,7 @@ import pytest
 from plant_bench.errors import InputError
 from plant_bench.scoring.infractions import InfractionKind, Status
 from plant_bench.scoring.metrics import Spread, summarise, summary_frame
-from plant_bench.scoring.penalties import Law
+from plant_bench.scoring.penalties import PenaltyScheme
 from plant_bench.scoring.results import HazardRecord
 from plant_bench.world.hazard import HazardKind, Phase
 from plant_bench.world.scene import ActorKind
@@ -158,13 +158,13 @@ def test_frame_of_nothing():
 
 def test_the_law_changes_scores_and_is_named(episode):
     results = [episode(0, kinds=("collision_vehicle",) * 2, length=2000.0)]
-    summary = summarise(results, expected=1, law=Law.LB2_1)
-    assert summary.law is Law.LB2_1
+    summary = summarise(results, expected=1, penalties=PenaltyScheme.LB2_1)
+    assert summary.penalties is PenaltyScheme.LB2_1
     assert summary.scores["driving_score"].mean == pytest.approx(100.0 / 2.4)
     assert summary.scores["normalised_score"].mean == pytest.approx(100.0 / 1.7)
-    row = summary_frame(results, law=Law.LB2_1).iloc[0]
-    assert (row["law"], row["driving_score"]) == ("lb2.1", pytest.approx(100.0 / 2.4))
-    assert summarise(results, expected=1).law is Law.LB1_0
+    row = summary_frame(results, penalties=PenaltyScheme.LB2_1).iloc[0]
+    assert (row["penalties"], row["driving_score"]) == ("lb2.1", pytest.approx(100.0 / 2.4))
+    assert summarise(results, expected=1).penalties is PenaltyScheme.LB1_0
     assert summary_frame(results).iloc[0]["normalised_score"] == pytest.approx(60.0)
 
 
@@ -192,7 +192,7 @@ def test_beyond_the_score(episode):
         episode(2, measures=MEASURES | {"ttc_vehicle": 4.0}, duration=0.0),
         episode(3),
     ]
-    beyond = summarise(results, expected=4).beyond
+    beyond = summarise(results, expected=4).measures
     assert beyond.episodes == 3
     assert (beyond["ttc_vehicle"], beyond["ttc_vulnerable"]) == (4.0, math.inf)
     assert beyond["hard_brakes_per_km"] == pytest.approx(6 / 5)
@@ -202,7 +202,7 @@ def test_beyond_the_score(episode):
 
 
 def test_old_records_have_nothing_beyond_the_score(episode):
-    beyond = summarise([episode(0)], expected=1).beyond
+    beyond = summarise([episode(0)], expected=1).measures
     assert beyond.episodes == 0
     assert math.isnan(beyond["ttc_vehicle"])
     assert math.isnan(beyond["hard_brakes_per_km"])

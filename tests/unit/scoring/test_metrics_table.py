@@ -20,7 +20,7 @@ from plant_bench.scoring.metrics_table import (
     metrics_markdown,
     score_metrics,
 )
-from plant_bench.scoring.penalties import Law
+from plant_bench.scoring.penalties import PenaltyScheme
 from plant_bench.scoring.results import RESULT_FORMAT, EpisodeResult
 
 DOCS = Path(__file__).parents[3] / "docs" / "metrics.md"
@@ -96,17 +96,17 @@ def test_what_an_older_record_lacks_is_none_and_counts_for_nothing(episode):
     assert "jerk_p95" not in old.measures
     assert EpisodeResult.model_validate_json(old.to_json()).to_json() == old.to_json()
     both = [old, new]
-    assert per_km("hard_brakes").of(both, Law.LB1_0) == pytest.approx(4.0)
-    assert mean("jerk_p95").of(both, Law.LB1_0) == 2.0
-    assert median("ttc_vehicle").of(both, Law.LB1_0) == math.inf
-    assert math.isnan(median("pet_vehicle").of(both, Law.LB1_0))
-    assert math.isnan(share_of_time("standing_share").of(both, Law.LB1_0))
-    assert summarise(both, expected=2).beyond.episodes == 2
+    assert per_km("hard_brakes").of(both, PenaltyScheme.LB1_0) == pytest.approx(4.0)
+    assert mean("jerk_p95").of(both, PenaltyScheme.LB1_0) == 2.0
+    assert median("ttc_vehicle").of(both, PenaltyScheme.LB1_0) == math.inf
+    assert math.isnan(median("pet_vehicle").of(both, PenaltyScheme.LB1_0))
+    assert math.isnan(share_of_time("standing_share").of(both, PenaltyScheme.LB1_0))
+    assert summarise(both, expected=2).measures.episodes == 2
 
 
 def test_a_newer_metric_is_left_out_of_an_older_format(episode, monkeypatch):
     """So that rescoring an older record comes to the same bytes."""
-    newer = EpisodeMetric(lambda track: 0.0, since=RESULT_FORMAT + 1)
+    newer = EpisodeMetric(lambda trajectory: 0.0, since=RESULT_FORMAT + 1)
     monkeypatch.setitem(EPISODE_METRICS, "newer", newer)
     monkeypatch.setattr("plant_bench.scoring.results.RESULT_FORMAT", RESULT_FORMAT + 1)
     measures = {"hard_brakes": 2}

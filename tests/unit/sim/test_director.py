@@ -7,7 +7,7 @@ import pytest
 from plant_bench.sim.hazards import director as module
 from plant_bench.sim.hazards.behaviour import HoldsTraffic
 from plant_bench.sim.hazards.director import PATIENCE, Director
-from plant_bench.sim.hazards.hazard_world import Stage
+from plant_bench.sim.hazards.hazard_world import HazardWorld
 from plant_bench.world.hazard import Hazard, HazardKind, Phase
 from plant_bench.world.scene import TICK, EgoState
 
@@ -15,7 +15,7 @@ MOVING, WAITING = EgoState(0.0, 0.0, 0.0, 5.0), EgoState(0.0, 0.0, 0.0, 0.0)
 TICKS = round(PATIENCE / TICK) + 2
 
 
-class EmptyStage(Stage):
+class EmptyStage(HazardWorld):
     def __init__(self) -> None:
         self.progress, self.tick = 0.0, 0
 
@@ -23,13 +23,13 @@ class EmptyStage(Stage):
 class Holding(HoldsTraffic):
     """A script that waits for the ego for ever."""
 
-    def __init__(self, hazard: Hazard, stage: Stage, draw: random.Random) -> None:
+    def __init__(self, hazard: Hazard, stage: HazardWorld, draw: random.Random) -> None:
         self.phase, self.reason = Phase.ARMED, ""
 
-    def step(self, ego: EgoState, stage: Stage) -> None:
+    def step(self, ego: EgoState, stage: HazardWorld) -> None:
         assert self.phase is Phase.ARMED
 
-    def let_go(self, stage: Stage) -> None:
+    def let_go(self, stage: HazardWorld) -> None:
         self.phase = Phase.DONE
 
 
@@ -54,7 +54,7 @@ class Counting(Holding):
 
     asked = 0
 
-    def step(self, ego: EgoState, stage: Stage) -> None:
+    def step(self, ego: EgoState, stage: HazardWorld) -> None:
         type(self).asked += 1
 
 

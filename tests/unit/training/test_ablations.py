@@ -25,7 +25,7 @@ from plant_bench.training.frame_store import load_frames, recordings_in
 from plant_bench.training.learners import Student
 from plant_bench.training.settings import TrainingSettings, drop_after
 from plant_bench.training.threads import threads_kept
-from plant_bench.training.training_run import Course, Machine
+from plant_bench.training.training_run import Machine, TrainingRun
 from plant_bench.world.route import load_suite
 
 
@@ -56,8 +56,8 @@ def test_a_single_choice_may_be_named() -> None:
 
 
 def test_without_speeds_nothing_follows_from_them() -> None:
-    """Meetings, tracks and foresight would tell the network what it is not to be told."""
-    told = TokenSpec(reach=30.0, foresight=5.0, meetings=True, tracks=True, stop_line=True)
+    """Meetings, tracks and horizon would tell the network what it is not to be told."""
+    told = TokenSpec(reach=30.0, horizon=5.0, conflicts=True, motion=True, stop_line=True)
     base = recipe(PlanTConfig(tokens=told))
     found = {variant.name: variant.recipe for variant in variants_of(["speeds"], base)}
     without = TokenSpec(reach=30.0, speed=False, stop_line=True)
@@ -74,8 +74,8 @@ def test_choices_that_are_the_base_share_its_training() -> None:
         "vulnerable",
         "limit-input",
         "speed-input",
-        "meetings",
-        "foresight",
+        "conflicts",
+        "horizon",
         "tracks",
     }
     assert shared == kept | {"base"} | {f"no-{name}" for name in ours}
@@ -123,7 +123,7 @@ def done(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """What was trained and driven; no network is, and nobody drives."""
     log: list[str] = []
 
-    def learn(course: Course) -> bool:
+    def learn(course: TrainingRun) -> bool:
         log.append(f"train {course.out.parent.relative_to(course.out.parents[2])}")
         course.out.mkdir(parents=True, exist_ok=True)
         (course.out / "weights.safetensors").touch()

@@ -44,13 +44,13 @@ def test_samples_of_standing_still_can_be_left_out(make_data: Callable[..., Path
     """The ego stands for 6 s, in which six frames have no way ahead of them, and then drives."""
     folder = make_data("data", "one", "two", starts_at=140)
     frames = load_frames([folder])
-    resting = frames.resting(np.arange(len(frames)))
+    stationary = frames.stationary(np.arange(len(frames)))
 
-    split = split_by_route(frames, 0.0, 0, resting=0.0)
+    split = split_by_route(frames, 0.0, 0, stationary_fraction=0.0)
 
-    assert split.left_out == int(resting.sum()) == 2 * 6
-    np.testing.assert_array_equal(split.training, np.flatnonzero(~resting))
-    some = split_by_route(frames, 0.0, 0, resting=0.5)
+    assert split.left_out == int(stationary.sum()) == 2 * 6
+    np.testing.assert_array_equal(split.training, np.flatnonzero(~stationary))
+    some = split_by_route(frames, 0.0, 0, stationary_fraction=0.5)
     assert 0 < some.left_out < split.left_out
     assert set(split.training) < set(some.training)
 

@@ -175,10 +175,10 @@ def test_it_starts_from_given_weights(tmp_path: Path, split: Split) -> None:
         run(replace(second, start=None), split)
 
 
-@pytest.mark.parametrize("had", [TokenSpec(), TokenSpec(meetings=True), TokenSpec(tracks=True)])
+@pytest.mark.parametrize("had", [TokenSpec(), TokenSpec(conflicts=True), TokenSpec(motion=True)])
 def test_what_is_told_anew_counts_nothing_at_the_start(had: TokenSpec) -> None:
     earlier = PlanTNetwork(PlanTConfig(tokens=had))
-    now = TokenSpec(meetings=True, tracks=True)
+    now = TokenSpec(conflicts=True, motion=True)
     learner = PlanTLearner(PlanTOptions(PlanTConfig(tokens=now)))
     network = learner.network()
     assert isinstance(network, PlanTNetwork)
@@ -186,7 +186,7 @@ def test_what_is_told_anew_counts_nothing_at_the_start(had: TokenSpec) -> None:
     network.load_state_dict(state)
 
     told = torch.randn(3, now.attributes)
-    known = [torch.ones(6), torch.full((4,), had.meetings), torch.full((2,), had.tracks)]
+    known = [torch.ones(6), torch.full((4,), had.conflicts), torch.full((2,), had.motion)]
     kept = told[:, torch.cat(known).bool()]
     assert torch.allclose(network.project(told), earlier.project(kept), atol=1e-6)
 

@@ -22,7 +22,7 @@ from plant_bench.training.frame_store import load_frames
 from plant_bench.training.learners import Student, learner_class
 from plant_bench.training.loader import EncodingLoader
 from plant_bench.training.settings import TrainingSettings
-from plant_bench.training.training_run import Course, Listeners, Machine, learn
+from plant_bench.training.training_run import Listeners, Machine, TrainingRun, learn
 
 FILE = Path(__file__).parents[2] / "outside" / "pixels.py"
 SPEC = f"{FILE}:PixelLearner"
@@ -38,9 +38,9 @@ def town_data(make_data: Callable[..., Path]) -> Path:
     return make_data("data", "one", "two", town="town01", ticks=160)
 
 
-def course(data: Path, out: Path, **changes: Any) -> Course:
+def course(data: Path, out: Path, **changes: Any) -> TrainingRun:
     settings = TrainingSettings(epochs=2, batch=4, rate=1e-2, held_out=0.5)
-    made = Course(
+    made = TrainingRun(
         SPEC,
         learner_class(SPEC).Options(),
         (data,),

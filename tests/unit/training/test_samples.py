@@ -151,7 +151,7 @@ def always(acceleration: float) -> Callable[[int], Action]:
 def test_an_answers_waypoints_lie_where_its_acceleration_leads(
     made: Make, acceleration: float, ahead: list[float]
 ) -> None:
-    samples = made("answer", answers=always(acceleration))
+    samples = made("expert-action", answers=always(acceleration))
     expected = np.stack((ahead, np.zeros(4)), axis=1)
     assert len(samples) == 17
     for waypoints in samples.waypoints:
@@ -165,23 +165,24 @@ def test_the_last_answer_counts_while_the_expert_rests(made: Make) -> None:
     def answers(tick: int) -> Action:
         return told.get(tick, None if tick in (50, 51) else Control(0.0, 0.0))
 
-    first = made("answer", answers=answers).waypoints[0]  # of tick 50
+    first = made("expert-action", answers=answers).waypoints[0]  # of tick 50
     assert first[:, 0] == pytest.approx([4.125, 8.5, 13.125, 18.0], abs=3e-3)
 
 
 def test_answers_are_learned_where_something_else_was_executed(made: Make) -> None:
     facts: Any = {"every": 10, "disturbed": range(60, 200), "answers": always(1.0)}
-    assert len(made("answer", **facts)) == 17
+    assert len(made("expert-action", **facts)) == 17
     assert len(made("future", **facts)) < 17
 
 
 @pytest.mark.parametrize(
-    "answer", [None, Plan(np.zeros((4, 2))), lambda tick: Control(0.0, 0.0) if tick < 46 else None]
+    "expert-action",
+    [None, Plan(np.zeros((4, 2))), lambda tick: Control(0.0, 0.0) if tick < 46 else None],
 )
 def test_a_missing_answer_is_one_clear_error(made: Make, answer: Any) -> None:
     answers = answer if callable(answer) else lambda _tick: answer
     with pytest.raises(InputError, match="Row 50 of a recording holds no acceleration"):
-        made("answer", answers=answers)
+        made("expert-action", answers=answers)
 
 
 def test_a_recording_of_another_route_is_refused(
@@ -220,8 +221,11 @@ def test_what_decides_samples_is_in_their_key() -> None:
     key = encodings_key(STUDENT, "future")
     farther = PlanTOptions(PlanTConfig(tokens=TokenSpec(reach=50.0)))
     assert encodings_key(Student("plant", farther), "future") != key
-    assert encodings_key(STUDENT, "answer") != key
-    assert encodings_key(Student("plant", replace(PlanTOptions(), caution=2.0)), "future") == key
+    assert encodings_key(STUDENT, "expert-action") != key
+    assert (
+        encodings_key(Student("plant", replace(PlanTOptions(), overshoot_weight=2.0)), "future")
+        == key
+    )
 
 
 def test_bad_folders_are_input_errors(data: Path, tmp_path: Path) -> None:

@@ -27,7 +27,7 @@ from plant_bench.world.route import PROTOCOL, Route
 from plant_bench.world.route_progress import RouteProgress
 from plant_bench.world.scene import TICK, ActorKind, Actors, EgoState, Scene
 
-SPEC = TokenSpec(meetings=True, tracks=True, vulnerable=True)
+SPEC = TokenSpec(conflicts=True, motion=True, vulnerable=True)
 TICKS = 260
 FIRST_SAMPLE = 50  # tick
 HEADING = 0.5  # of the route, radians

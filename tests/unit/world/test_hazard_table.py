@@ -11,9 +11,9 @@ from pathlib import Path
 import pytest
 
 from plant_bench.errors import InputError
-from plant_bench.sim.hazards.behaviour import Script, number_of
+from plant_bench.sim.hazards.behaviour import HazardBehaviour, number_of
 from plant_bench.sim.hazards.director import Director
-from plant_bench.sim.hazards.hazard_world import Stage
+from plant_bench.sim.hazards.hazard_world import HazardWorld
 from plant_bench.towns.hazard_places import possible_places
 from plant_bench.world.hazard import Hazard, HazardKind
 from plant_bench.world.hazard_table import HAZARDS, load_part
@@ -40,9 +40,9 @@ def test_what_a_row_names_is_there(kind: HazardKind, part: str) -> None:
 
 def test_scripts_keep_the_protocol() -> None:
     for kind in HAZARDS:
-        script: type[Script] = load_part(kind, "script")
+        script: type[HazardBehaviour] = load_part(kind, "script")
         assert inspect.isclass(script)
-        expected = list(inspect.signature(Script.step).parameters)
+        expected = list(inspect.signature(HazardBehaviour.step).parameters)
         assert list(inspect.signature(script.step).parameters) == expected
         made = list(inspect.signature(script).parameters)
         assert made == ["hazard", "stage", "draw"], kind
@@ -63,7 +63,7 @@ def test_a_missing_script_is_refused_before_the_episode(monkeypatch) -> None:
     kind = HazardKind.QUEUE_TAIL
     row = replace(HAZARDS[kind], script="plant_bench.sim.hazards.queue_tail:Gone")
     monkeypatch.setitem(HAZARDS, kind, row)
-    stage = object.__new__(Stage)
+    stage = object.__new__(HazardWorld)
     with pytest.raises(InputError, match="queue_tail"):
         Director(stage, (Hazard(kind, 100.0, 0.0, 1),), 0)
 

@@ -72,7 +72,7 @@ def driven(steps: int = 12) -> list[Observation]:
 @pytest.fixture
 def tracking(tmp_path: Path) -> PlanT:
     torch.manual_seed(0)
-    spec = TokenSpec(meetings=True, tracks=True)
+    spec = TokenSpec(conflicts=True, motion=True)
     save_network(PlanTNetwork(PlanTConfig(tokens=spec)), tmp_path / "tracking")
     return PlanT(str(tmp_path / "tracking"))
 

@@ -58,7 +58,7 @@ def test_the_graph_is_the_network(
 ) -> None:
     monkeypatch.setitem(SIZES, "mini", Size(2, 32, 2))
     torch.manual_seed(0)
-    spec = TokenSpec(meetings=extras, tracks=extras)
+    spec = TokenSpec(conflicts=extras, motion=extras)
     config = PlanTConfig(tokens=spec, speed_input=extras, limit_input=extras)
     save_network(PlanTNetwork(config), tmp_path)
     eager = load_predictor(tmp_path)

@@ -15,7 +15,7 @@ from plant_bench.agent import Cause, Control, Observation, Plan, Ranker, Reason
 from plant_bench.agent_check import check_action
 from plant_bench.agents.loading.checksum import agent_checksum, agent_files
 from plant_bench.agents.loading.registry import load_agent
-from plant_bench.agents.remote.launch_command import program_of
+from plant_bench.agents.remote.launch_command import launch_command_of
 from plant_bench.agents.remote.process import Limits
 from plant_bench.agents.remote.process_reuse import end_processes
 from plant_bench.agents.remote.remote_agent import remote_agent
@@ -47,7 +47,7 @@ def processes(tmp_path, monkeypatch):
 
 
 def planner(name, limits=LIMITS):
-    return remote_agent(program_of(f"{HOSTILE}:{name}"), limits)
+    return remote_agent(launch_command_of(f"{HOSTILE}:{name}"), limits)
 
 
 def drive(agent, decisions=4):
@@ -146,9 +146,9 @@ def test_a_killed_worker_leaves_nobody_behind(processes):
         "from plant_bench.agent import Observation\n"
         "from plant_bench.world.scene import EgoState\n"
         "from plant_bench.agents.remote.remote_agent import remote_agent\n"
-        "from plant_bench.agents.remote.launch_command import program_of\n"
+        "from plant_bench.agents.remote.launch_command import launch_command_of\n"
         "from plant_bench.agents.remote.process import Limits\n"
-        f"agent = remote_agent(program_of('{HOSTILE}:HangsWithADaemon'), Limits(600.0))\n"
+        f"agent = remote_agent(launch_command_of('{HOSTILE}:HangsWithADaemon'), Limits(600.0))\n"
         "agent.reset(None)\n"
         "for _ in range(3): agent.act(Observation(0.0, EgoState(0.0, 0.0, 0.0, 0.0), 8.0))\n"
     )

@@ -15,7 +15,7 @@ def add_ranking(path, agent, mean, checksum=None):
     payload = {
         "agent": agent,
         "protocol": "longest6-sumo-v1",
-        "law": "lb1.0",
+        "penalties": "lb1.0",
         "score": spread,
         "filtered": spread,
         "whole": spread,
@@ -164,9 +164,9 @@ def test_equal_names_get_a_word_and_then_a_number():
 
 def test_progress_is_told_of_each_source(tmp_path, write_run):
     from plant_bench.reports.leaderboard.score_sources import find_sources
-    from plant_bench.scoring.penalties import Law
+    from plant_bench.scoring.penalties import PenaltyScheme
 
     sources = find_sources([write_run(tmp_path / "a")], below=tmp_path)
     told: list[str] = []
-    make_leaderboard(sources, law=Law.LB1_0, paper=False, progress=told.append)
+    make_leaderboard(sources, penalties=PenaltyScheme.LB1_0, paper=False, progress=told.append)
     assert told == ["a", "differences"]

@@ -14,19 +14,19 @@ from plant_bench.reports.tables import print_summary
 from plant_bench.runner.run.folder import RunFolder
 from plant_bench.runner.run.summary_files import write_summary
 from plant_bench.scoring import metrics_table
-from plant_bench.scoring.aggregation import OverRun, mean
+from plant_bench.scoring.aggregation import RunAggregate, mean
 from plant_bench.scoring.episode_measures import measure
 from plant_bench.scoring.episode_metrics import EPISODE_METRICS, EpisodeMetric
 from plant_bench.scoring.infractions import Status
 from plant_bench.scoring.metrics_table import HIGHER, METRICS, NEITHER, measure_row, score_row
 from plant_bench.scoring.results import RESULT_FORMAT, EpisodeResult
-from plant_bench.scoring.trajectory import Track, TrackRecorder
+from plant_bench.scoring.trajectory import Trajectory, TrajectoryRecorder
 from plant_bench.world.scene import TICK, Actors, EgoState, Scene
 
 
-def mean_speed(track: Track) -> float:
+def mean_speed(trajectory: Trajectory) -> float:
     """Return the ego's mean speed, m/s."""
-    return float(track.speeds.mean())
+    return float(trajectory.speeds.mean())
 
 
 MEASURE = measure_row("mean_speed", "mean speed", "m/s", 1, NEITHER, mean, "Mean speed of the ego.")
@@ -36,7 +36,7 @@ HEADLINE = score_row(
     "%",
     1,
     HIGHER,
-    OverRun(
+    RunAggregate(
         "share of episodes",
         lambda results, _: (
             100.0 * sum(item.status is Status.COMPLETED for item in results) / len(results)
@@ -47,13 +47,13 @@ HEADLINE = score_row(
 )
 
 
-def driven(speed: float) -> Track:
+def driven(speed: float) -> Trajectory:
     """Return the track of an ego alone on a straight road."""
-    recorder = TrackRecorder()
+    recorder = TrajectoryRecorder()
     for tick in range(40):
         ego = EgoState(speed * tick * TICK, 0.0, 0.0, speed)
         recorder.add(Scene(tick, ego, Actors.none(), np.zeros(0, np.uint8)))
-    return recorder.track()
+    return recorder.trajectory()
 
 
 def page_data(page):
@@ -90,7 +90,7 @@ def test_it_is_in_records(made):
 def test_it_is_in_the_summary(made):
     path, summary, _ = made
     told = json.loads((path / "summary.json").read_text())
-    assert told["beyond"]["mean_speed"] == summary.beyond["mean_speed"] == pytest.approx(7.5)
+    assert told["beyond"]["mean_speed"] == summary.measures["mean_speed"] == pytest.approx(7.5)
     assert told["scores"]["arrived"]["mean"] == pytest.approx(100.0 * 11 / 12)
     assert told["towns"]["town01"]["arrived"]["std"] > 0.0
     frame = pd.read_csv(path / "summary.csv")

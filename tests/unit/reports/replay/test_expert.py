@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from plant_bench.agent import NOBODY
-from plant_bench.reports.replay.movie import SAVERS, Wanted
+from plant_bench.reports.replay.movie import SAVERS, MovieRequest
 from plant_bench.reports.replay.replay_episode import load_episode, replay_script
 from plant_bench.reports.replay.replay_page import palette
 from plant_bench.reports.replay.replay_site import replay_path, write_replays
@@ -64,7 +64,7 @@ def test_only_the_experts_box_is_blue(tmp_path, asked):
     counts = []
     for time in (0.5, 3.0):
         path = tmp_path / "a.png"
-        SAVERS["png"]([load_episode(asked)], Wanted(time=time), path, quiet)
+        SAVERS["png"]([load_episode(asked)], MovieRequest(time=time), path, quiet)
         counts.append((np.abs(pixels(path) - blue).max(axis=-1) < 12).sum())
     assert counts[0] > 100
     assert counts[1] == 0, "the planner's own reason has another mark"

@@ -7,7 +7,7 @@ from PIL import Image, ImageSequence
 from plant_bench.agent import NOBODY
 from plant_bench.data.recording import Recording
 from plant_bench.errors import InputError
-from plant_bench.reports.replay.movie import SAVERS, Wanted
+from plant_bench.reports.replay.movie import SAVERS, MovieRequest
 from plant_bench.reports.replay.replay_episode import load_episode
 from plant_bench.reports.replay.snapshots import moment_of
 from tests.unit.reports.replay.drives import HIT_AT, SPEED, drive
@@ -52,20 +52,20 @@ def test_the_actor_that_is_braked_for_is_told(tmp_path):
 
 def test_a_picture_shows_the_ego_in_its_middle_at_the_first_infraction(tmp_path, episode):
     path = tmp_path / "a.png"
-    SAVERS["png"]([episode], Wanted(), path, quiet)
+    SAVERS["png"]([episode], MovieRequest(), path, quiet)
     image = pixels(path)
     middle = image[image.shape[0] // 2 - 6 : image.shape[0] // 2 + 6, 470:490].reshape(-1, 3)
     assert ((middle - (255, 210, 31)) ** 2).sum(axis=1).min() < 30, "the yellow of the ego"
-    assert Wanted().moments([episode]) == [HIT_AT]
-    SAVERS["png"]([episode], Wanted(dark=True), path, quiet)
+    assert MovieRequest().moments([episode]) == [HIT_AT]
+    SAVERS["png"]([episode], MovieRequest(dark=True), path, quiet)
     assert pixels(path).mean() < image.mean() - 40
 
 
 def test_a_part_gives_a_strip_and_a_second_run_a_second_row(tmp_path, episode, monkeypatch):
     monkeypatch.setattr("plant_bench.reports.replay.movie.STRIP", 3)
     one, two = tmp_path / "one.png", tmp_path / "two.png"
-    SAVERS["png"]([episode], Wanted(start=0.0, end=4.0), one, quiet)
-    SAVERS["png"]([episode, episode], Wanted(start=0.0, end=4.0), two, quiet)
+    SAVERS["png"]([episode], MovieRequest(start=0.0, end=4.0), one, quiet)
+    SAVERS["png"]([episode, episode], MovieRequest(start=0.0, end=4.0), two, quiet)
     strip, rows = pixels(one).shape, pixels(two).shape
     assert strip[1] > 3 * strip[0]
     assert rows[1] == strip[1]
@@ -74,7 +74,7 @@ def test_a_part_gives_a_strip_and_a_second_run_a_second_row(tmp_path, episode, m
 
 def test_a_gif_has_the_pictures_of_its_part(tmp_path, episode):
     path = tmp_path / "a.gif"
-    SAVERS["gif"]([episode], Wanted(start=1.0, end=1.6, fps=5.0), path, quiet)
+    SAVERS["gif"]([episode], MovieRequest(start=1.0, end=1.6, fps=5.0), path, quiet)
     with Image.open(path) as image:
         assert len(list(ImageSequence.Iterator(image))) == 3
         assert image.info["duration"] == 200
@@ -83,7 +83,7 @@ def test_a_gif_has_the_pictures_of_its_part(tmp_path, episode):
 def test_an_mp4_is_one(tmp_path, episode):
     pytest.importorskip("imageio_ffmpeg")
     path = tmp_path / "a.mp4"
-    SAVERS["mp4"]([episode], Wanted(start=1.0, end=1.4, fps=5.0), path, quiet)
+    SAVERS["mp4"]([episode], MovieRequest(start=1.0, end=1.4, fps=5.0), path, quiet)
     assert path.read_bytes()[4:8] == b"ftyp"
     assert [item.name for item in tmp_path.glob("a.*")] == ["a.mp4"]
 
@@ -91,16 +91,16 @@ def test_an_mp4_is_one(tmp_path, episode):
 def test_an_mp4_without_its_part_says_what_to_install(tmp_path, episode, monkeypatch):
     monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
     with pytest.raises(InputError, match=r"pip install 'plant-bench\[video\]'"):
-        SAVERS["mp4"]([episode], Wanted(), tmp_path / "a.mp4", quiet)
+        SAVERS["mp4"]([episode], MovieRequest(), tmp_path / "a.mp4", quiet)
 
 
 @pytest.mark.parametrize(
     ("kind", "wanted", "words"),
     [
-        ("png", Wanted(time=99.0), "--time 99"),
-        ("gif", Wanted(start=3.0, end=2.0), "From 3 to 2 s is nothing"),
-        ("gif", Wanted(fps=0.1), "--fps 0.1"),
-        ("gif", Wanted(start=-1.0), "From -1"),
+        ("png", MovieRequest(time=99.0), "--time 99"),
+        ("gif", MovieRequest(start=3.0, end=2.0), "From 3 to 2 s is nothing"),
+        ("gif", MovieRequest(fps=0.1), "--fps 0.1"),
+        ("gif", MovieRequest(start=-1.0), "From -1"),
     ],
 )
 def test_moments_outside_are_refused(tmp_path, episode, kind, wanted, words):
@@ -111,4 +111,4 @@ def test_moments_outside_are_refused(tmp_path, episode, kind, wanted, words):
 def test_a_gif_that_is_too_long_is_refused(tmp_path, monkeypatch, episode):
     monkeypatch.setattr("plant_bench.reports.replay.movie.MOST_GIF", 30)
     with pytest.raises(InputError, match="too long: up to 30"):
-        SAVERS["gif"]([episode], Wanted(), tmp_path / "a.gif", quiet)
+        SAVERS["gif"]([episode], MovieRequest(), tmp_path / "a.gif", quiet)

@@ -17,7 +17,7 @@ from plant_bench.agent import (
 )
 from plant_bench.reports.why.incidents import Incident, incidents
 from plant_bench.runner.decisions import Decision
-from plant_bench.runner.review.review_frames import Hindsight, Moment
+from plant_bench.runner.review.review_frames import Moment, Postmortem
 from plant_bench.scoring.infractions import Infraction, InfractionKind, Status
 from plant_bench.scoring.results import EpisodeResult
 from plant_bench.world.route import LaneSpan, Passage, Route
@@ -115,9 +115,9 @@ def braking_from(first: int, actor: int = FOE, cause: Cause = Cause.CONFLICT) ->
     return lambda tick: (-3.5, Reason(cause, actor)) if tick >= first else (0.5, Reason(Cause.FREE))
 
 
-def hindsight(
+def postmortem(
     item: Infraction, moments: list[Moment], **changes: Any
-) -> tuple[Incident, Hindsight]:
+) -> tuple[Incident, Postmortem]:
     """An episode with one infraction."""
     result = record(item)
     known: dict[str, Any] = {
@@ -125,7 +125,7 @@ def hindsight(
         "ticks": 100, "difference": "", "differs_at": None, "planner_note": "",
         "ranked_itself": True, "expert_note": "",
     }  # fmt: skip
-    return incidents(result, 3.0)[0], Hindsight(**(known | changes))
+    return incidents(result, 3.0)[0], Postmortem(**(known | changes))
 
 
 def lights(red_from: int) -> Callable[[int], Light]:

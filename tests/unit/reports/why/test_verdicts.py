@@ -14,10 +14,10 @@ from tests.unit.reports.why.moments_by_hand import (
     FOE,
     HIT,
     braking_from,
-    hindsight,
     infraction,
     lights,
     moment,
+    postmortem,
     scene,
 )
 
@@ -25,7 +25,7 @@ WINDOW = range(HIT - 60, HIT + 1)
 
 
 def said(moments, item=None, **changes):
-    incident, looked = hindsight(item or infraction(), moments, **changes)
+    incident, looked = postmortem(item or infraction(), moments, **changes)
     return verdict(find(incident, looked), looked)
 
 

@@ -21,9 +21,9 @@ from plant_bench.scoring.infractions import InfractionKind, Status
 from tests.unit.reports.why.moments_by_hand import (
     HIT,
     braking_from,
-    hindsight,
     infraction,
     moment,
+    postmortem,
     record,
 )
 
@@ -43,7 +43,7 @@ def printed(monkeypatch):
 
 
 def looked_at(**changes):
-    incident, looked = hindsight(
+    incident, looked = postmortem(
         infraction(), [moment(tick, braking_from(HIT - 30)) for tick in WINDOW], **changes
     )
     return find(incident, looked), looked
@@ -108,7 +108,7 @@ def test_the_picture_shows_ego_top_rank_and_the_experts_vehicle(tmp_path):
 
 
 def test_few_moments_are_all_shown():
-    incident, looked = hindsight(infraction(), [moment(HIT, braking_from(0))])
+    incident, looked = postmortem(infraction(), [moment(HIT, braking_from(0))])
 
     assert len(spread_moments(find(incident, looked))) == 1
 

@@ -14,7 +14,7 @@ from plant_bench.towns.importing import town_making
 from plant_bench.towns.importing.map_conversion import Converted
 from plant_bench.towns.importing.map_source import MapKind, MapSource
 from plant_bench.towns.importing.network_repair import Mended
-from plant_bench.towns.importing.suite_making import RoutesWanted
+from plant_bench.towns.importing.suite_making import RouteRequest
 from plant_bench.world.town import load_town
 
 SOURCE = MapSource("map.xml", MapKind.SUMO, b"<net/>", {})
@@ -55,5 +55,5 @@ def test_a_town_that_could_not_be_read_again_is_refused(monkeypatch):
 
     with pytest.raises(InputError, match="map.xml makes a town that cannot be used"):
         town_making.make_imported_town(
-            Path("map.xml"), "test", RoutesWanted(), guess_signals=False, say=lambda _: None
+            Path("map.xml"), "test", RouteRequest(), guess_signals=False, say=lambda _: None
         )

@@ -13,7 +13,7 @@ from plant_bench.data_files import TOWNS_VARIABLE, networks_dir
 from plant_bench.errors import InputError
 from plant_bench.towns.importing import carla_routes, matching
 from plant_bench.towns.importing.carla_routes import CarlaRoute, read_carla_routes
-from plant_bench.towns.importing.lane_graph import LaneWays
+from plant_bench.towns.importing.lane_graph import LaneGraph
 from plant_bench.towns.importing.route_import import TownFound, match_routes
 from plant_bench.world.route import load_suite
 from plant_bench.world.town import Lane, Town
@@ -143,7 +143,7 @@ def test_a_route_against_the_traffic_does_not_fit(tmp_path):
 @pytest.mark.parametrize(("height", "lane"), [(0.0, "below_0"), (7.0, "above_0")])
 def test_of_two_roads_above_each_other_that_of_the_route_s_height_is_taken(height, lane):
     levels = {"below_0": road("below", 0.0), "above_0": road("above", 7.0)}
-    ways = LaneWays(Town("levels", levels, (), {}, {}))
+    ways = LaneGraph(Town("levels", levels, (), {}, {}))
     points = np.array([[10.0, 0.0, height], [50.0, 0.0, height + 0.3], [90.0, 0.0, height + 0.6]])
 
     places = matching.match(ways, CarlaRoute("1", "levels", points, np.zeros(3)))

@@ -48,7 +48,7 @@ class Rule:
 
 
 class Shown:
-    """Stands for `StandIns`."""
+    """Stands for `SumoProxies`."""
 
     def __init__(self) -> None:
         self.now: set[int] = set()

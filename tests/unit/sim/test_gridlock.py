@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from plant_bench.agent import PATH_POSES, Privileged
-from plant_bench.sim.gridlock import LOOK_INTERVAL, ORDER_INTERVAL, PATIENCE, RELEASE, Deadlocks
+from plant_bench.sim.gridlock import LOOK_INTERVAL, ORDER_INTERVAL, PATIENCE, RELEASE, Gridlock
 from plant_bench.sim.sumo import VehicleState
 from plant_bench.sim.sumo_commands import Commands
 from plant_bench.world.scene import TICK, ActorKind, Actors, EgoState
@@ -38,7 +38,7 @@ class Told(Commands):
 
 def look(
     told: Told, *poses: tuple[float, float, float], lanes: str = ":J_0_0", speed: float = 0.0
-) -> Deadlocks:
+) -> Gridlock:
     """One look at vehicles 1, 2, ...; each would go straight on."""
     count = len(poses)
     placed = np.array(poses)
@@ -54,9 +54,9 @@ def look(
         number: VehicleState(x, y, 0.0, yaw, speed, 0.0, lanes, 0.0, 0.0)
         for number, (x, y, yaw) in enumerate(poses, start=1)
     }
-    deadlocks = Deadlocks(told)
-    deadlocks.look(NOW, EGO, actors, Privileged(paths, zero, zero, zero, zero), states)
-    return deadlocks
+    gridlock = Gridlock(told)
+    gridlock.look(NOW, EGO, actors, Privileged(paths, zero, zero, zero, zero), states)
+    return gridlock
 
 
 def test_who_waits_for_the_ego_and_for_who_stands_behind_it_is_told_to_go_on() -> None:
@@ -82,30 +82,30 @@ def test_who_drives_or_stands_before_the_junction_is_left_alone(lanes: str, spee
 @pytest.mark.parametrize("speed", [0.0, 5.0])
 def test_an_ego_that_is_out_of_order_is_put_in_its_place(speed: float) -> None:
     told = Told()
-    deadlocks = Deadlocks(told)
-    deadlocks.due(NOW, EgoState(0.0, 0.0, 0.0, speed))
+    gridlock = Gridlock(told)
+    gridlock.due(NOW, EgoState(0.0, 0.0, 0.0, speed))
     assert told.reseated == []
     told.out_of_order = True
     for tick in range(NOW, NOW + ORDER_INTERVAL):
-        deadlocks.due(tick, EgoState(0.0, 0.0, 0.0, speed))
+        gridlock.due(tick, EgoState(0.0, 0.0, 0.0, speed))
     assert told.reseated == [0]
 
 
 def test_a_driver_takes_notice_again_after_a_while() -> None:
     told = Told()
-    deadlocks = look(told, CROSSING)
+    gridlock = look(told, CROSSING)
     assert told.ignored == {1: (0,)}
     end = NOW + round(RELEASE / TICK)
-    deadlocks.due(end - 1, EGO)
+    gridlock.due(end - 1, EGO)
     assert told.ignored == {1: (0,)}
-    deadlocks.due(end, EGO)
+    gridlock.due(end, EGO)
     assert told.ignored == {1: ()}
 
 
 def test_a_look_is_due_only_when_the_ego_has_stood_for_long() -> None:
-    deadlocks = Deadlocks(Told())
-    due = [tick for tick in range(300) if deadlocks.due(tick, EGO)]
+    gridlock = Gridlock(Told())
+    due = [tick for tick in range(300) if gridlock.due(tick, EGO)]
     assert due[0] == pytest.approx(PATIENCE / TICK, abs=LOOK_INTERVAL)
     assert set(np.diff(due).tolist()) == {LOOK_INTERVAL}
-    assert not deadlocks.due(300, EgoState(0.0, 0.0, 0.0, 3.0))
-    assert not deadlocks.due(320, EGO)
+    assert not gridlock.due(300, EgoState(0.0, 0.0, 0.0, 3.0))
+    assert not gridlock.due(320, EGO)

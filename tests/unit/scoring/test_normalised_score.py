@@ -1,7 +1,7 @@
 import pytest
 
 from plant_bench.scoring.normalised_score import infraction_score_per_km, normalised_score
-from plant_bench.scoring.penalties import Law
+from plant_bench.scoring.penalties import PenaltyScheme
 
 HIT = ("collision_vehicle",)
 
@@ -10,13 +10,17 @@ def test_known_values(episode):
     """Two hits on 4 km: half a hit a kilometre."""
     results = [episode(0, length=1500.0, kinds=HIT), episode(1, length=2500.0, kinds=HIT)]
     assert normalised_score(results) == pytest.approx(100.0 * 0.6**0.5)
-    assert normalised_score(results, Law.LB2_1) == pytest.approx(100.0 / (1.0 + 0.7 * 0.5))
+    assert normalised_score(results, PenaltyScheme.LB2_1) == pytest.approx(
+        100.0 / (1.0 + 0.7 * 0.5)
+    )
 
 
 def test_a_kilometre_without_more_is_the_driving_score(episode):
     result = episode(length=1000.0, kinds=("red_light", *HIT), share=0.1)
-    for law in Law:
-        assert normalised_score([result], law) == pytest.approx(result.driving_score_by(law))
+    for penalties in PenaltyScheme:
+        assert normalised_score([result], penalties) == pytest.approx(
+            result.driving_score_by(penalties)
+        )
 
 
 def test_who_gets_further_at_the_same_rate_is_no_worse(episode):

@@ -16,7 +16,13 @@ from plant_bench.scoring.episode_metrics import (
     standing_share,
 )
 from plant_bench.scoring.near_misses import least_post_encroachment_time, least_time_to_collision
-from plant_bench.scoring.trajectory import SAMPLE, VEHICLES, VULNERABLE, Track, TrackRecorder
+from plant_bench.scoring.trajectory import (
+    SAMPLE,
+    VEHICLES,
+    VULNERABLE,
+    Trajectory,
+    TrajectoryRecorder,
+)
 from plant_bench.world.scene import TICK, ActorKind, Actors, EgoState, Scene
 
 TOUCH = 2.45 + 2.0  # m between the centres when the ego's bumper meets that of a 4 m car
@@ -45,9 +51,9 @@ def track_of(
     *,
     kind: ActorKind = ActorKind.CAR,
     extent: tuple[float, float] = (4.0, 2.0),
-) -> Track:
-    """Return the track of an ego among actors of one kind."""
-    recorder = TrackRecorder()
+) -> Trajectory:
+    """Return the trajectory of an ego among actors of one kind."""
+    recorder = TrajectoryRecorder()
     for tick, ego in enumerate(egos):
         time = tick * TICK
         poses = [(x + v * time * np.cos(a), y + v * time * np.sin(a), a) for x, y, a, v in actors]
@@ -59,7 +65,7 @@ def track_of(
             np.full(len(actors), kind, np.uint8),
         )
         recorder.add(Scene(tick, ego, seen, np.zeros(0, np.uint8)))
-    return recorder.track()
+    return recorder.trajectory()
 
 
 def actors_at(poses: np.ndarray, speed: float) -> Actors:
@@ -70,8 +76,8 @@ def actors_at(poses: np.ndarray, speed: float) -> Actors:
     return Actors(np.arange(count), poses, speeds, extents, np.zeros(count, np.uint8))
 
 
-def changing(accelerations: Sequence[float], speed: float = 20.0) -> Track:
-    """Return the track of an ego with these accelerations, tick by tick."""
+def changing(accelerations: Sequence[float], speed: float = 20.0) -> Trajectory:
+    """Return the trajectory of an ego with these accelerations, tick by tick."""
     speeds = speed + np.cumsum(accelerations) * TICK
     return track_of(
         [
@@ -81,30 +87,30 @@ def changing(accelerations: Sequence[float], speed: float = 20.0) -> Track:
     )
 
 
-def to_collision(track: Track, kinds: tuple[ActorKind, ...] = VEHICLES) -> float | None:
-    return least_time_to_collision(track, track.of_kinds(kinds))
+def to_collision(trajectory: Trajectory, kinds: tuple[ActorKind, ...] = VEHICLES) -> float | None:
+    return least_time_to_collision(trajectory, trajectory.of_kinds(kinds))
 
 
-def encroachment(track: Track) -> float | None:
-    return least_post_encroachment_time(track, track.of_kinds(VEHICLES))
+def encroachment(trajectory: Trajectory) -> float | None:
+    return least_post_encroachment_time(trajectory, trajectory.of_kinds(VEHICLES))
 
 
 @pytest.mark.parametrize(("speed", "seconds"), [(0.0, 1.0), (5.0, 2.0)])
 def test_time_to_collision_with_what_is_ahead(speed, seconds):
-    track = track_of(straight(1), [(TOUCH + 9.99, 0.0, 0.0, speed)])
-    assert to_collision(track) == pytest.approx(seconds)
+    trajectory = track_of(straight(1), [(TOUCH + 9.99, 0.0, 0.0, speed)])
+    assert to_collision(trajectory) == pytest.approx(seconds)
 
 
 def test_time_to_collision_is_the_least_of_the_episode():
     """At the last sample, tick 56, the ego is at 28 m: 10 m before the car."""
-    track = track_of(straight(57), [(28.0 + TOUCH + 9.99, 0.0, 0.0, 0.0)])
-    assert to_collision(track) == pytest.approx(1.0)
+    trajectory = track_of(straight(57), [(28.0 + TOUCH + 9.99, 0.0, 0.0, 0.0)])
+    assert to_collision(trajectory) == pytest.approx(1.0)
 
 
 @pytest.mark.parametrize(("aside", "seconds"), [(BESIDE + 0.01, None), (BESIDE - 0.01, 1.0)])
 def test_time_to_collision_just_misses_at_the_side(aside, seconds):
-    track = track_of(straight(1), [(TOUCH + 9.99, aside, 0.0, 0.0)])
-    assert to_collision(track) == (seconds and pytest.approx(seconds))
+    trajectory = track_of(straight(1), [(TOUCH + 9.99, aside, 0.0, 0.0)])
+    assert to_collision(trajectory) == (seconds and pytest.approx(seconds))
 
 
 @pytest.mark.parametrize(("gap", "seconds"), [(49.99, 5.0), (50.01, None)])
@@ -124,11 +130,11 @@ def test_who_follows_is_no_near_miss_but_who_meets_the_side_is():
 
 def test_a_walker_on_a_course_of_collision():
     """The ego's front is there after 1.73 s, when the walker is on its lane since 1.12 s."""
-    track = track_of(
+    trajectory = track_of(
         straight(1), [(20.0, -3.0, NORTH, 1.5)], kind=ActorKind.PEDESTRIAN, extent=WALKER
     )
-    assert to_collision(track, VULNERABLE) == pytest.approx(1.8)
-    assert to_collision(track) is None
+    assert to_collision(trajectory, VULNERABLE) == pytest.approx(1.8)
+    assert to_collision(trajectory) is None
 
 
 def test_who_waits_beside_a_bend_is_no_near_miss():
@@ -139,15 +145,15 @@ def test_who_waits_beside_a_bend_is_no_near_miss():
 
 
 def test_the_others_take_their_bends_too():
-    """An oncoming car that will turn off before the ego: seen with hindsight."""
+    """An oncoming car that will turn off before the ego: seen with postmortem."""
     egos = straight(40, speed=1.0)
     circle = turning(40, speed=8.0, radius=8.0)
-    recorder = TrackRecorder()
+    recorder = TrajectoryRecorder()
     for tick, (ego, other) in enumerate(zip(egos, circle, strict=True)):
         pose = np.array([[24.0 - other.x, other.y, math.pi - other.yaw]], np.float32)
         seen = actors_at(pose, 8.0)
         recorder.add(Scene(tick, ego, seen, np.zeros(0, np.uint8)))
-    assert to_collision(recorder.track()) is None
+    assert to_collision(recorder.trajectory()) is None
     assert to_collision(track_of(egos, [(24.0, 0.0, math.pi, 8.0)])) is not None
 
 
@@ -157,8 +163,8 @@ def test_post_encroachment_time_of_a_crossing(shift):
     from x = 46.55 to x = 53.45, 4.655 to 5.345 s, to pass where it crosses.
     """
     moment = 4.655 - shift - 0.3065 if shift > 0 else 5.345 - shift + 0.3065
-    track = track_of(straight(160), [(50.0, -10.0 * moment, NORTH, 10.0)])
-    assert abs(shift) <= encroachment(track) <= abs(shift) + 2.0 * SAMPLE
+    trajectory = track_of(straight(160), [(50.0, -10.0 * moment, NORTH, 10.0)])
+    assert abs(shift) <= encroachment(trajectory) <= abs(shift) + 2.0 * SAMPLE
 
 
 def test_post_encroachment_time_just_misses():
@@ -194,8 +200,8 @@ def test_share_of_hard_braking():
 
 @pytest.mark.parametrize("rate", [2.0, -3.0])
 def test_jerk_of_an_acceleration_that_grows(rate):
-    track = changing([rate * TICK * tick for tick in range(60)])
-    assert jerk_p95(track) == pytest.approx(abs(rate))
+    trajectory = changing([rate * TICK * tick for tick in range(60)])
+    assert jerk_p95(trajectory) == pytest.approx(abs(rate))
 
 
 def test_jerk_is_smoothed_and_that_of_a_constant_acceleration_is_zero():
@@ -239,12 +245,12 @@ def test_walkers_and_riders_are_no_traffic():
 
 def test_who_waits_is_traffic():
     """It stands for the first half, and then drives at 10 m/s: 5 m/s on average."""
-    recorder = TrackRecorder()
+    recorder = TrajectoryRecorder()
     for tick, ego in enumerate(straight(40, 5.0)):
         pose = np.array([[20.0, 0.0, 0.0]], np.float32)
         seen = actors_at(pose, 0.0 if tick < 20 else 10.0)
         recorder.add(Scene(tick, ego, seen, np.zeros(0, np.uint8)))
-    assert relative_speed(recorder.track()) == pytest.approx(1.0)
+    assert relative_speed(recorder.trajectory()) == pytest.approx(1.0)
 
 
 def test_one_tick_alone_can_be_measured():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from plant_bench.sim.hazards.conflicting_vehicle import reroute
-from plant_bench.sim.hazards.hazard_world import Stage
+from plant_bench.sim.hazards.hazard_world import HazardWorld
 from plant_bench.sim.sumo import VehicleState
 from plant_bench.sim.vehicle_types import VEHICLE_TYPES, VehicleType
 from plant_bench.world.conflicting_paths import Approach
@@ -30,7 +30,7 @@ APPROACH = Approach(
 )
 
 
-class OneVehicle(Stage):
+class OneVehicle(HazardWorld):
     def __init__(self, left: float, speed: float) -> None:
         self.town = TOWN
         self.asked: list[tuple[str, ...]] = []

@@ -5,14 +5,14 @@ from pathlib import Path
 
 import pytest
 
-from plant_bench.agents.loading.checksum import Makings, agent_checksum
-from plant_bench.agents.remote.launch_command import Program
+from plant_bench.agents.loading.checksum import PlannerComponents, agent_checksum
+from plant_bench.agents.remote.launch_command import LaunchCommand
 from plant_bench.agents.remote.process import Limits
 from plant_bench.agents.remote.process_reuse import Profile, end_processes
 from plant_bench.errors import InputError
 from plant_bench.runner.episode.jobs import make_jobs
-from plant_bench.runner.ray import payload as cargo
-from plant_bench.runner.ray.payload import Needs, Place, differences, pack, unpack
+from plant_bench.runner.ray import payload
+from plant_bench.runner.ray.payload import NodePaths, Requirements, differences, pack, unpack
 from plant_bench.runner.run.episode_queue import _Task
 from plant_bench.runner.workers.isolation import Isolation
 
@@ -61,7 +61,7 @@ def task(route):
 
 @pytest.fixture
 def place(tmp_path):
-    return Place(tmp_path / "node" / "files", tmp_path / "node" / "output")
+    return NodePaths(tmp_path / "node" / "files", tmp_path / "node" / "output")
 
 
 def test_code_and_weights_arrive_as_they_were(mine, task, place):
@@ -77,7 +77,9 @@ def test_code_and_weights_arrive_as_they_were(mine, task, place):
 def test_a_program_can_be_started_where_it_has_arrived(tmp_path, task, place, monkeypatch):
     program = Path(shutil.copy(shutil.which("true") or "", tmp_path / "planner"))
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(cargo, "makings_of", lambda *_: Makings(frozenset({Path("planner")})))
+    monkeypatch.setattr(
+        payload, "components_of", lambda *_: PlannerComponents(frozenset({Path("planner")}))
+    )
 
     unpack(pack([task("cruise")]), place)
 
@@ -114,7 +116,7 @@ def test_a_record_names_the_planner_as_it_was_asked_for(mine, task, place):
 def test_what_changes_on_the_way_is_refused(mine, task, place):
     sent = pack([task(mine)])
     path = next(path for path in sent.files if path.endswith("near.py"))
-    broken = cargo.replace(sent, files={**sent.files, path: b"STEERING = 1.0\n"})
+    broken = payload.replace(sent, files={**sent.files, path: b"STEERING = 1.0\n"})
 
     with pytest.raises(InputError, match=r"near\.py has arrived with another content"):
         unpack(broken, place)
@@ -123,13 +125,13 @@ def test_what_changes_on_the_way_is_refused(mine, task, place):
 def test_another_planner_or_town_of_the_same_name_is_refused(mine, task, place):
     sent = pack([task(mine)])
     unpack(sent, place)
-    cargo.check_arrived(sent, place)
+    payload.check_arrived(sent, place)
 
     place.found(next(path for path in sent.files if path.endswith("weights.txt"))).write_text("2")
     with pytest.raises(InputError, match=r"is another planner: weights\.txt differs"):
-        cargo.check_arrived(sent, place)
+        payload.check_arrived(sent, place)
     with pytest.raises(InputError, match="The town 'town01' is another one"):
-        cargo.check_arrived(cargo.replace(sent, towns={"town01": "0"}), place)
+        payload.check_arrived(payload.replace(sent, towns={"town01": "0"}), place)
 
 
 def test_a_town_from_elsewhere_travels(tmp_path):
@@ -139,7 +141,7 @@ def test_a_town_from_elsewhere_travels(tmp_path):
         (town / name).write_text(name)
 
     class Task:
-        needs = Needs(towns=frozenset({town}))
+        needs = Requirements(towns=frozenset({town}))
 
         def at(self, place):
             return self
@@ -152,7 +154,7 @@ def test_a_town_from_elsewhere_travels(tmp_path):
 
 def test_an_isolated_planner_drives_where_it_has_arrived(mine, task, place, route):
     here = Profile(frozenset(), 1, ranks=False, files=(Path("mine.py"),))
-    asked = Program(mine, ("/python/of/another/machine",), agent=mine)
+    asked = LaunchCommand(mine, ("/python/of/another/machine",), agent=mine)
     unpack(pack([task(mine)]), place)
 
     there = replace(task(mine), isolation=Isolation(asked, Limits(), here)).at(place)
@@ -165,12 +167,12 @@ def test_an_isolated_planner_drives_where_it_has_arrived(mine, task, place, rout
 
 
 def test_files_too_large_to_travel_are_refused(mine, task, monkeypatch):
-    monkeypatch.setattr(cargo, "LARGEST", 10)
+    monkeypatch.setattr(payload, "LARGEST", 10)
 
     with pytest.raises(InputError, match="travel to other machines"):
         pack([task(mine)])
 
 
 def test_equal_installations_have_no_differences():
-    assert differences(cargo.facts(), cargo.facts()) == ""
+    assert differences(payload.facts(), payload.facts()) == ""
     assert "unknown there" in differences({"numpy": "2"}, {})

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from plant_bench.features.motion import Tracks, rates_between
+from plant_bench.features.motion import MotionTracker, rates_between
 from plant_bench.world.scene import ActorKind, Actors
 
 
@@ -34,7 +34,7 @@ def test_rates_are_matched_by_id_and_wrapped() -> None:
 
 @pytest.mark.parametrize("pause", [0.1, 0.2])
 def test_half_a_second_is_remembered(pause: float) -> None:
-    tracks = Tracks()
+    tracks = MotionTracker()
     for place in range(30):
         time = place * pause
         rates = tracks.rates(time, cars((1, 3.0 * time, 0.0)))
@@ -43,7 +43,7 @@ def test_half_a_second_is_remembered(pause: float) -> None:
 
 
 def test_asking_twice_changes_nothing_and_copies_go_their_own_way() -> None:
-    tracks = Tracks()
+    tracks = MotionTracker()
     tracks.rates(0.0, cars((1, 0.0, 0.0)))
     other = tracks.copied()
     other.rates(0.3, cars((1, 9.0, 0.0)))

@@ -7,7 +7,7 @@ import pytest
 
 from plant_bench.agent import Observation
 from plant_bench.agents.careful.forecast import TIMES, Forecast
-from plant_bench.agents.careful.motion_forecast import HELD, TrackedForecast
+from plant_bench.agents.careful.motion_forecast import HELD, MotionForecast
 from plant_bench.world.scene import ActorKind, Actors, EgoState
 
 CAR = int(ActorKind.CAR)
@@ -27,7 +27,7 @@ def seen(time: float, speed: float, yaw: float = 0.0, kind: int = CAR) -> Observ
 
 def forecast_after(*observations: Observation) -> Forecast:
     """Return the forecast of whom one has watched."""
-    forecast = TrackedForecast()
+    forecast = MotionForecast()
     for observation in observations:
         forecast.watch(observation)
     return forecast(observations[-1], np.array([0]))
@@ -62,7 +62,7 @@ def test_people_are_taken_to_walk_straight_on() -> None:
 
 
 def test_what_was_watched_before_is_forgotten() -> None:
-    forecast = TrackedForecast()
+    forecast = MotionForecast()
     forecast.watch(seen(0.0, 0.0))
     forecast.forget()
     forecast.watch(seen(0.5, 5.0))

@@ -13,7 +13,8 @@ later = loading("expert", isolate=False)
 assert "plant_bench.runner.episode.loop" not in sys.modules, "making it loads nothing"
 assert load("their.module:Planner", "plant_bench.runner.episode.loop", "their") == [True, False]
 assert load("expert", "plant_bench.agents.expert", isolate=True) == [False]
-assert load("plant@no/such", "plant_bench.agents.plant.guarded_plant", "onnxruntime") == [True, False]
+guarded = "plant_bench.agents.plant.guarded_plant"
+assert load("plant@no/such", guarded, "onnxruntime") == [True, False]
 assert load("plant", "onnxruntime", "torch") == [True, False]
 """
 

@@ -12,7 +12,7 @@ from plant_bench.data.recorder import Recorder
 from plant_bench.data.recording import Recording
 from plant_bench.errors import InputError
 from plant_bench.runner.episode.loop import Episode
-from plant_bench.runner.review import postmortem as hindsight
+from plant_bench.runner.review import postmortem
 from plant_bench.runner.review.resimulation import (
     Tick,
     scenario_of,
@@ -115,9 +115,9 @@ def looked(monkeypatch, folder: Path, line: Route, differs_at: int | None, agent
             episode = object.__new__(Episode)  # nobody asks for it here
             yield Tick(row, recording[row], difference, Control(2.5, 0.0), decided, facts, episode)
 
-    monkeypatch.setattr(hindsight, "simulate_again", again)
+    monkeypatch.setattr(postmortem, "simulate_again", again)
     told = result(line, agent=agent)
-    return hindsight.look_back(recording, told, line, [Window(2, 11, 2)])
+    return postmortem.review_episode(recording, told, line, [Window(2, 11, 2)])
 
 
 def test_the_expert_is_not_asked_after_the_first_difference(monkeypatch, route, tmp_path: Path):

@@ -9,7 +9,7 @@ import pytest
 
 from plant_bench.errors import InputError
 from plant_bench.runner.run import run_lock as claims
-from plant_bench.runner.run.run_lock import Holder, Shard, claimed
+from plant_bench.runner.run.run_lock import LockInfo, Shard, claimed
 
 
 @pytest.fixture
@@ -17,7 +17,7 @@ def held(tmp_path):
     """Put somebody else's claim into the folder."""
 
     def hold(**facts) -> Path:
-        usual = Holder("whole", "v", "elsewhere", 7, 1, "2026-01-01 10:00:00", "t")
+        usual = LockInfo("whole", "v", "elsewhere", 7, 1, "2026-01-01 10:00:00", "t")
         path = tmp_path / "claims" / f"{facts.get('what', 'whole')}.json"
         path.parent.mkdir(exist_ok=True)
         path.write_text(json.dumps(asdict(replace(usual, **facts))))
@@ -97,14 +97,14 @@ def test_the_claim_of_another_host_is_void_when_it_is_silent_for_long(tmp_path, 
     with pytest.raises(InputError, match="host elsewhere, process 7"), claimed(tmp_path, None, "v"):
         pass
 
-    old = path.stat().st_mtime - claims.SILENT - 10
+    old = path.stat().st_mtime - claims.EXPIRY - 10
     os.utime(path, (old, old))
     with claimed(tmp_path, None, "v"):
         pass
 
 
 def test_a_claim_that_lives_is_beaten(tmp_path, monkeypatch):
-    monkeypatch.setattr(claims, "BEAT", 0.01)
+    monkeypatch.setattr(claims, "HEARTBEAT", 0.01)
     with claimed(tmp_path, None, "v"):
         path = tmp_path / "claims" / "whole.json"
         os.utime(path, (1, 1))
@@ -162,10 +162,10 @@ def test_what_is_no_shard_is_refused(text):
     [
         "[" * 100_000,
         '{"what": "whole"}',
-        json.dumps(asdict(Holder("2", "v", "elsewhere", 7, 1, "x", "t"))),
-        json.dumps(asdict(Holder("1of2", "v", "elsewhere", 7, 1, "x", "t")) | {"what": 5}),
-        json.dumps(asdict(Holder("1of2", "v", "elsewhere", 7, 1, "x", "t")) | {"pid": "../self"}),
-        json.dumps(asdict(Holder("1of2", "v", "elsewhere", 7, 1, "x", "t")) | {"pid": 10**30}),
+        json.dumps(asdict(LockInfo("2", "v", "elsewhere", 7, 1, "x", "t"))),
+        json.dumps(asdict(LockInfo("1of2", "v", "elsewhere", 7, 1, "x", "t")) | {"what": 5}),
+        json.dumps(asdict(LockInfo("1of2", "v", "elsewhere", 7, 1, "x", "t")) | {"pid": "../self"}),
+        json.dumps(asdict(LockInfo("1of2", "v", "elsewhere", 7, 1, "x", "t")) | {"pid": 10**30}),
     ],
 )
 def test_a_claim_that_says_nothing_sensible_is_somebodys(tmp_path, text):

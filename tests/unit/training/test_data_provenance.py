@@ -21,7 +21,7 @@ from plant_bench.training.batches import Split
 from plant_bench.training.data_provenance import source_of
 from plant_bench.training.imitation import TrainingRequest
 from plant_bench.training.settings import TrainingSettings
-from plant_bench.training.training_run import Course, Machine, Validation, learn
+from plant_bench.training.training_run import Machine, TrainingRun, Validation, learn
 
 
 def say_origin(folder: Path, *, driver: str = "", frames: int | None = None) -> Path:
@@ -71,7 +71,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[tuple[TrainingRequest, Split]
     return requests
 
 
-def course(tmp_path: Path, *data: Path, held_out: float = 0.1, **changes: Any) -> Course:
+def course(tmp_path: Path, *data: Path, held_out: float = 0.1, **changes: Any) -> TrainingRun:
     settings = TrainingSettings(
         held_out=held_out,
         targets=changes.pop("targets", "future"),
@@ -80,7 +80,7 @@ def course(tmp_path: Path, *data: Path, held_out: float = 0.1, **changes: Any) -
     places = (tmp_path / "model", settings)
     share, work = changes.pop("share", 1.0), tmp_path / "work"
     machine = Machine("cpu", 1, 1, 1)
-    return Course(
+    return TrainingRun(
         "plant", PlanTOptions(), data, *places, share, machine=machine, work=work, **changes
     )
 
@@ -124,12 +124,14 @@ def test_where_another_planner_went_is_no_example(
 ) -> None:
     facts: dict[str, Any] = {"answers": lambda _tick: Control(0.5, 0.0), "disturbed": range(260)}
     own = say_origin(make_data("own", "one", "two", every=10, **facts), driver="plant@models/mine")
-    with pytest.raises(InputError, match=r"own holds the expert's answers .*--targets answer"):
+    with pytest.raises(
+        InputError, match=r"own holds the expert's answers .*--targets expert-action"
+    ):
         learn(course(tmp_path, data, own))
     assert not (data / "frames").exists()  # said before any frames are made
-    assert learn(course(tmp_path, own, targets="answer"))
+    assert learn(course(tmp_path, own, targets="expert-action"))
     with pytest.raises(InputError, match=r"a\.parquet: Row 50 .* holds no acceleration"):
-        learn(course(tmp_path, own, data, targets="answer"))
+        learn(course(tmp_path, own, data, targets="expert-action"))
 
 
 def test_an_unfit_start_is_said_before_frames_are_made(

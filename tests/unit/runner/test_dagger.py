@@ -9,7 +9,7 @@ from plant_bench.agent import Control, Input, Plan
 from plant_bench.controller import follow_plan
 from plant_bench.errors import AgentError, InputError
 from plant_bench.runner.collect import dagger as takeover
-from plant_bench.runner.collect.dagger import PATIENCE, RELIEF, Takeover, check_driver
+from plant_bench.runner.collect.dagger import PATIENCE, RELIEF, DaggerOverride, check_driver
 from plant_bench.world.scene import TICK, Actors, EgoState, Scene
 
 OWN = Control(-1.0, 0.25)  # what the other planner answers
@@ -38,7 +38,7 @@ class Driver:
 def at_the_wheel(monkeypatch, route):
     def make(driver):
         monkeypatch.setattr(takeover, "load_agent", lambda _spec: driver)
-        return Takeover("other", route("town01-long-0"), 0)
+        return DaggerOverride("other", route("town01-long-0"), 0)
 
     return make
 

@@ -7,7 +7,7 @@ import pytest
 
 from plant_bench.agent import RouteAhead
 from plant_bench.features.motion import Rates
-from plant_bench.features.predicted_conflicts import LATEST, NEVER, VIEW, meetings
+from plant_bench.features.predicted_conflicts import LATEST, NEVER, VIEW, predicted_conflicts
 from plant_bench.features.tokens import NOWHERE, TokenSpec, tokens_of
 from plant_bench.world.scene import ActorKind, Actors, EgoState
 
@@ -34,7 +34,7 @@ def met(
         np.array([ActorKind.CAR], np.uint8),
     )
     rates = Rates(np.array([pull], np.float32), np.array([turn], np.float32))
-    return meetings(EGO, actors, np.array([0]), route(), rates)[0].tolist()
+    return predicted_conflicts(EGO, actors, np.array([0]), route(), rates)[0].tolist()
 
 
 def test_who_crosses_is_met_where_and_while_it_crosses() -> None:
@@ -91,7 +91,7 @@ def test_only_actors_have_meetings() -> None:
         np.array([[4.5, 1.8]], np.float32),
         np.array([ActorKind.CAR], np.uint8),
     )
-    spec = TokenSpec(meetings=True)
+    spec = TokenSpec(conflicts=True)
 
     tokens = tokens_of(EGO, actors, route(), spec)
 

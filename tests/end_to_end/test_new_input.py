@@ -158,7 +158,7 @@ def score(folder: Path, out: str, *, by: tuple[str, ...] = (), more: tuple[str, 
     return json.loads(record.read_text()) | {"name": record.name}
 
 
-def test_one_row_and_one_function_make_an_input_everywhere(copied):
+def test_new_input_works_everywhere_with_one_row_and_one_function(copied):
     local = score(copied, "local")
     isolated = score(copied, "isolated", more=("--isolate",))
     cluster = score(copied, "cluster", by=("cluster.py", sys.executable))
@@ -174,7 +174,7 @@ def test_one_row_and_one_function_make_an_input_everywhere(copied):
     }
 
 
-def test_a_planner_of_images_alone_is_shown_among_sensors(copied):
+def test_image_only_planner_is_listed_under_sensors(copied):
     code = (
         "from plant_bench.sensing.inputs import track_of\n"
         "print(track_of(['route', 'shade']).label, track_of(['shade', 'objects']).label)"

@@ -54,7 +54,7 @@ def plant_bench(place: Path, *words: str, code: int = 0) -> str:
     return done.stdout + done.stderr
 
 
-def test_it_learns_from_collected_data_is_scored_and_verified(installed: Path) -> None:
+def test_installed_learner_trains_scores_and_is_verified(installed: Path) -> None:
     before = {path: path.stat().st_mtime_ns for path in (ROOT / "plant_bench").rglob("*.py")}
     collecting = ["--frames", "200", "--density", "light", "--workers", "2"]
     plant_bench(installed, "collect", "--out", "data", *collecting)

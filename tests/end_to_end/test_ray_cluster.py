@@ -90,7 +90,7 @@ def contents(run: Run) -> dict[str, bytes]:
     return {f"{path.parent.name}/{path.name}": path.read_bytes() for path in files}
 
 
-def test_a_node_lost_in_the_middle_changes_no_byte(request_of, tmp_path):
+def test_losing_a_node_does_not_change_the_results(request_of, tmp_path):
     request = request_of([20, 25, 30, 35, 40])
     here = open_run(request, tmp_path / "here")
     run_suite(here.missing, here.folder, workers=1, on_event=lambda event: None)
@@ -114,7 +114,7 @@ def test_a_node_lost_in_the_middle_changes_no_byte(request_of, tmp_path):
 
 
 @pytest.mark.slow
-def test_whole_routes_on_a_cluster_that_loses_a_node_at_random(tmp_path):
+def test_full_routes_complete_when_a_random_node_is_lost(tmp_path):
     wanted = ["score", "--agent", "rule-based", "--routes", "3-5,15-17", "--repetitions", "1"]
     command = [sys.executable, "-m", "plant_bench", *wanted]
     subprocess.run([*command, "--workers", "2", "--out", "here"], cwd=tmp_path, check=True)

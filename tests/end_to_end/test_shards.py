@@ -35,7 +35,7 @@ def contents(folder: Path) -> dict[str, bytes]:
     return {path.name: path.read_bytes() for path in names}
 
 
-def test_two_array_tasks_at_once_come_to_what_one_command_does(tmp_path, path_to_command):
+def test_two_concurrent_shards_equal_one_command(tmp_path, path_to_command):
     subprocess.run(["bash", "-n", str(SCRIPT)], check=True)
     array = {"SLURM_ARRAY_TASK_MIN": "0", "SLURM_ARRAY_TASK_COUNT": "2", "PATH": path_to_command}
     tasks = [

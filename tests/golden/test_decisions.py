@@ -79,7 +79,7 @@ def decided(seed: int) -> dict[str, list]:
 
 
 @pytest.mark.parametrize("seed", range(SCENES))
-def test_planners_decide_and_are_told_as_before(seed: int) -> None:
+def test_planner_decisions_and_inputs_match_the_stored_ones(seed: int) -> None:
     wanted = json.loads(WANTED.read_text(encoding="utf-8"))[seed]
     found = decided(seed)
     for name in ("expert", "rules", "tracks"):

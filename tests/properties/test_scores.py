@@ -65,7 +65,7 @@ def with_one_fault(result):
 
 
 @given(st.lists(results(), min_size=1, max_size=4), st.floats(0.0, 1.0), st.sampled_from(Law))
-def test_driving_on_without_a_fault_never_lowers_the_normalised_score(drawn, share, law):
+def test_infraction_free_driving_never_lowers_the_normalised_score(drawn, share, law):
     before = [with_one_fault(item) for item in drawn]
     first = before[0]
     metres = share * (1.0 - first.completion) * first.route_length
@@ -106,7 +106,7 @@ def test_equal_rates_give_equal_normalised_infraction_scores(result, times, law)
 
 
 @given(results())
-def test_records_survive_their_text(result):
+def test_records_survive_a_json_round_trip(result):
     assert EpisodeResult.model_validate_json(result.to_json()) == result
 
 

@@ -57,7 +57,7 @@ def same(found: Any, wanted: Any) -> bool:
     return found == wanted
 
 
-def test_the_compiled_and_the_plain_agree_to_the_bit(
+def test_compiled_functions_equal_plain_python_bit_for_bit(
     monkeypatch: pytest.MonkeyPatch, beginning: Callable[[int], Route]
 ) -> None:
     held: dict[Dispatcher, Held] = {}

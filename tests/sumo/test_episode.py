@@ -49,7 +49,7 @@ def driven(tmp_path_factory: pytest.TempPathFactory) -> Driven:
     return Driven(route, run_episode(job, recording=file).result, Recording.load(file))
 
 
-def test_the_recording_says_at_each_decision_why(driven: Driven) -> None:
+def test_recording_holds_a_reason_for_each_decision(driven: Driven) -> None:
     reasons = driven.recording.reasons
     decisions = [tick for tick, reason in enumerate(reasons) if reason is not None]
     assert decisions[0] == 0
@@ -61,14 +61,14 @@ def test_the_recording_says_at_each_decision_why(driven: Driven) -> None:
     assert len({reason.cause for reason in reasons if reason}) > 1
 
 
-def test_whom_it_brakes_for_is_in_sight(driven: Driven) -> None:
+def test_actor_named_as_reason_is_in_sight(driven: Driven) -> None:
     pairs = zip(driven.recording, driven.recording.reasons, strict=True)
     named = [(scene, reason.actor) for scene, reason in pairs if reason and reason.actor != NOBODY]
     assert len(named) > 10
     assert all(np.isin(actor, scene.actors.ids) for scene, actor in named)
 
 
-def test_the_recording_gives_the_same_record_again(driven: Driven) -> None:
+def test_recording_reproduces_the_record(driven: Driven) -> None:
     assert RECORDING_FORMAT == 2
     assert any(hazard.phase is Phase.DONE for hazard in driven.result.hazards)
     again = rescore(driven.recording, load_town(driven.route.town), driven.route)

@@ -80,7 +80,7 @@ def run(folder: Path) -> subprocess.CompletedProcess[str]:
     )  # fmt: skip
 
 
-def test_one_row_and_one_script_are_a_hazard(tmp_path: Path) -> None:
+def test_tutorial_row_and_script_make_a_working_hazard(tmp_path: Path) -> None:
     follow(tmp_path)
     done = run(tmp_path)
     assert done.returncode == 0, done.stderr
@@ -92,7 +92,7 @@ def test_one_row_and_one_script_are_a_hazard(tmp_path: Path) -> None:
     assert told["expert"] == ["done", "", 0]
 
 
-def test_a_row_without_its_script_is_refused_by_name(tmp_path: Path) -> None:
+def test_hazard_row_with_a_missing_script_is_refused_by_name(tmp_path: Path) -> None:
     follow(tmp_path, script=False)
     done = run(tmp_path)
     assert done.returncode != 0

@@ -41,7 +41,7 @@ def job(agent: str, route: Route) -> Job:
     return Job(agent, agent_checksum(agent), route, 0, 5, "dense")
 
 
-def test_every_scene_is_simulated_again_number_for_number(
+def test_resimulation_reproduces_every_scene_exactly(
     driven: tuple[Path, EpisodeResult], route: Route
 ) -> None:
     file, result = driven
@@ -63,7 +63,7 @@ def changed_at(recording: Recording, tick: int, folder: Path) -> Recording:
     return Recording.load(folder / "changed.parquet")
 
 
-def test_another_control_is_noticed_at_the_next_tick(
+def test_resimulation_detects_a_changed_control_at_the_next_tick(
     driven: tuple[Path, EpisodeResult], route: Route, tmp_path: Path
 ) -> None:
     file, result = driven
@@ -75,7 +75,7 @@ def test_another_control_is_noticed_at_the_next_tick(
     assert found[0] == 31
 
 
-def test_the_expert_answers_as_it_does_where_another_planner_drives_to_collect_data(
+def test_expert_responds_as_it_does_during_collection(
     driven: tuple[Path, EpisodeResult], route: Route, tmp_path: Path
 ) -> None:
     collected = tmp_path / "collected.parquet"
@@ -106,7 +106,7 @@ def test_the_expert_answers_as_it_does_where_another_planner_drives_to_collect_d
     assert math.isfinite(ranked.control.acceleration)
 
 
-def test_the_expert_is_asked_twice_a_second_until_the_scenes_differ(
+def test_expert_is_queried_at_2_hz_until_the_scenes_differ(
     driven: tuple[Path, EpisodeResult], route: Route, tmp_path: Path
 ) -> None:
     file, result = driven
@@ -128,7 +128,7 @@ def test_the_expert_is_asked_twice_a_second_until_the_scenes_differ(
     assert again.note == ("Simulated again, from 1.6 s on it is another episode: the ego differs.")
 
 
-def test_a_planner_that_has_changed_is_not_believed(
+def test_responses_of_a_changed_planner_are_not_used(
     driven: tuple[Path, EpisodeResult], route: Route
 ) -> None:
     file, result = driven
@@ -141,7 +141,7 @@ def test_a_planner_that_has_changed_is_not_believed(
     assert looked.moments[40].expert is not None
 
 
-def test_a_route_that_has_changed_is_refused(
+def test_changed_route_is_refused(
     beginning: Callable[[int], Route], driven: tuple[Path, EpisodeResult], route: Route
 ) -> None:
     file, result = driven

@@ -42,14 +42,14 @@ def check(done: list, kind: HazardKind) -> None:
 
 
 @every_kind
-def test_a_driver_who_knows_it_survives(kind):
+def test_oracle_survives_every_hazard(kind):
     check(drives(kind, FEW), kind)
 
 
 @pytest.mark.slow
 @pytest.mark.timeout(1800)
 @every_kind
-def test_a_driver_who_knows_it_survives_many(kind):
+def test_oracle_survives_many_drives_of_every_hazard(kind):
     done = drives(kind, MANY)
     check(done, kind)
     assert sum(drive.committed for drive in done) > 0.2 * MANY
@@ -58,7 +58,7 @@ def test_a_driver_who_knows_it_survives_many(kind):
 @pytest.mark.slow
 @pytest.mark.timeout(1800)
 @every_kind
-def test_a_driver_who_sees_nobody_mostly_does_not(kind):
+def test_blind_driver_is_hit_by_most_hazards(kind):
     if kind in NO_ACTORS:
         pytest.skip("nobody takes part")
     committed = [drive for drive in drives(kind, MANY // 4, blind=True) if drive.committed]

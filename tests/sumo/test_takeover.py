@@ -61,7 +61,7 @@ class Watched(Takeover):
         return done
 
 
-def test_answers_are_the_experts_and_what_is_executed_else_is_marked(
+def test_data_holds_expert_responses_and_marks_other_controls(
     beginning: Callable[[int], Route], drivers: Path, tmp_path: Path
 ) -> None:
     route = beginning(60)
@@ -105,7 +105,7 @@ def test_episodes_with_collisions_are_kept(
     assert file.is_file()
 
 
-def test_a_driver_that_fails_leaves_its_episode_out(
+def test_episode_of_a_failing_driver_is_left_out(
     beginning: Callable[[int], Route], drivers: Path, tmp_path: Path
 ) -> None:
     note, file = collected(beginning(60), f"{drivers}:Fails", DataFolder(tmp_path / "data"))

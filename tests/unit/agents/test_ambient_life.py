@@ -120,7 +120,7 @@ def drive(
     ],
     ids=["parked", "parked bus", "at the kerb", "walks along", "walks back", "rider", "bus"],
 )
-def test_who_keeps_beside_the_lane_is_passed_at_speed(forecaster, row: Row) -> None:
+def test_actors_beside_the_lane_are_passed_at_full_speed(forecaster, row: Row) -> None:
     places, pulls = drive(CarefulDriver(forecaster), street(row), 6.0)
     assert places[-1] > 20.0 + 5.9 * LIMIT
     assert pulls.min() > -0.5
@@ -134,7 +134,7 @@ def test_a_row_of_parked_cars_is_passed(forecaster) -> None:
 
 
 @BOTH
-def test_who_walks_over_the_crossing_is_waited_for_and_then_it_goes_on(forecaster) -> None:
+def test_ego_waits_for_a_crossing_pedestrian_and_drives_on(forecaster) -> None:
     walker = street((ActorKind.PEDESTRIAN, 50.0, -4.5, math.pi / 2, 1.3))
     places, _ = drive(CarefulDriver(forecaster), walker, 15.0)
     ticks = np.arange(len(places)) * TICK
@@ -146,14 +146,14 @@ def test_who_walks_over_the_crossing_is_waited_for_and_then_it_goes_on(forecaste
 
 
 @BOTH
-def test_who_stands_on_the_crossing_is_waited_for(forecaster) -> None:
+def test_ego_waits_for_a_pedestrian_standing_on_the_crossing(forecaster) -> None:
     walker = street((ActorKind.PEDESTRIAN, 50.0, 0.3, math.pi / 2, 0.0))
     places, _ = drive(CarefulDriver(forecaster), walker, 20.0)
     assert 44.0 < places[-1] + 2.45 < 49.5
 
 
 @BOTH
-def test_a_junction_is_entered_though_somebody_walks_beyond_it(forecaster) -> None:
+def test_ego_enters_a_junction_with_a_pedestrian_beyond_it(forecaster) -> None:
     passage = Passage("j", 40.0, 55.0, "right", "priority")
     walker = street((ActorKind.PEDESTRIAN, 54.0, -1.0, math.pi / 2, 1.3))
     driver = CarefulDriver(forecaster)
@@ -164,7 +164,7 @@ def test_a_junction_is_entered_though_somebody_walks_beyond_it(forecaster) -> No
 
 @BOTH
 @pytest.mark.parametrize("kind", [ActorKind.BICYCLE, ActorKind.MOTORCYCLE, ActorKind.BUS])
-def test_who_rides_ahead_is_followed_calmly(forecaster, kind: ActorKind) -> None:
+def test_ego_follows_a_cyclist_without_hard_braking(forecaster, kind: ActorKind) -> None:
     rider = street((kind, 45.0, -0.9 if kind is ActorKind.BICYCLE else 0.0, 0.0, 4.5))
     places, pulls = drive(CarefulDriver(forecaster), rider, 22.0, wobble=0.08)
     gap = 45.0 + 4.5 * 22.0 - places[-1]
@@ -175,13 +175,13 @@ def test_who_rides_ahead_is_followed_calmly(forecaster, kind: ActorKind) -> None
 
 
 @BOTH
-def test_a_long_bus_across_the_road_stops_the_ego(forecaster) -> None:
+def test_ego_stops_for_a_long_bus_across_the_road(forecaster) -> None:
     bus = street((ActorKind.BUS, 60.0, 1.0, math.pi / 2, 0.0))
     places, _ = drive(CarefulDriver(forecaster), bus, 15.0)
     assert places[-1] + 2.45 < 60.0 - 1.25
 
 
-def test_people_are_forecast_to_stop_where_they_are_to_wait_and_not_to_run() -> None:
+def test_forecast_pedestrians_stop_where_they_wait() -> None:
     walker = street((ActorKind.PEDESTRIAN, 50.0, -4.0, math.pi / 2, 1.4))
     observation = observe(walker, EgoState(20.0, 0.0, 0.0, LIMIT))
     assert observation.privileged is not None

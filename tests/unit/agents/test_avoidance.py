@@ -51,7 +51,7 @@ def chosen(speed: float, pulls: list[float], forecast: Forecast) -> float:
     return float(choices[clearest(poses, forecast, 0.0)])
 
 
-def test_a_slower_pace_meets_the_limits_ahead() -> None:
+def test_slower_profile_respects_the_limits_ahead() -> None:
     limits = np.concatenate((np.full(15, LIMIT), np.full(86, 4.0)))
     travel = rollout(5.0, np.array([2.5]), LIMIT)[0]
     slow = at_slower_pace(travel, 5.0, straight_ahead(limits), math.inf, 0.0)
@@ -59,7 +59,7 @@ def test_a_slower_pace_meets_the_limits_ahead() -> None:
     assert (slow[-1] - slow[-2]) / STEP == pytest.approx(0.85 * 4.0, abs=0.1)
 
 
-def test_a_slower_pace_of_one_who_stands_beyond_the_first_points() -> None:
+def test_slower_profile_is_finite_past_the_first_route_point() -> None:
     """The ego may be a little more than a metre beyond the first point: points lie unevenly."""
     travel = rollout(0.0, np.array([2.5]), LIMIT)[0]
     slow = at_slower_pace(travel, 0.0, replace(straight_ahead(), past=1.3), math.inf, 0.0)
@@ -68,25 +68,25 @@ def test_a_slower_pace_of_one_who_stands_beyond_the_first_points() -> None:
     assert 0.5 * travel[-1] < slow[-1] < travel[-1]
 
 
-def test_a_slower_pace_stays_behind_the_leader() -> None:
+def test_slower_profile_stays_behind_the_leader() -> None:
     travel = rollout(5.0, np.array([2.5]), LIMIT)[0]
     slow = at_slower_pace(travel, 5.0, straight_ahead(), 6.0, 1.0)
     assert slow[-1] == pytest.approx(6.0 + TIMES[-1])
 
 
-def test_a_slower_pace_brakes_no_less() -> None:
+def test_slower_profile_brakes_as_hard() -> None:
     travel = rollout(8.0, np.array([-8.0]), LIMIT)[0]
     slow = at_slower_pace(travel, 8.0, straight_ahead(), math.inf, 0.0)
     assert slow[-1] == pytest.approx(travel[-1])
 
 
-def test_within_the_margins_the_hardest_braking_is_chosen() -> None:
+def test_hardest_braking_is_chosen_within_the_margins() -> None:
     """It passes the standing ego's front by less than the margin."""
     _, passing = car(3.5, -12.0, math.pi / 2, 8.0)
     assert chosen(0.3, [2.5, 0.5, 0.0, -2.0, -8.0], passing) == -8.0
 
 
-def test_in_a_crossing_path_going_on_is_chosen_where_that_is_clear() -> None:
+def test_ego_clears_a_crossing_path_if_it_can() -> None:
     """To stop is to be hit, and to brake is to stay."""
     _, crossing = car(1.0, -30.0, math.pi / 2, 8.0)
     assert chosen(1.0, [2.5, -2.0, -8.0], crossing) == 2.5
@@ -104,7 +104,7 @@ def test_in_a_crossing_path_going_on_is_chosen_where_that_is_clear() -> None:
         (0.0, -12.0, math.pi / 2, 2.0, False),  # it crosses
     ],
 )
-def test_a_follower_is_trusted_only_if_it_can_fall_in(
+def test_follower_is_trusted_only_if_it_can_stay_behind(
     x: float, y: float, yaw: float, speed: float, falls_in: bool
 ) -> None:
     ego = EgoState(0.0, 0.0, 0.0, 5.0)

@@ -81,7 +81,7 @@ def test_a_planner_decides_at_its_own_interval(route):
     assert told[0].ranking is None
 
 
-def test_a_planners_own_ranking_is_asked_of_a_copy(route):
+def test_ranking_is_computed_by_a_copy_of_the_planner(route):
     session = started(agent := Ranks(), route("a"))
 
     ranks = ranking(session)
@@ -91,7 +91,7 @@ def test_a_planners_own_ranking_is_asked_of_a_copy(route):
     assert agent.asked == 1
 
 
-def test_who_cannot_rank_is_asked_by_masking_and_those_without_effect_are_left_out(route):
+def test_planner_without_ranks_is_ranked_by_masking(route):
     session = started(agent := Counts(), route("a"))
 
     ranks = ranking(session)
@@ -101,7 +101,7 @@ def test_who_cannot_rank_is_asked_by_masking_and_those_without_effect_are_left_o
     assert agent.asked == 1
 
 
-def test_who_cannot_be_copied_has_no_ranking_but_answers(route):
+def test_planner_that_cannot_be_copied_responds_without_ranking(route):
     agent = Counts()
     agent.held = (item for item in ())  # pyright: ignore[reportAttributeAccessIssue]
     session = started(agent, route("a"))
@@ -114,7 +114,7 @@ def test_who_cannot_be_copied_has_no_ranking_but_answers(route):
     ("method", "words"),
     [("act", "act raised ZeroDivisionError"), ("explain", "explain raised ZeroDivisionError")],
 )
-def test_a_planner_that_fails_is_an_agent_error(route, method, words):
+def test_failing_planner_raises_agent_error(route, method, words):
     agent = Counts()
     setattr(agent, method, lambda *_: 1 / 0)
 
@@ -142,7 +142,7 @@ def test_a_planner_with_an_unknown_input_is_refused(route):
         (None, False),
     ],
 )
-def test_a_decision_is_the_recorded_one_but_for_rounding(recorded: Any, same: bool):
+def test_decision_equals_the_recorded_one_up_to_rounding(recorded: Any, same: bool):
     decision = Decision(0, Control(1.0, 0.5), Control(1.0, 0.5), None)
 
     assert same_action(decision, recorded) is same

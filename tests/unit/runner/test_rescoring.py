@@ -59,6 +59,6 @@ def test_a_recording_is_scored(tmp_path):
     assert episode.again.distance == pytest.approx(0.2)
 
 
-def test_a_recording_of_what_no_record_may_hold_is_refused(tmp_path):
+def test_recording_with_invalid_values_is_refused(tmp_path):
     with pytest.raises(InputError, match=r"Cannot score .*distance.*drive the episode again"):
         list(rescore_folder(recorded(tmp_path / "run", 1e30)))

@@ -9,7 +9,7 @@ from plant_bench.scoring.laws import Law, infraction_score, law_of
     ("hits", "multiplicative", "additive"),
     [(1, 0.600, 0.588), (2, 0.360, 0.417), (5, 0.078, 0.222)],
 )
-def test_vehicles_hit(episode, hits, multiplicative, additive):
+def test_penalty_of_vehicle_collisions(episode, hits, multiplicative, additive):
     """The figures of the comparison in the notes on the leaderboards."""
     result = episode(kinds=("collision_vehicle",) * hits)
     assert result.infraction_score_by(Law.LB1_0) == pytest.approx(multiplicative, abs=5e-4)
@@ -17,14 +17,14 @@ def test_vehicles_hit(episode, hits, multiplicative, additive):
     assert result.driving_score_by(Law.LB2_1) == pytest.approx(100.0 * additive, abs=5e-2)
 
 
-def test_one_of_each_and_a_share_outside(episode):
+def test_penalty_of_one_infraction_of_each_kind(episode):
     kinds = ("collision_pedestrian", "collision_vehicle", "collision_static", "red_light")
     result = episode(kinds=kinds, share=0.2)
     assert result.infraction_score_by(Law.LB1_0) == pytest.approx(0.5 * 0.6 * 0.65 * 0.7 * 0.8)
     assert result.infraction_score_by(Law.LB2_1) == pytest.approx(0.8 / (1 + 1 + 0.7 + 0.6 + 0.4))
 
 
-def test_the_default_is_that_of_longest6(episode):
+def test_default_penalty_scheme_is_lb1_0(episode):
     result = episode(completion=0.5, kinds=("red_light",))
     assert result.infraction_score == result.infraction_score_by(Law.LB1_0) == 0.7
     assert result.driving_score == result.driving_score_by(Law.LB1_0)
@@ -32,21 +32,21 @@ def test_the_default_is_that_of_longest6(episode):
 
 @pytest.mark.parametrize("law", Law)
 @pytest.mark.parametrize("kind", ["route_deviation", "blocked", "timeout"])
-def test_endings_cost_only_completion(episode, kind, law):
+def test_termination_reasons_have_no_penalty(episode, kind, law):
     assert episode(kinds=(kind,)).infraction_score_by(law) == 1.0
 
 
-def test_every_kind_has_a_coefficient():
+def test_every_infraction_kind_has_a_coefficient():
     assert set(COEFFICIENTS) == set(InfractionKind) - {InfractionKind.OUTSIDE_LANES}
 
 
 @pytest.mark.parametrize("law", Law)
-def test_rates_need_not_be_whole(law):
+def test_fractional_rates_are_penalised(law):
     half = infraction_score({InfractionKind.RED_LIGHT: 0.5}, 1.0, law)
     assert infraction_score({InfractionKind.RED_LIGHT: 1.0}, 1.0, law) < half < 1.0
 
 
-def test_names():
+def test_penalty_schemes_are_found_by_name():
     assert [law_of(law.value) for law in Law] == list(Law)
     with pytest.raises(InputError, match=r"no law 'lb2.0': lb1.0 and lb2.1"):
         law_of("lb2.0")

@@ -40,7 +40,7 @@ def director(monkeypatch) -> Director:
     return Director(EmptyStage(), (hazard,), 0)
 
 
-def test_who_waits_for_an_ego_that_stands_is_let_go(director):
+def test_armed_hazard_is_void_if_the_ego_stays_stationary(director):
     for _ in range(TICKS):
         director.step(WAITING)
     (outcome,) = director.outcomes
@@ -59,7 +59,7 @@ class Counting(Holding):
 
 
 @pytest.mark.parametrize(("kind", "times"), [(HazardKind.CUT_IN, 10), (HazardKind.HARD_BRAKE, 5)])
-def test_who_places_a_vehicle_while_armed_is_asked_at_every_tick(kind, times, monkeypatch):
+def test_hazard_placing_a_vehicle_is_stepped_every_tick(kind, times, monkeypatch):
     """SUMO drives a vehicle that is not placed at a tick, and may begin to change its lane."""
     monkeypatch.setattr(module, "load_script", lambda _: Counting)
     monkeypatch.setattr(Counting, "asked", 0)
@@ -70,7 +70,7 @@ def test_who_places_a_vehicle_while_armed_is_asked_at_every_tick(kind, times, mo
     assert Counting.asked == times
 
 
-def test_an_ego_that_goes_on_now_and_then_is_waited_for(director):
+def test_armed_hazard_waits_for_an_ego_that_moves_now_and_then(director):
     for tick in range(2 * TICKS):
         director.step(MOVING if tick % 1000 == 0 else WAITING)
     assert director.outcomes[0].phase is Phase.ARMED

@@ -8,7 +8,7 @@ from plant_bench.world.town import load_town
 
 
 @pytest.mark.parametrize("reach", [0.5, 5.0, 15.0])
-def test_clearance_is_that_of_the_nearest_lane_however_few_are_looked_at(reach, monkeypatch):
+def test_clearance_is_the_distance_to_the_nearest_lane(reach, monkeypatch):
     town = load_town("town01")
     roadway, rng = Roadway(town), np.random.default_rng(0)
     lanes = list(town.lanes.values())
@@ -29,6 +29,6 @@ def test_clearance_is_that_of_the_nearest_lane_however_few_are_looked_at(reach, 
             assert roadway.clearance(places).tobytes() == found.tobytes()
 
 
-def test_far_from_all_lanes_there_is_as_much_room_as_is_looked_at():
+def test_clearance_far_from_all_lanes_is_the_search_radius():
     roadway = Roadway(load_town("town01"))
     assert roadway.clearance(np.full((3, 2), 1e5)).tolist() == [NEAR] * 3

@@ -37,7 +37,7 @@ def streets(town: Town) -> set[tuple[float, ...]]:
     return {tuple(np.round(lane.points[[0, -1], :2]).ravel().tolist()) for lane in lanes}
 
 
-def test_its_towns_have_seeds_that_neither_benchmark_nor_training_uses(monkeypatch, tmp_path):
+def test_unseen_towns_use_seeds_of_their_own(monkeypatch, tmp_path):
     seeds = {town_spec(name).seed for name in UNSEEN}
     training = seeds_of_training_towns(monkeypatch, tmp_path)
     assert len(seeds) == 6
@@ -46,7 +46,7 @@ def test_its_towns_have_seeds_that_neither_benchmark_nor_training_uses(monkeypat
     assert seeds.isdisjoint(town_spec(name).seed for name in town_names())
 
 
-def test_nothing_is_collected_in_its_towns():
+def test_unseen_towns_are_not_used_for_training():
     towns = {route.town for route in load_suite("unseen")}
     assert towns == set(UNSEEN) == set(SUITES["unseen"].lengths)
     assert towns.isdisjoint(town.name for town in training_towns.training_towns())
@@ -55,7 +55,7 @@ def test_nothing_is_collected_in_its_towns():
 
 
 @pytest.mark.parametrize("name", UNSEEN)
-def test_a_town_has_the_character_of_the_benchmarks_and_other_streets(name):
+def test_unseen_town_has_the_same_character_and_other_streets(name):
     spec, base = town_spec(name), town_spec(UNSEEN[name].base)
     assert spec.model_copy(update={"name": base.name, "seed": base.seed}) == base
     mine, others = streets(load_town(name)), streets(load_town(base.name))

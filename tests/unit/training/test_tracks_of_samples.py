@@ -103,7 +103,7 @@ def told_while_driving(
     return told
 
 
-def test_samples_tell_of_others_what_the_planner_tells_while_it_drives(
+def test_motion_in_samples_equals_motion_while_driving(
     tmp_path: Path, route: Route, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (tmp_path / "routes").mkdir()

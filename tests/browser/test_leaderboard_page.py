@@ -20,7 +20,7 @@ DESKTOP, PHONE = (1280, 900), (390, 844)
 
 @pytest.fixture
 def board(tmp_path, write_run):
-    """A page of four planners, the last of them hostile, of another protocol, and of the paper."""
+    """A page with four planners (the last with a hostile name), another protocol and the paper."""
     planners = {"steady": 40, "careless": 1, "middling": 2, HOSTILE: 3}
     runs = [
         write_run(tmp_path / f"run{n}", name, worse=worse, routes=8, recorded=True, reason=name)
@@ -47,7 +47,7 @@ def foreign_checkpoint(run, path):
 
 @pytest.fixture
 def more_metrics(monkeypatch):
-    """A score and a measure more: their rows alone, the measure under another name."""
+    """Add a score and an episode metric by their rows alone."""
     seconds = measure_row(
         "jerk_p95", "least jerk", "m/s³", 2, LOWER, median, "Least jerk.", name="least_jerk"
     )
@@ -219,7 +219,7 @@ def test_theme_switch_changes_the_theme(board, open_page):
 
 
 def test_untrusted_names_are_rendered_as_text(board, open_page):
-    """Nothing of them runs (a dialog or an error would fail the test), all is shown."""
+    """All text is shown and none is executed: a dialog or an error would fail the test."""
     page = open_page(board)
     open_all(page)
     assert page.locator("img").count() == 0

@@ -30,7 +30,7 @@ class Ranks:
 
 
 def third_until_1_9(*_drive: object) -> ExpertView:
-    """The expert brakes for actor 3, as far as it is known."""
+    """The expert brakes for actor 3 until its responses are no longer known, at 1.9 s."""
     return ExpertView(np.arange(0, 40, 10), np.full(4, 3), "from 1.9 s on the ego differs.")
 
 

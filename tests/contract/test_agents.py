@@ -1,4 +1,4 @@
-"""Every registered planner keeps the contract, and breaking it is noticed."""
+"""Every registered planner satisfies the contract, and violations are detected."""
 
 import numpy as np
 import pytest
@@ -18,7 +18,7 @@ pytestmark = pytest.mark.sumo
 
 @pytest.fixture(scope="module")
 def episode() -> tuple[Route, list[Observation]]:
-    """A route and some ticks of driving straight on from its start."""
+    """A route and some ticks of driving straight ahead from its start."""
     route = load_suite("longest6")[6]
     observations = []
     sensors, place = Sensors(route, 1, frozenset(Input)), RouteProgress(route)

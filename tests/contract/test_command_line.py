@@ -1,4 +1,4 @@
-"""What the command line promises: its commands, exit codes and messages; run as a user runs it."""
+"""The command line as a user runs it: commands, exit codes and messages."""
 
 import os
 import subprocess
@@ -167,7 +167,7 @@ def test_rescore_and_compare_do_not_load_the_simulator():
     ],
 )
 def test_modules_do_not_import_heavy_libraries_at_start(module, late):
-    """Half a second of a run's start is at stake."""
+    """These imports would delay the start of a run by half a second."""
     code = f"import sys, plant_bench.{module}; sys.exit(', '.join({late!r} & sys.modules.keys()))"
 
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)

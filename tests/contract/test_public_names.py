@@ -1,4 +1,4 @@
-"""The names that users write in their own files: to take one away is a breaking change."""
+"""The public names of the package: removing one is a breaking change."""
 
 import re
 import subprocess

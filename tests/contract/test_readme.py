@@ -1,4 +1,4 @@
-"""The README's commands: that they are there, that CI runs them, and that they work."""
+"""The README's commands exist, work, and are the ones that CI runs."""
 
 import re
 import shlex

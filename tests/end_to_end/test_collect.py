@@ -1,4 +1,4 @@
-"""Collecting data through the command line, with SUMO: stopped, gone on with, described, broken."""
+"""Data collection by the command line, with SUMO: resumed, described, and with a broken file."""
 
 import json
 import os

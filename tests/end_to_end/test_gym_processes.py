@@ -39,7 +39,7 @@ def settings(**more: Any) -> dict[str, Any]:
 
 
 def actions() -> np.ndarray:
-    """Actions of two drivers."""
+    """Return the actions of two environments."""
     wheel = 0.05 * np.random.default_rng(2).standard_normal((STEPS, 2))
     return np.stack((np.full((STEPS, 2), 0.6), wheel), axis=2).astype(np.float32)
 

@@ -1,4 +1,4 @@
-"""Ctrl-C in the middle of a run, as a terminal sends it: to the command and all of its workers."""
+"""Ctrl-C during a run, sent as a terminal does: to the command and all of its workers."""
 
 import os
 import signal

@@ -1,4 +1,4 @@
-"""A new input is one row and one function: shown by adding one to a copy of the package.
+"""A new input needs one row and one function: this adds one to a copy of the package.
 
 The copy has nothing else changed. A planner that steers its speed by the new image then drives in
 worker processes, in a process of its own, on a Ray cluster and in the environment: all the same.
@@ -118,7 +118,7 @@ sys.exit(done.returncode)
 
 @pytest.fixture(scope="module")
 def copied(tmp_path_factory) -> Path:
-    """A folder with the package, an input more in it, and a planner that uses it."""
+    """A folder with the package, an additional input, and a planner that uses it."""
     folder = tmp_path_factory.mktemp("copied")
     ignored = shutil.ignore_patterns("__pycache__")
     shutil.copytree(ROOT / "plant_bench", folder / "plant_bench", ignore=ignored)

@@ -1,4 +1,4 @@
-"""A package that plant-bench has never heard of: it learns, is scored and verified."""
+"""An external package with an agent and a learner is trained, scored and verified."""
 
 import json
 import os
@@ -24,7 +24,7 @@ their-pixels = their_pixels.pixels:PixelLearner
 
 @pytest.fixture
 def installed(tmp_path: Path) -> Path:
-    """A folder in which a package is installed, with an agent and a learner on rasters."""
+    """A folder with an installed package that has an agent and a learner on rasters."""
     package = tmp_path / "site" / "their_pixels"
     package.mkdir(parents=True)
     (package / "__init__.py").write_text("")

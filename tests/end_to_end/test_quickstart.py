@@ -30,7 +30,7 @@ def cells(path: Path) -> list[dict[str, Any]]:
 
 
 def said(cell: dict[str, Any]) -> str:
-    """Return what a cell shows as text."""
+    """Return the text output of a cell."""
     parts = [output.get("text") or output["data"]["text/plain"] for output in cell["outputs"]]
     return "".join(line for part in parts for line in part)
 

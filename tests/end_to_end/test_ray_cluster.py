@@ -1,4 +1,4 @@
-"""A real Ray cluster of several nodes on this machine, one of which is lost in the middle."""
+"""A real Ray cluster of several nodes on this machine, one of which is lost during the run."""
 
 import json
 import os
@@ -32,7 +32,7 @@ pytestmark = [
 
 @contextmanager
 def several_nodes(count: int) -> Iterator[tuple[Any, list[Any]]]:
-    """Have a cluster whose head drives nothing, and so many nodes of one CPU.
+    """Start a cluster with a head node that runs no tasks and `count` nodes with one CPU.
 
     Yields:
         The cluster, and its nodes.
@@ -41,7 +41,7 @@ def several_nodes(count: int) -> Iterator[tuple[Any, list[Any]]]:
     settings = {
         "PYTHONPATH": os.pathsep.join(filter(None, paths)),
         "RAY_worker_niceness": "0",  # 15 by Ray's default, after all other work on this machine
-        "RAY_prestart_worker_first_driver": "0",  # nobody would use them
+        "RAY_prestart_worker_first_driver": "0",  # they would be unused
         "RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO": "0",
     }
     before = {name: os.environ.get(name) for name in settings}
@@ -70,7 +70,7 @@ def several_nodes(count: int) -> Iterator[tuple[Any, list[Any]]]:
 
 @pytest.fixture
 def request_of(tmp_path):
-    """Ask for short routes to be driven by the example agent, which no node has installed."""
+    """Request short routes driven by the example agent, which no node has installed."""
 
     def wanted(metres: list[int]) -> ScoreRequest:
         routes = [first_metres(length, f"first-{length}").to_payload() for length in metres]

@@ -1,4 +1,4 @@
-"""`plant-bench rfds` with SUMO: ordinary runs, related; the same command drives nothing again."""
+"""`plant-bench rfds` with SUMO: ordinary runs are compared, and a repeat drives nothing."""
 
 import json
 import os

@@ -1,4 +1,4 @@
-"""Array tasks that drive into one folder at once, as examples/slurm_array.sh starts them."""
+"""Array tasks that write into one folder concurrently, as examples/slurm_array.sh starts them."""
 
 import os
 import subprocess
@@ -18,7 +18,7 @@ WANTED = ["--agent", "cruise", "--routes", "3-4", "--repetitions", "1", "--densi
 
 @pytest.fixture
 def path_to_command(tmp_path) -> str:
-    """A search path on which `plant-bench` is this one."""
+    """A search path on which `plant-bench` is the one under test."""
     command = tmp_path / "bin" / "plant-bench"
     command.parent.mkdir()
     command.write_text(f'#!/bin/sh\nexec {sys.executable} -m plant_bench "$@"\n')

@@ -1,4 +1,4 @@
-"""`plant-bench why` and `export` as a user runs them, after a run of a planner that hits others."""
+"""`plant-bench why` and `export` as a user runs them, on a run with collisions."""
 
 import json
 import os

@@ -1,4 +1,4 @@
-"""Runs that are killed at random instants come to the same bytes as one that nobody disturbed."""
+"""Runs killed at random instants end with the same bytes as an undisturbed one."""
 
 import subprocess
 import sys

@@ -1,4 +1,4 @@
-"""Broken files: each loader gives the object or one line, for a few hundred mutations a format."""
+"""Broken files: each loader returns the object or refuses with one line, for mutated files."""
 
 import importlib
 import pickle
@@ -98,7 +98,7 @@ def test_fuzzer_detects_each_kind_of_failure(tmp_path: Path) -> None:
 
 
 class Trap:
-    """What a pickle would run."""
+    """A class whose unpickling has a side effect."""
 
     def __reduce__(self):
         return (Path.touch, (Path("sprung"),))

@@ -1,4 +1,4 @@
-"""Collisions: fires, just misses, fires once; and who ran into whom."""
+"""Collisions: counted, narrowly not counted, counted once, and which side caused them."""
 
 import dataclasses
 import math

@@ -1,4 +1,4 @@
-"""Completed, blocked, timed out, deviated: fires, just misses, fires once."""
+"""Termination: completed, blocked, timed out and deviated, at and just below each limit."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Records written by older versions load for ever, and mean what they meant."""
+"""Records written by older versions still load, with unchanged meaning."""
 
 from pathlib import Path
 

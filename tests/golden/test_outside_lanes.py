@@ -1,4 +1,4 @@
-"""Off all lanes, or on one against its direction: the share of the distance driven so."""
+"""Outside lanes: the share of the distance off all lanes or against the direction of one."""
 
 import math
 

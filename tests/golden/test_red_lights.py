@@ -1,4 +1,4 @@
-"""Red lights: the ego's rear crosses the stop line at x = 150 while it is red."""
+"""Red lights: the ego's rear crosses the stop line at x = 150 m while the light is red."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""A recording is scored again from its scenes alone, and comes to the same bytes."""
+"""A recording is rescored from its scenes alone and gives an identical record."""
 
 import dataclasses
 
@@ -34,7 +34,7 @@ def header(stage):
 
 @pytest.fixture
 def eventful(stage):
-    """A drive with an infraction of every kind that does not end it."""
+    """A drive with one infraction of every kind that does not end the episode."""
     stage.drive(40.0, others=[stage.other(40.123, 1.3, 0.3, 2.0, kind=ActorKind.PEDESTRIAN)])
     stage.drive(80.0, y=3.3, others=[stage.other(80.0, 3.1, id=2), stage.other(70.0, -3.0, id=3)])
     stage.drive(170.0, light=Light.RED)
@@ -42,7 +42,7 @@ def eventful(stage):
 
 
 def judged(stage, path, header, *, crash=None):
-    """Do as the runner does."""
+    """Judge and record the episode as the runner does."""
     referee = Referee(stage.town, stage.route)
     recorder = Recorder(path, header.model_dump(mode="json"))
     for scene in stage.scenes:

@@ -73,7 +73,7 @@ def test_referee_finds_the_same_overlaps(pose, others):
 
 @st.composite
 def lines(draw):
-    """A line that bends by less than 40 degrees a point, as roads do."""
+    """A line that turns by less than 40 degrees at each point, as roads do."""
     turns = draw(st.lists(st.floats(-0.7, 0.7), min_size=1, max_size=30))
     heading = np.cumsum(turns)
     return np.cumsum(np.stack((np.cos(heading), np.sin(heading)), axis=1), axis=0)

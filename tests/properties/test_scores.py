@@ -89,7 +89,7 @@ def test_infraction_free_driving_never_lowers_the_normalised_score(drawn, share,
 
 @given(results(), st.integers(2, 5), st.sampled_from(Law))
 def test_equal_rates_give_equal_normalised_infraction_scores(result, times, law):
-    """Who drives so many times as far, with so many times the infractions, is as good a driver."""
+    """A multiple of the distance with the same multiple of infractions has the same score."""
     near = with_one_fault(result)
     assume(near.completion * near.route_length > 1.0)
     events = [item for item in near.infractions if item.share is None]

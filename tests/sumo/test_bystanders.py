@@ -1,4 +1,4 @@
-"""Pedestrians and parked cars in the towns: fair, continuous and the same for a seed."""
+"""Pedestrians and parked cars in the towns: fair, continuous and repeatable."""
 
 from dataclasses import replace
 from itertools import pairwise
@@ -30,7 +30,7 @@ def on_foot(scene: Scene) -> Actors:
 
 
 def drive(scenario: Scenario, ticks: int, stand_at: float = np.inf) -> list[Scene]:
-    """Drive as the expert does, and stand from an arc length of the route on."""
+    """Drive as the expert does, and stand still from an arc length of the route on."""
     driver = load_agent("expert")
     driver.reset(scenario.route)
     with Simulation(scenario) as simulation:

@@ -1,4 +1,4 @@
-"""What is compiled gives what Python gives, on what planners meet on the road."""
+"""Compiled functions give the results of plain Python on inputs from real episodes."""
 
 import importlib
 import pkgutil
@@ -32,9 +32,9 @@ def modules() -> Iterator[ModuleType]:
 
 
 class Held:
-    """Calls what is compiled, and now and then Python's own, too; mutable.
+    """Calls the compiled function and, for some calls, the Python original too; mutable.
 
-    An error in a planner ends its episode: so what differs is kept.
+    An error in a planner ends its episode, so differences are collected instead of raised.
     """
 
     def __init__(self, function: Dispatcher) -> None:

@@ -1,4 +1,4 @@
-"""One whole episode with hazards: what its recording holds, and what can be made of it again."""
+"""One complete episode with hazards: its recording, and the record recomputed from it."""
 
 from dataclasses import replace
 from itertools import pairwise
@@ -25,7 +25,7 @@ pytestmark = pytest.mark.sumo
 
 
 class Driven(NamedTuple):
-    """A record, and what was recorded."""
+    """A record and its recording."""
 
     route: Route
     result: EpisodeResult
@@ -53,7 +53,7 @@ def test_recording_holds_a_reason_for_each_decision(driven: Driven) -> None:
     reasons = driven.recording.reasons
     decisions = [tick for tick, reason in enumerate(reasons) if reason is not None]
     assert decisions[0] == 0
-    assert decisions[-1] < len(reasons) - 1  # nobody is asked at the last scene
+    assert decisions[-1] < len(reasons) - 1  # no decision at the last scene
     gaps = {tick: onward - tick for tick, onward in pairwise(decisions)}
     assert set(gaps.values()) == {INTERVAL, RESTING_INTERVAL}
     resting = [tick for tick, gap in gaps.items() if gap == RESTING_INTERVAL]

@@ -1,6 +1,6 @@
-"""The Gymnasium environment: the contract, the same scores, the same episode again, one at a time.
+"""The Gymnasium environment: contract, equal scores, repeatability, one episode at a time.
 
-What runs in several processes is in tests/end_to_end/test_gym_processes.py.
+Tests with several processes are in tests/end_to_end/test_gym_processes.py.
 """
 
 import json
@@ -138,7 +138,7 @@ def test_environment_episode_scores_like_the_score_command(
 
 
 def drive(env: PlantBenchEnv, steps: int, **how: Any) -> list[Any]:
-    """What an environment answers to the same actions."""
+    """Return the observations and rewards of an environment for fixed actions."""
     answers: list[Any] = [env.reset(**how)]
     actions = np.random.default_rng(1)
     for _ in range(steps):

@@ -1,4 +1,4 @@
-"""Hazards of junctions and merges: they meet who is blind, and spare who knows them."""
+"""Junction and merge hazards: they hit a blind driver and never the oracle."""
 
 import numpy as np
 import pytest

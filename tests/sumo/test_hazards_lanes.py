@@ -1,4 +1,4 @@
-"""Lane events, crossings and control loss: fair to who looks, and felt by who does not."""
+"""Lane events, crossings and control loss: avoidable for the expert, not for a blind driver."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -23,7 +23,7 @@ PLACES = {  # kind: route, place, metres before it at which it is armed
 
 
 class Drive(NamedTuple):
-    """What became of one hazard, and of the ego."""
+    """The outcome of one hazard, and of the ego."""
 
     outcome: HazardOutcome
     collisions: int
@@ -35,7 +35,7 @@ def route(name: str) -> Route:
 
 
 def drive(name: str, agent: str, hazard: Hazard, seed: int, beyond: float = 60.0) -> Drive:
-    """Drive until a little beyond a route's only hazard, without other traffic."""
+    """Drive until shortly past a route's only hazard, without other traffic."""
     scenario = Scenario(replace(route(name), hazards=(hazard,)), seed, "empty", hazards=True)
     offset = 0.0
     with Simulation(scenario) as simulation:

@@ -32,7 +32,7 @@ pytestmark = pytest.mark.sumo
 
 @pytest.fixture(autouse=True)
 def _fewer_drafts(monkeypatch):
-    """Choose routes among few: what they are is not what is tested."""
+    """Draft few routes: which ones are found is not tested here."""
     monkeypatch.setattr(suite_making, "DRAWS", 80)
 
 
@@ -53,7 +53,7 @@ def netconvert(folder, *options):
 
 
 def grid_net(folder, extra_nodes="", extra_edges="", *options):
-    """A network of three by three junctions, two lanes each way, with further nodes and edges."""
+    """A network of 3 x 3 junctions, two lanes each way, with additional nodes and edges."""
     places = [(i, j) for i in range(3) for j in range(3)]
     nodes = [f'<node id="n{i}{j}" x="{i * 130}" y="{j * 130}" type="priority"/>' for i, j in places]
     edges = []

@@ -1,4 +1,4 @@
-"""Whole runs with planners in processes of their own: the hostile among the good, and C++."""
+"""Complete runs with isolated planners: misbehaving ones among others, and one in C++."""
 
 import json
 import os

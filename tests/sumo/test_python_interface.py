@@ -43,7 +43,7 @@ def driven(run: pb.Run) -> list[dict[str, Any]]:
 
 
 def local_planner(acceleration: float) -> type:
-    """Return a class as a notebook has it: no other process can import it."""
+    """Return a class as defined in a notebook: no other process can import it."""
 
     class Local:
         inputs = frozenset({pb.Input.ROUTE})

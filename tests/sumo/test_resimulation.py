@@ -1,4 +1,4 @@
-"""A recorded episode once more: equal scenes, and the answers that `collect --driver` gets."""
+"""A recorded episode simulated again: equal scenes, and the responses of `collect --driver`."""
 
 import math
 from collections.abc import Callable
@@ -55,7 +55,7 @@ def test_resimulation_reproduces_every_scene_exactly(
 
 
 def changed_at(recording: Recording, tick: int, folder: Path) -> Recording:
-    """A recording with another control at one tick."""
+    """Return a recording with a changed control at one tick."""
     recorder = Recorder(folder / "changed.parquet", recording.metadata)
     for row, (scene, action) in enumerate(zip(recording, recording.actions, strict=True)):
         recorder.add(scene, replace(action, acceleration=-1.0) if row == tick else action)  # pyright: ignore
@@ -88,7 +88,7 @@ def test_expert_responds_as_it_does_during_collection(
     looked = look_back(recording, result, route, [Window(0, last, last)])
 
     same = np.all(told.egos[: last + 1] == recording.egos[: len(told)], axis=1)
-    assert same.all()  # nobody was relieved
+    assert same.all()  # the expert did not take over
     answers = {row: action for row, action in enumerate(told.actions) if action is not None}
     asked = {
         tick: moment.expert

@@ -1,4 +1,4 @@
-"""The world in motion: repeatable, reacting to the ego, and never conjuring in its sight."""
+"""The simulated world: repeatable, reacting to the ego, and no actor appears in its sight."""
 
 import hashlib
 import multiprocessing
@@ -77,7 +77,7 @@ def test_same_scenario_is_bit_identical_across_processes_and_order(tmp_path: Pat
 
 
 def away(scene: Scene) -> np.ndarray:
-    """Metres from the ego to each actor; between fronts to vehicles, as SUMO tells their sight."""
+    """Return the distance from the ego to each actor; to vehicles between fronts, as SUMO does."""
     actors, ego = scene.actors, scene.ego
     yaws = np.append(actors.poses[:, 2], ego.yaw)
     halves = 0.5 * np.append(actors.extents[:, 0], EGO_LENGTH)[:, None]
@@ -184,7 +184,7 @@ def test_privileged_paths_start_at_the_actors_and_are_followed() -> None:
 
 
 def test_actors_on_another_level_are_out_of_sight() -> None:
-    """Town04's highway crosses over itself: nobody is hit through the bridge."""
+    """Town04's highway crosses itself: there are no collisions through the bridge."""
     town = load_town("town04")
     crossing = next(
         item

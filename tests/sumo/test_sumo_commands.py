@@ -1,4 +1,4 @@
-"""What vehicles are told that a script places, and those around them."""
+"""Commands to vehicles that a hazard script places, and to those around them."""
 
 import math
 
@@ -15,7 +15,7 @@ EDGES = ("inner_on_s_end", "inner_off_w_begin")  # a motorway of three lanes
 
 @pytest.mark.parametrize("keep", [True, False])
 def test_only_a_vehicle_told_to_keep_its_lane_stays_centred(keep):
-    """SUMO dies of a vehicle that is placed while it changes lanes."""
+    """SUMO crashes if a vehicle is placed while it changes lanes."""
     with Sumo(networks_dir() / "town04" / "town.net.xml", 1) as sumo:
         sumo.add_vehicle(1, CAR.name, EDGES, 1, 50.0, 10.0)
         if keep:
@@ -28,7 +28,7 @@ def test_only_a_vehicle_told_to_keep_its_lane_stays_centred(keep):
 
 
 def test_sumo_lane_order_is_stale_until_a_placed_vehicle_is_reseated():
-    """Should SUMO sort its lanes one day, the first assertion fails: `reseat` can go then."""
+    """If the first assertion fails, SUMO sorts its lanes itself and `reseat` can be removed."""
     with Sumo(networks_dir() / "town04" / "town.net.xml", 1) as sumo:
         commands = sumo.commands
         sumo.add_vehicle(1, CAR.name, EDGES, 1, 50.0, 10.0)

@@ -1,4 +1,4 @@
-"""Every kind of hazard can be survived by a driver who knows it, at the posted speed."""
+"""Every kind of hazard can be survived by an oracle at the posted speed."""
 
 import random
 from collections import Counter
@@ -13,9 +13,9 @@ from tests.sumo import oracle
 pytestmark = pytest.mark.sumo
 
 FEW, MANY = 2, 100  # drives of a kind
-LEAST_HIT = 0.6  # of the committed hazards that a driver who sees nobody runs into
+LEAST_HIT = 0.6  # share of committed hazards that hit a blind driver
 NO_ACTORS = (HazardKind.CONTROL_LOSS,)
-MOST_ASIDE = 1.2  # m from the route that a control loss may carry a driver who steers
+MOST_ASIDE = 1.2  # m from the route, the most that a control loss may displace a steering driver
 ROUTES = load_suite("longest6")
 
 every_kind = pytest.mark.parametrize("kind", list(HAZARDS), ids=[kind.value for kind in HAZARDS])

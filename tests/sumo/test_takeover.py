@@ -1,4 +1,4 @@
-"""Collecting while another planner drives: what is kept is the expert's, mistakes are kept too."""
+"""Collection while another planner drives (DAgger): the expert's responses are the targets."""
 
 import math
 from collections.abc import Callable
@@ -49,7 +49,7 @@ def job_on(route: Route) -> Job:
 
 
 class Watched(Takeover):
-    """Keeps what was asked for and what was executed."""
+    """Records the requested and the executed controls."""
 
     def __init__(self, driver: str, route: Route) -> None:
         super().__init__(driver, route, 0)
@@ -71,7 +71,7 @@ def test_data_holds_expert_responses_and_marks_other_controls(
     recording = Recording.load(file)
     asked = [control for control, _ in wheel.ticks]
     done = [control for _, control in wheel.ticks]
-    assert len(recording) == len(wheel.ticks) + 1  # nobody is asked at the last scene
+    assert len(recording) == len(wheel.ticks) + 1  # no decision at the last scene
     answers = {row: action for row, action in enumerate(recording.actions) if action is not None}
     assert answers
     assert all(recording.reasons[row] is not None for row in answers)

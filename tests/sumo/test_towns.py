@@ -1,4 +1,4 @@
-"""The towns: as their specs say, sound, and made again byte for byte."""
+"""The towns: as specified, sound, and reproducible byte for byte."""
 
 import json
 from itertools import pairwise

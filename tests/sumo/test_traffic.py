@@ -1,4 +1,4 @@
-"""The mixed traffic in motion: each town's own mix, in its place, and nobody through another."""
+"""Mixed traffic: each town's own mix, on suitable roads, without overlaps."""
 
 import math
 from collections import Counter
@@ -24,7 +24,7 @@ Look = list[tuple[VehicleType, VehicleState]]
 
 @cache
 def watch(town: Town, seed: int, ticks: int = 300) -> list[Look]:
-    """All vehicles around an ego that stands at the start of a route, every 3 s."""
+    """Return the vehicles around an ego that stands at the start of a route, every 3 s."""
     routes = [route for route in load_suite("longest6") if route.town == town.name]
     route, looks = routes[seed], []
     x, y = route.points[0].tolist()

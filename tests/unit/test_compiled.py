@@ -1,4 +1,4 @@
-"""What is kept on the disk as machine code depends on its own file alone."""
+"""Cached machine code depends on its own source file alone."""
 
 import ast
 import importlib.util
@@ -31,7 +31,7 @@ def names_in(node: ast.AST) -> set[str]:
 
 
 def foreign_names(source: str) -> set[str]:
-    """Names from other files of ours, and what is made of them, in compiled functions' bodies."""
+    """Return names from other modules, or derived from them, used in compiled functions."""
     tree = ast.parse(source)
     ours: set[str] = set()
     for line in tree.body:
@@ -56,7 +56,7 @@ def test_names_from_other_modules_are_found() -> None:
 
 
 def test_compiled_functions_use_no_names_from_other_modules() -> None:
-    """Numba would not notice when it changes, and go on with what it has compiled."""
+    """Numba would not detect a change there and would use stale code."""
     files = [path for path in PACKAGE.rglob("*.py") if "@compiled" in path.read_text("utf-8")]
     assert len(files) > 5
     found = {

@@ -1,4 +1,4 @@
-"""Towns are found in the package, beside a suite, and where PLANT_BENCH_TOWNS says."""
+"""Towns are found in the package, beside a suite, and in PLANT_BENCH_TOWNS."""
 
 import json
 import os

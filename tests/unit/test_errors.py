@@ -1,4 +1,4 @@
-"""What errors of others become in a message."""
+"""Errors of other libraries in messages."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Text and JSON of strangers: refused in a way that callers catch, never endless."""
+"""Untrusted text and JSON: refused with an error that callers catch, never endless."""
 
 import os
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Files that appear whole or not at all: the order of what is done, and what a fault leaves."""
+"""Atomic file writes: the order of operations, and what remains after a failure."""
 
 import os
 from pathlib import Path
@@ -10,7 +10,7 @@ from plant_bench.whole_files import move_whole, write_whole, write_whole_text
 
 @pytest.fixture
 def said(monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """What is done to the disk, in order."""
+    """The operations on the disk, in order."""
     found: list[str] = []
     sync, replace = os.fsync, Path.replace
 

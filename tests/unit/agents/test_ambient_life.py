@@ -1,4 +1,4 @@
-"""How both careful drivers meet people, parked cars, riders and buses, on a straight road.
+"""Both careful drivers among pedestrians, parked cars, cyclists and buses on a straight road.
 
 The road is y = 0, the ego's lane 3.2 m wide, the kerb 1.6 m to the right of it.
 """
@@ -47,7 +47,7 @@ def route(*passages: Passage) -> Route:
 
 
 def street(*rows: Row) -> Actors:
-    """Kind, x, y, yaw, speed of each."""
+    """Return actors of the given kind, x, y, yaw and speed."""
     return Actors(
         np.arange(len(rows)),
         np.array([row[1:4] for row in rows], np.float32).reshape(-1, 3),
@@ -58,7 +58,7 @@ def street(*rows: Row) -> Actors:
 
 
 def facts(actors: Actors) -> Privileged:
-    """All go straight on; who stands is to stand."""
+    """Return facts: all actors go straight ahead, stationary ones stay."""
     yaw = actors.poses[:, 2].astype(float)[:, None]
     x = actors.poses[:, 0, None] + np.arange(121.0) * np.cos(yaw)
     y = actors.poses[:, 1, None] + np.arange(121.0) * np.sin(yaw)
@@ -84,7 +84,7 @@ def observe(actors: Actors, ego: EgoState) -> Observation:
 def drive(
     driver: CarefulDriver, actors: Actors, seconds: float, speed: float = LIMIT, wobble: float = 0.0
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Drive on among actors at constant velocity; return the ego's places and accelerations."""
+    """Drive among actors at constant velocity; return the ego's positions and accelerations."""
     driver.reset(route())
     place, places, pulls = 20.0, [], []
     control = Control(0.0, 0.0)

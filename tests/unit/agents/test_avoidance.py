@@ -1,4 +1,4 @@
-"""How the careful driver enters, crosses and merges: rules about time lost and who reacts."""
+"""How the careful driver enters, crosses and merges."""
 
 import math
 from dataclasses import replace
@@ -24,7 +24,7 @@ def straight_ahead(limits: np.ndarray | None = None) -> RouteAhead:
 
 
 def car(x: float, y: float, yaw: float, speed: float) -> tuple[Actors, Forecast]:
-    """One car that goes straight on at its speed, and its forecast."""
+    """Return one car that drives straight ahead at its speed, and its forecast."""
     actors = Actors(
         np.array([1]),
         np.array([[x, y, yaw]], dtype=np.float32),
@@ -45,7 +45,7 @@ def car(x: float, y: float, yaw: float, speed: float) -> tuple[Actors, Forecast]
 
 
 def chosen(speed: float, pulls: list[float], forecast: Forecast) -> float:
-    """Return which of some accelerations is chosen on a straight road."""
+    """Return which of the given accelerations is chosen on a straight road."""
     choices = np.array(pulls)
     poses = ego_poses(straight_ahead(), rollout(speed, choices, LIMIT))
     return float(choices[clearest(poses, forecast, 0.0)])
@@ -60,7 +60,7 @@ def test_slower_profile_respects_the_limits_ahead() -> None:
 
 
 def test_slower_profile_is_finite_past_the_first_route_point() -> None:
-    """The ego may be a little more than a metre beyond the first point: points lie unevenly."""
+    """The ego may be more than 1 m past the first point, as points are spaced unevenly."""
     travel = rollout(0.0, np.array([2.5]), LIMIT)[0]
     slow = at_slower_pace(travel, 0.0, replace(straight_ahead(), past=1.3), math.inf, 0.0)
     assert np.isfinite(slow).all()
@@ -87,7 +87,7 @@ def test_hardest_braking_is_chosen_within_the_margins() -> None:
 
 
 def test_ego_clears_a_crossing_path_if_it_can() -> None:
-    """To stop is to be hit, and to brake is to stay."""
+    """Stopping would mean being hit, and braking would mean staying in the path."""
     _, crossing = car(1.0, -30.0, math.pi / 2, 8.0)
     assert chosen(1.0, [2.5, -2.0, -8.0], crossing) == 2.5
     _, nearer = car(9.0, -14.0, math.pi / 2, 8.0)

@@ -1,4 +1,4 @@
-"""What the careful driver answers to single situations, made by hand on a straight road."""
+"""The careful driver in single hand-made situations on a straight road."""
 
 import math
 
@@ -47,7 +47,7 @@ def straight_route(*passages: Passage) -> Route:
 
 
 def cars(*rows: tuple[float, float, float, float]) -> Actors:
-    """x, y, yaw, speed of each."""
+    """Return cars with the given x, y, yaw and speed."""
     table = np.array(rows, dtype=np.float32).reshape(-1, 4)
     count = len(table)
     return Actors(
@@ -60,7 +60,7 @@ def cars(*rows: tuple[float, float, float, float]) -> Actors:
 
 
 def facts(actors: Actors, *, stop: float = math.inf, acceleration: float = 0.0) -> Privileged:
-    """All go straight on."""
+    """Return facts: all actors go straight ahead."""
     along = np.arange(121.0)
     yaw = actors.poses[:, 2].astype(float)
     x = actors.poses[:, 0, None] + along * np.cos(yaw)[:, None]
@@ -214,7 +214,7 @@ def test_act_returns_a_control() -> None:
 
 
 def test_ego_does_not_race_an_actor_that_comes_too_close() -> None:
-    """Within the margins of a moving car every choice is in conflict: then brake, never go."""
+    """Within the margins of a moving car every choice is in conflict: the driver must brake."""
     beside = cars((22.0, -3.5, math.pi / 2, 2.5))
     assert pull(observe(beside, speed=0.5)) <= -1.0
 
@@ -273,7 +273,7 @@ def test_ego_waits_for_crossing_traffic_at_the_stop_line() -> None:
 
 
 def test_passing_before_another_vehicle_needs_a_time_margin() -> None:
-    """At full pace the ego is past before the other comes, at a slower one it is not."""
+    """At full acceleration the ego passes before the other vehicle, with less it does not."""
     early, late = cars((40.0, -26.0, math.pi / 2, 8.0)), cars((40.0, -40.0, math.pi / 2, 8.0))
     assert pull(observe(early)) < -0.5
     assert pull(observe(late)) == pytest.approx(0.0, abs=0.01)

@@ -1,4 +1,4 @@
-"""A planner that is shown only who ranks highest."""
+"""A planner that is shown only the highest-ranked actors."""
 
 from dataclasses import replace
 
@@ -25,7 +25,7 @@ PLACES = ((30.0, 0.0), (5.0, 5.0), (-2.0, 0.0))
 
 
 class Listener:
-    """Remembers what it is shown."""
+    """Records its observations."""
 
     inputs = frozenset({Input.OBJECTS, Input.LIGHT, Input.PRIVILEGED})
     interval = 3

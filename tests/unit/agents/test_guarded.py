@@ -1,4 +1,4 @@
-"""A guard brakes where it must, and does nothing else."""
+"""The rule-based safety layer brakes where it must, and does nothing else."""
 
 from dataclasses import replace
 
@@ -15,7 +15,7 @@ GO_ON = Plan(np.stack((np.arange(1, 5) * 0.5 * SPEED, np.zeros(4)), axis=1))
 
 
 class Fixed:
-    """Always answers the same."""
+    """Always returns the same action."""
 
     inputs = frozenset({Input.ROUTE})
     interval = 3
@@ -33,7 +33,7 @@ class Fixed:
 
 
 def observe(*ahead: float, speed: float = SPEED) -> Observation:
-    """A straight road with a standing car at each of some distances ahead."""
+    """A straight road with a stationary car at each given distance ahead."""
     count = len(ahead)
     actors = Actors(
         np.arange(count),
@@ -114,7 +114,7 @@ def test_guarded_planner_receives_only_its_declared_inputs(route: Route) -> None
 
 
 def test_safety_layer_predicts_a_car_that_pulls_out(route: Route) -> None:
-    """A car that has just begun to cross will be in the way, though at its speed it is not yet."""
+    """A car that has just started to cross is predicted by its acceleration, not by its speed."""
     agent = guarded(GO_ON, route)
     before, now = observe(20.0), replace(observe(20.0), time=0.5)
     for observation, speed in ((before, 0.2), (now, 1.7)):
@@ -141,12 +141,12 @@ def test_safety_layer_prevents_acceleration_into_a_conflict(route: Route) -> Non
     action = guarded(Control(2.0, 0.0), route).act(scene)
     assert isinstance(action, Control)
     assert action.acceleration < 1.0
-    keep = Control(0.0, 0.0)  # behind whom it passes at its present speed
+    keep = Control(0.0, 0.0)  # it passes behind the car at its current speed
     assert guarded(keep, route).act(scene) is keep
 
 
 def test_safety_layer_checks_less_often_on_a_free_road(route: Route) -> None:
-    """Half the cost on a free road; what appears is seen a fifth of a second later at the most."""
+    """This halves the cost on a free road; a new actor is seen at most 0.2 s later."""
     agent = guarded(Control(0.0, 0.0), route)
     agent.act(observe())
     sudden = [replace(observe(12.0), time=time) for time in (0.1, 0.2)]

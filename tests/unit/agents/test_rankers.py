@@ -36,7 +36,7 @@ def straight_route() -> Route:
 
 
 def scene(*places: tuple[int, float, float]) -> Observation:
-    """At 8 m/s on a straight road among who stands: id, x and y of each."""
+    """Return an observation at 8 m/s among stationary actors of the given id, x and y."""
     count = len(places)
     poses = np.array([(x, y, 0.0) for _, x, y in places], np.float32).reshape(-1, 3)
     ids = np.array([name for name, _, _ in places], np.int64)

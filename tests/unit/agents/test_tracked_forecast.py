@@ -1,4 +1,4 @@
-"""Forecasts from half a second of watching."""
+"""Forecasts from half a second of observed motion."""
 
 import math
 
@@ -26,7 +26,7 @@ def seen(time: float, speed: float, yaw: float = 0.0, kind: int = CAR) -> Observ
 
 
 def forecast_after(*observations: Observation) -> Forecast:
-    """Return the forecast of whom one has watched."""
+    """Return the forecast after the given observations."""
     forecast = TrackedForecast()
     for observation in observations:
         forecast.watch(observation)

@@ -19,7 +19,7 @@ def test_unreachable_cluster_leaves_no_run_folder(tmp_path):
 
 
 def test_workers_start_while_the_request_is_checked(tmp_path, monkeypatch):
-    """A mistyped request ends them again."""
+    """An invalid request ends them."""
     standing_by = []
 
     def open_run(*_, **__):

@@ -1,4 +1,4 @@
-"""Fingerprints: equal for equal code in every process, others for all that changes the driving."""
+"""Fingerprints: equal for equal code in every process, different for any change in driving."""
 
 import json
 import os
@@ -71,7 +71,7 @@ SAME = [
 
 
 def run(cells: str) -> dict[str, Any]:
-    """Run code as a notebook does, in the module `__main__` of no file."""
+    """Run code as a notebook does, in a module `__main__` without a file."""
     names: dict[str, Any] = {"__name__": "__main__"}
     exec(cells, names)  # noqa: S102
     return names

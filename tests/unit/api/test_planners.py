@@ -26,7 +26,7 @@ class Mine:
 
 
 class Steady:
-    """Of a module that only this process finds, as pytest has loaded it."""
+    """A planner of a module that only this process can import, as loaded by pytest."""
 
     inputs = frozenset({Input.ROUTE})
 

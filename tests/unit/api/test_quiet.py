@@ -1,4 +1,4 @@
-"""What a notebook calls says nothing by itself and ends no process: commands do both."""
+"""API functions neither print nor exit; only commands do."""
 
 import ast
 from pathlib import Path

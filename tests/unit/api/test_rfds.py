@@ -1,4 +1,4 @@
-"""What `plant-bench rfds` is asked for."""
+"""Requests of `plant-bench rfds`."""
 
 from plant_bench.agents.loading.checksum import agent_checksum
 from plant_bench.api.rfds import RelevanceRequest

@@ -1,4 +1,4 @@
-"""A run as `load_run` gives it, against what the command line says of the same folder."""
+"""A run from `load_run`, compared with the command line's output for the same folder."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Recordings read by others than us: what docs/learning.md promises."""
+"""Recordings read by other libraries, as docs/learning.md documents."""
 
 import json
 from pathlib import Path
@@ -18,7 +18,7 @@ POSES = np.array([[10.0, 1.5, 0.0], [20.0, -2.0, 3.0]], np.float32)
 
 @pytest.fixture
 def file(tmp_path: Path) -> Path:
-    """Three frames of two actors; an answer at every second tick, disturbed from tick 10 on."""
+    """Three frames of two actors, a response at every second tick, perturbed from tick 10 on."""
     actors = Actors(
         np.array([4, 500_002]),
         POSES,

@@ -1,4 +1,4 @@
-"""What a Parquet file says of itself, also where arrow would end the process over it."""
+"""Parquet footers, including those that make arrow abort the process."""
 
 import random
 

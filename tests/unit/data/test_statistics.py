@@ -1,4 +1,4 @@
-"""A tiny made-up folder of data, counted by hand."""
+"""Statistics of a small hand-made data folder, counted by hand."""
 
 import json
 
@@ -42,7 +42,7 @@ HAZARDS = [{"kind": "cut_in", "phase": "done"}, {"kind": "crossing", "phase": "v
 
 
 def record(path, route, *, speed, **told):
-    """21 ticks, 3 frames: two actors near the ego, one out of reach; disturbed from tick 10 on."""
+    """21 ticks, 3 frames: two actors near the ego, one out of reach; perturbed from tick 10 on."""
     about = {"route": route, "town": "town01", "hazards": HAZARDS} | told
     recorder = Recorder(path, about, every=10)
     for tick in range(21):

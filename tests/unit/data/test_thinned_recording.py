@@ -1,4 +1,4 @@
-"""Recordings as `plant-bench collect` writes them: actors at every 10th tick alone."""
+"""Recordings as `plant-bench collect` writes them: actors only at every 10th tick."""
 
 import numpy as np
 import pandas as pd

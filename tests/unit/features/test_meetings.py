@@ -1,4 +1,4 @@
-"""Where and when others get into the way, by hand: the ego drives east along the x axis."""
+"""Predicted conflicts in hand-made scenes: the ego drives east along the x axis."""
 
 import math
 
@@ -25,7 +25,7 @@ def route(metres: int = 100) -> RouteAhead:
 def met(
     x: float, y: float, yaw: float, speed: float, pull: float = 0.0, turn: float = 0.0
 ) -> list[float]:
-    """Return the meeting with one car of 4.5 m by 1.8 m that speeds up and turns so."""
+    """Return the predicted conflict with a car of the given acceleration and turn rate."""
     actors = Actors(
         np.array([7], np.int64),
         np.array([[x, y, yaw]], np.float32),

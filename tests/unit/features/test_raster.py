@@ -38,7 +38,7 @@ def seen(
     light: NextLight | None = None,
     time: float = 0.0,
 ) -> Observation:
-    """What an ego at (100, 0) sees that heads east on its route."""
+    """The observation of an ego at (100, 0) that heads east on its route."""
     ahead = np.arange(61.0)
     points = np.stack((100.0 + ahead, np.zeros(61)), axis=1)
     actors = Actors(

@@ -1,4 +1,4 @@
-"""Objects as tokens: who is told, in what order, in which frame."""
+"""Objects as tokens: which actors, in what order, in which frame."""
 
 import math
 from dataclasses import replace

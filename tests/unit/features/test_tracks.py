@@ -1,4 +1,4 @@
-"""What changes between two observations, and what a planner remembers of the first."""
+"""Rates of change between two observations, and the memory of the first."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Actions as numbers: scaled to the vehicle's limits, and nothing else gets through."""
+"""Actions as arrays: scaled to the vehicle's limits; anything else is refused."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Rewards: what each term is made of."""
+"""Rewards and their terms."""
 
 import math
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Checkpoint files of other worlds: right figures from good ones, one clear error from bad ones."""
+"""Checkpoint files of CARLA: correct figures from valid ones, one error from broken ones."""
 
 from pathlib import Path
 from typing import Any

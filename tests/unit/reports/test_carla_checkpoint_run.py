@@ -1,4 +1,4 @@
-"""A run folder's checkpoint: which episodes it should have, and what is not finished."""
+"""The checkpoint of a run folder: expected and unfinished episodes."""
 
 from pathlib import Path
 

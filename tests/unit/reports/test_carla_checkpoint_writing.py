@@ -1,4 +1,4 @@
-"""A run as checkpoint JSON: the field's parsing rules read it, and nothing is lost on the way."""
+"""A run as checkpoint JSON: CARLA's parsers read it, and the round trip loses nothing."""
 
 import json
 import re
@@ -35,7 +35,7 @@ RESULTS = [
 
 
 def parsed(document: dict[str, Any]) -> dict[str, float]:
-    """Rates as PlanT's and TransFuser's parsers find them: all counts over all kilometres."""
+    """Return the rates that PlanT's and TransFuser's parsers find: total counts per total km."""
     done, total = document["_checkpoint"]["progress"]
     assert done == total == len(document["_checkpoint"]["records"])
     km, counts = 0.0, dict.fromkeys(document["_checkpoint"]["global_record"]["infractions"], 0.0)

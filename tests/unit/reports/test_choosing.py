@@ -1,4 +1,4 @@
-"""Which episodes are meant, and what is said where there are none."""
+"""The choice of episodes, and the messages if there are none."""
 
 from pathlib import Path
 

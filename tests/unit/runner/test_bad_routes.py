@@ -1,4 +1,4 @@
-"""Routes that cannot be driven are refused before anything runs."""
+"""Undrivable routes are refused before anything runs."""
 
 import json
 

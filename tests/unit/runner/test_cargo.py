@@ -38,7 +38,7 @@ class Mine:
 
 @pytest.fixture
 def mine(tmp_path, monkeypatch):
-    """A planner in two modules and a file of weights, in a folder of its own."""
+    """A planner of two modules and a weights file in its own folder."""
     folder = tmp_path / "mine"
     folder.mkdir()
     (folder / "mine.py").write_text(AGENT)

@@ -14,7 +14,7 @@ from plant_bench.runner.run.lock import Holder, Shard, claimed
 
 @pytest.fixture
 def held(tmp_path):
-    """Put somebody else's claim into the folder."""
+    """Write the lock of another process into the folder."""
 
     def hold(**facts) -> Path:
         usual = Holder("whole", "v", "elsewhere", 7, 1, "2026-01-01 10:00:00", "t")

@@ -1,4 +1,4 @@
-"""Collecting until there is enough, with episodes that are only pretended."""
+"""Collection until the requested number of frames, with simulated episode results."""
 
 import json
 import random

@@ -1,4 +1,4 @@
-"""Asking a planner: when it decides, what it ranks, what it remembers, and what it raises."""
+"""Querying a planner: when it decides, its ranks, its memory and its errors."""
 
 from typing import Any
 
@@ -41,7 +41,7 @@ def ranking(session: PlannerSession) -> tuple[int, ...] | None:
 
 
 class Counts:
-    """Brakes the harder the more are in sight; remembers how often it was asked."""
+    """Brakes harder the more actors are in sight; counts its calls."""
 
     inputs = frozenset({Input.OBJECTS})
     interval = 4
@@ -62,7 +62,7 @@ class Counts:
 
 
 class Ranks(Counts):
-    """Ranks the farthest first, and forgets how often it was asked."""
+    """Ranks the farthest actor first, and changes its call counter."""
 
     def rank(self, observation: Any) -> np.ndarray:
         self.asked = -100

@@ -12,7 +12,7 @@ LIGHTS = np.zeros(0, np.uint8)
 
 
 def drive(seed, *, speed=10.0, seconds=60.0):
-    """Drive along the x axis; return states, answers and what was executed."""
+    """Drive along the x axis; return states, responses and executed controls."""
     disturbance = Disturbance(seed)
     ego, states, answers, executed = EgoState(0.0, 0.0, 0.0, speed), [], [], []
     for tick in range(int(seconds / TICK)):

@@ -1,4 +1,4 @@
-"""IT: what a planner tells of its forward passes reaches the timings, and no record."""
+"""IT: reported forward passes are in the timings, and in no record."""
 
 import json
 import time

@@ -1,4 +1,4 @@
-"""An episode's key covers what can change the episode, and nothing else."""
+"""An episode's key covers everything that can change the episode, and nothing else."""
 
 import json
 import subprocess
@@ -19,7 +19,7 @@ ADDED = b"\n_ADDED = 1\n"
 
 @pytest.fixture
 def edited(monkeypatch):
-    """Return a function that lets one module's file read as if it had been edited."""
+    """Return a function that makes one module's file appear edited."""
 
     def edit(module, change):
         real, path = source_code.source_of, module_file(module)

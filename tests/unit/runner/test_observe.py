@@ -1,4 +1,4 @@
-"""What an agent is given, and that it cannot give anything back by stealth."""
+"""The observations of an agent, and that it cannot modify the simulation through them."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""What becomes of tasks and nodes, on a cluster that is none; a real one: tests/end_to_end."""
+"""Tasks and nodes on a fake Ray cluster; a real one is in tests/end_to_end."""
 
 import shutil
 import socket
@@ -46,7 +46,7 @@ def cluster(scripted, monkeypatch):
 
 
 class Told:
-    """What a run has told and written."""
+    """The events and results of a run."""
 
     def __init__(self):
         self.events, self.said, self.kept = [], [], {}

@@ -1,4 +1,4 @@
-"""Runs scored again whose recordings a stranger has written."""
+"""Rescored runs with untrusted recordings."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -20,7 +20,7 @@ from plant_bench.world.scene import Actors, EgoState, Scene
 
 
 def recorded(path: Path, step: float) -> RunFolder:
-    """A run of one episode whose ego moves so many metres a tick, until its planner crashes."""
+    """A run of one episode whose ego moves `step` metres each tick until its planner crashes."""
     suite = load_suite("longest6")
     folder = RunFolder(path)
     folder.create()

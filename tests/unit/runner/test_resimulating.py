@@ -1,4 +1,4 @@
-"""Scenes are equal or it is said in what they differ; who needs facts drops out without them."""
+"""Scenes are equal or the difference is named; without facts the expert is not queried."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -104,7 +104,7 @@ def facts() -> Privileged:
 
 
 def looked(monkeypatch, folder: Path, line: Route, differs_at: int | None, agent: str):
-    """Look at a recording whose simulation is told by hand."""
+    """Review a recording with a scripted simulation."""
     recording = recorded(folder)
 
     def again(recording: Recording, *_: Any, until: int):
@@ -112,7 +112,7 @@ def looked(monkeypatch, folder: Path, line: Route, differs_at: int | None, agent
             differs = differs_at is not None and row >= differs_at
             difference = "the ego" if differs else ""
             decided = row < len(recording) - 1
-            episode = object.__new__(Episode)  # nobody asks for it here
+            episode = object.__new__(Episode)  # it is not used here
             yield Tick(row, recording[row], difference, Control(2.5, 0.0), decided, facts, episode)
 
     monkeypatch.setattr(hindsight, "simulate_again", again)

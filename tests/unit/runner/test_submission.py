@@ -1,4 +1,4 @@
-"""What `verify` finds without a simulator: a tampered, incomplete or foreign run."""
+"""Findings of `verify` without a simulator: tampered, incomplete and foreign runs."""
 
 import json
 from collections.abc import Callable

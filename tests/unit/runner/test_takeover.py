@@ -1,4 +1,4 @@
-"""Who drives when another planner is at the wheel, with no simulator."""
+"""Driving by another planner and takeovers by the expert, without a simulator."""
 
 from typing import Any
 

@@ -35,7 +35,7 @@ def test_difference_is_positive_if_the_second_run_is_better(episode):
 
 
 def test_bootstrap_keeps_repetitions_of_a_route_together(episode):
-    """Three repetitions of the same routes tell no more than one of them."""
+    """Three equal repetitions of the routes carry no more information than one."""
     a, b = (0.5, 0.9, 0.3, 0.8, 0.5), (0.4, 0.2, 0.6, 0.7, 0.5)
     once = paired_difference(drives(episode, a), drives(episode, b))
     thrice = paired_difference(drives(episode, a, 3), drives(episode, b, 3))
@@ -66,7 +66,7 @@ def test_too_few_routes_give_no_interval(episode):
 
 
 def test_detectable_difference_of_pairs_has_80_percent_power(episode):
-    """A t-test on as many routes finds that difference four times out of five."""
+    """A t-test on as many routes finds that difference in 80 % of cases."""
     gains = (-0.2, 0.1, 0.3, 0.0, 0.2, -0.1, 0.15, 0.05)
     b = drives(episode, tuple(0.5 + gain for gain in gains))
     found = paired_difference(drives(episode, (0.5,) * len(gains)), b)

@@ -25,7 +25,7 @@ def segments(route: Route, step: int):
 
 @pytest.mark.parametrize("name", list(ROUTES))
 def test_positions_near_the_route_are_on_a_lane(name):
-    """So the referee may take its shortcut: it never changes a verdict."""
+    """This is why the referee's shortcut cannot change a verdict."""
     route = ROUTES[name]
     lanes = lane_map(load_town(route.town))
     for x, y, yaw, z in segments(route, 20):

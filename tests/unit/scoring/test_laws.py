@@ -10,7 +10,7 @@ from plant_bench.scoring.laws import Law, infraction_score, law_of
     [(1, 0.600, 0.588), (2, 0.360, 0.417), (5, 0.078, 0.222)],
 )
 def test_penalty_of_vehicle_collisions(episode, hits, multiplicative, additive):
-    """The figures of the comparison in the notes on the leaderboards."""
+    """Figures from the published comparison of the two leaderboards' penalties."""
     result = episode(kinds=("collision_vehicle",) * hits)
     assert result.infraction_score_by(Law.LB1_0) == pytest.approx(multiplicative, abs=5e-4)
     assert result.infraction_score_by(Law.LB2_1) == pytest.approx(additive, abs=5e-4)

@@ -1,4 +1,4 @@
-"""Each measure: a value known by arithmetic, fires, just misses."""
+"""Each episode metric: a value known by arithmetic, and cases just above and below its limit."""
 
 import math
 from collections.abc import Sequence
@@ -123,7 +123,7 @@ def test_vehicle_behind_is_ignored_but_not_one_hitting_the_side():
 
 
 def test_pedestrian_on_a_collision_course_has_a_time_to_collision():
-    """The ego's front is there after 1.73 s, when the walker is on its lane since 1.12 s."""
+    """The ego's front arrives after 1.73 s; the pedestrian is on its lane from 1.12 s on."""
     track = track_of(
         straight(1), [(20.0, -3.0, NORTH, 1.5)], kind=ActorKind.PEDESTRIAN, extent=WALKER
     )
@@ -132,14 +132,14 @@ def test_pedestrian_on_a_collision_course_has_a_time_to_collision():
 
 
 def test_vehicle_waiting_beside_a_bend_has_no_time_to_collision():
-    """Straight on, the ego would hit it in a second or so; it turns, and never comes near."""
+    """Straight ahead the ego would hit it after about 1 s, but it turns and never comes near."""
     egos = turning(60, speed=8.0, radius=12.0)
     assert to_collision(track_of(egos[:1], [(10.0, 0.0, math.pi, 0.0)])) is not None
     assert to_collision(track_of(egos, [(15.5, 3.0, math.pi, 0.0)])) is None
 
 
 def test_time_to_collision_uses_the_recorded_paths_of_others():
-    """An oncoming car that will turn off before the ego: seen with hindsight."""
+    """An oncoming car turns off before the ego: the metric uses its recorded path."""
     egos = straight(40, speed=1.0)
     circle = turning(40, speed=8.0, radius=8.0)
     recorder = TrackRecorder()

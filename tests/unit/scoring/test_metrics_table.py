@@ -1,4 +1,4 @@
-"""The table of metrics agrees with records, with the documentation and with episodes' keys."""
+"""The metrics table agrees with records, documentation and keys."""
 
 import math
 import re
@@ -44,7 +44,7 @@ def test_boards_are_sorted_by_the_first_column():
     ("part", "metrics"), [("scores", score_metrics()), ("measures", measure_metrics())]
 )
 def test_documentation_contains_the_metrics_table(part, metrics):
-    """To mend it, paste what `metrics_markdown` returns."""
+    """If it fails, paste the output of `metrics_markdown` into the page."""
     text = DOCS.read_text(encoding="utf-8")
     (found,) = re.findall(rf"<!-- {part} -->\n(.*?)\n<!-- end -->", text, re.DOTALL)
     assert found == metrics_markdown(metrics)
@@ -105,7 +105,7 @@ def test_metrics_missing_in_old_records_are_none_and_ignored(episode):
 
 
 def test_newer_metric_is_omitted_from_an_older_format(episode, monkeypatch):
-    """So that rescoring an older record comes to the same bytes."""
+    """This keeps rescored older records identical."""
     newer = EpisodeMetric(lambda track: 0.0, since=RESULT_FORMAT + 1)
     monkeypatch.setitem(EPISODE_METRICS, "newer", newer)
     monkeypatch.setattr("plant_bench.scoring.results.RESULT_FORMAT", RESULT_FORMAT + 1)

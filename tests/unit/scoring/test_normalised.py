@@ -20,7 +20,7 @@ def test_normalised_score_of_one_kilometre_is_the_driving_score(episode):
 
 
 def test_driving_farther_at_the_same_infraction_rate_scores_higher(episode):
-    """DS punishes it; this is why the score exists."""
+    """DS is lower for it, which is why this score exists."""
     short = episode(length=4000.0, completion=0.25, kinds=HIT)
     far = episode(length=4000.0, completion=1.0, kinds=HIT * 4)
     assert far.driving_score < short.driving_score

@@ -9,7 +9,7 @@ from plant_bench.scoring.significance import holm, sign_flip_test
 
 
 def differences(routes, seed=0):
-    """Like those of scores: often equal, else leaps."""
+    """Draw differences like those of scores: often zero, otherwise large."""
     draw = np.random.default_rng(seed)
     return draw.choice([0.0, 0.0, 40.0, -40.0, 12.5, 64.0], size=routes)
 

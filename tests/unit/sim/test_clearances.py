@@ -1,4 +1,4 @@
-"""A long box cuts a curve: how far, and who may not."""
+"""The extra width of long vehicles on curves, and which vehicles do not fit."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Stand-offs: who is talked out of them, and who is not."""
+"""Gridlock: which vehicles are released, and which are not."""
 
 import math
 
@@ -18,7 +18,7 @@ NOW = 400  # a tick at which a look may be due
 
 
 class Told(Commands):
-    """Keeps what drivers are told to take no notice of."""
+    """Records which vehicles others are told to ignore."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -39,7 +39,7 @@ class Told(Commands):
 def look(
     told: Told, *poses: tuple[float, float, float], lanes: str = ":J_0_0", speed: float = 0.0
 ) -> Deadlocks:
-    """One look at vehicles 1, 2, ...; each would go straight on."""
+    """Run one gridlock check on vehicles 1, 2, ...; each would go straight ahead."""
     count = len(poses)
     placed = np.array(poses)
     actors = Actors(
@@ -60,7 +60,7 @@ def look(
 
 
 def test_vehicle_waiting_for_the_ego_and_its_queue_is_released() -> None:
-    """Three of them: the one that crosses waits for the one behind the ego too."""
+    """The crossing vehicle waits for the ego and for the one behind it."""
     told = Told()
     look(told, CROSSING, BEHIND)
     assert told.ignored == {1: (0, 2)}  # the ego's own number is 0; 2 has the ego before it

@@ -1,4 +1,4 @@
-"""The director lets go of traffic that waits for an ego that waits."""
+"""The director releases hazard traffic that waits for a waiting ego."""
 
 import random
 
@@ -21,7 +21,7 @@ class EmptyStage(Stage):
 
 
 class Holding(HoldsTraffic):
-    """A script that waits for the ego for ever."""
+    """A hazard that waits for the ego indefinitely."""
 
     def __init__(self, hazard: Hazard, stage: Stage, draw: random.Random) -> None:
         self.phase, self.reason = Phase.ARMED, ""
@@ -50,7 +50,7 @@ def test_armed_hazard_is_void_if_the_ego_stays_stationary(director):
 
 
 class Counting(Holding):
-    """Counts how often it is asked."""
+    """Counts its steps."""
 
     asked = 0
 
@@ -60,7 +60,7 @@ class Counting(Holding):
 
 @pytest.mark.parametrize(("kind", "times"), [(HazardKind.CUT_IN, 10), (HazardKind.HARD_BRAKE, 5)])
 def test_hazard_placing_a_vehicle_is_stepped_every_tick(kind, times, monkeypatch):
-    """SUMO drives a vehicle that is not placed at a tick, and may begin to change its lane."""
+    """Without placement at a tick, SUMO drives the vehicle and may start a lane change."""
     monkeypatch.setattr(module, "load_script", lambda _: Counting)
     monkeypatch.setattr(Counting, "asked", 0)
     stage = EmptyStage()

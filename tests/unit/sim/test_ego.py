@@ -1,4 +1,4 @@
-"""The ego's vehicle model: a reader learns it from here."""
+"""The ego's vehicle model."""
 
 import math
 

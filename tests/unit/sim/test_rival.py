@@ -1,4 +1,4 @@
-"""A vehicle takes another way only while it can still decide so."""
+"""A vehicle is rerouted only while it can still change its route."""
 
 import random
 

@@ -1,4 +1,4 @@
-"""Where each kind may go: for ever, and never where it does not belong."""
+"""Routes of each vehicle kind: endless, and only on roads it may use."""
 
 import random
 from functools import cache

@@ -1,4 +1,4 @@
-"""The traffic's vehicles: real sizes, and SUMO is told of the same ones."""
+"""Vehicle types: realistic sizes, the same in SUMO as in the table."""
 
 from xml.etree import ElementTree
 
@@ -43,7 +43,7 @@ def test_each_vehicle_kind_has_three_driver_types() -> None:
 
 
 def test_driver_types_keep_the_traffic_rules() -> None:
-    """None runs lights, and none keeps less headway than a driver needs to decide anew."""
+    """No driver type runs red lights or has a headway below one decision interval."""
     for item in _types():
         assert "jmIgnoreFoeProb" not in item.attrib
         assert "jmDriveAfterRedTime" not in item.attrib

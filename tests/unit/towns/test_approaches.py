@@ -1,4 +1,4 @@
-"""Ways that meet the ego's: where its front must stay, and which of them suit a hazard."""
+"""Approaches that conflict with the route: where the ego must stop, and which fit a hazard."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""What is read of a SUMO network."""
+"""Extraction of a SUMO network."""
 
 from plant_bench.towns.extract import extract_town
 

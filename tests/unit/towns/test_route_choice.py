@@ -1,4 +1,4 @@
-"""Shares of routes, and cutting plans to a length."""
+"""Overlap of routes, and shortening plans to a length."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What a town's edges are to routes: exits, U-turns, places to start and end."""
+"""Edges of a town as seen by routes: exits, U-turns, start and end places."""
 
 from itertools import pairwise
 

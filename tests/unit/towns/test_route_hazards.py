@@ -1,4 +1,4 @@
-"""What holds for the hazards of every route of both suites as they are stored."""
+"""Properties of the hazards of every stored route of both suites."""
 
 from collections import Counter
 from itertools import pairwise

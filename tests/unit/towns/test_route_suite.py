@@ -1,4 +1,4 @@
-"""What holds for every route of both suites as they are stored."""
+"""Properties of every stored route of both suites."""
 
 import math
 import subprocess

@@ -25,7 +25,7 @@ TOWNS = ("town01", "town02", "town03", "town04", "town05", "town06")
 
 @pytest.fixture
 def few_tries(monkeypatch):
-    """Look at few paths, and place no hazards, which takes longest."""
+    """Draft few paths and place no hazards, to be fast."""
     monkeypatch.setattr(training_routes, "TRIES", 60)
     monkeypatch.setattr(training_routes, "place_hazards", lambda town, route, seed: ())
 

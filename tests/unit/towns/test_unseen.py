@@ -1,4 +1,4 @@
-"""The suite `unseen` has nothing in common with the benchmark or with what is trained on."""
+"""The suite `unseen` shares nothing with the benchmark or with the training towns."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ MOST_LAYOUTS = 7  # further ones of a character, "-b" to "-h"
 
 
 def seeds_of_training_towns(monkeypatch, folder):
-    """All seeds by which a training town could be laid out, of those to come too."""
+    """Return all seeds that a training town could use, including future ones."""
     tried: set[int] = set()
 
     def note(_, seed):
@@ -32,7 +32,7 @@ def seeds_of_training_towns(monkeypatch, folder):
 
 
 def streets(town: Town) -> set[tuple[float, ...]]:
-    """Where the lanes begin and end, to the metre."""
+    """Return where the lanes start and end, to the metre."""
     lanes = (lane for lane in town.lanes.values() if lane.junction is None)
     return {tuple(np.round(lane.points[[0, -1], :2]).ravel().tolist()) for lane in lanes}
 

@@ -56,7 +56,7 @@ def test_single_variant_can_be_selected() -> None:
 
 
 def test_no_speeds_variant_disables_all_inputs_derived_from_speed() -> None:
-    """Meetings, tracks and foresight would tell the network what it is not to be told."""
+    """Predicted conflicts, motion and horizon would reveal the speeds to the network."""
     told = TokenSpec(reach=30.0, foresight=5.0, meetings=True, tracks=True, stop_line=True)
     base = recipe(PlanTConfig(tokens=told))
     found = {variant.name: variant.recipe for variant in variants_of(["speeds"], base)}
@@ -120,7 +120,7 @@ def test_a_share_of_the_samples_is_loaded(data: Path) -> None:
 
 @pytest.fixture
 def done(monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """What was trained and driven; no network is, and nobody drives."""
+    """The list of trainings and runs that would be made; none is executed."""
     log: list[str] = []
 
     def learn(course: Course) -> bool:

@@ -41,7 +41,7 @@ def test_training_and_validation_share_no_route(data: Path, make_data: Callable[
 
 
 def test_stationary_samples_can_be_left_out(make_data: Callable[..., Path]) -> None:
-    """The ego stands for 6 s, in which six frames have no way ahead of them, and then drives."""
+    """The ego stands for 6 s, so six frames have stationary futures, and then drives."""
     folder = make_data("data", "one", "two", starts_at=140)
     frames = load_frames([folder])
     resting = frames.resting(np.arange(len(frames)))
@@ -90,7 +90,7 @@ def test_batches_are_padded(data: Path) -> None:
 
 
 def test_stored_batches_equal_newly_encoded_ones(make_data: Callable[..., Path]) -> None:
-    """Frames of two folders, with one actor less after a while, in any order."""
+    """Frames of two folders, in which an actor disappears, in any order."""
     folders = [make_data("a", "one", "two", leaves_at=120), make_data("b", "two", "three")]
     frames = load_frames(folders)
     encodings, learner = load_encodings(frames, STUDENT), STUDENT.learner()

@@ -1,4 +1,4 @@
-"""Training a small network for a few steps: it learns, stops, goes on, and is kept."""
+"""Training of a small network for a few steps: learning, stopping, resuming, saving."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -116,7 +116,7 @@ def test_best_validated_weights_are_kept(
 
 
 def driven_with(monkeypatch: pytest.MonkeyPatch, scores: list[float]) -> list[float]:
-    """Score what is driven for validation with these, one after another; return what is left."""
+    """Return the given scores for successive validations; return the unused ones."""
     left = list(scores)
     monkeypatch.setattr(imitation, "closed_loop_score", lambda *_: left.pop(0))
     return left

@@ -1,4 +1,4 @@
-"""A learner that plant-bench has never heard of: trained, stopped, gone on with, and scored."""
+"""An external learner: trained, stopped, resumed and scored."""
 
 import shutil
 from collections.abc import Callable
@@ -69,7 +69,7 @@ def test_loader_processes_give_the_same_batches(town_data: Path) -> None:
 
     state = torch.get_rng_state()
     torch.manual_seed(5)
-    assert torch.equal(state, torch.get_rng_state())  # nobody has drawn from the training's chance
+    assert torch.equal(state, torch.get_rng_state())  # the training's generator is unused
     for one, other in zip([*here, *here[1:]], [*found, *again], strict=True):
         assert list(one) == list(other)
         assert all(torch.equal(one[name], other[name]) for name in one)

@@ -1,4 +1,4 @@
-"""Packs are whole or not there, and nothing is made twice."""
+"""Packs are complete or absent, and nothing is built twice."""
 
 from pathlib import Path
 from typing import Any
@@ -66,7 +66,7 @@ def test_interrupted_packing_resumes_with_the_missing_part(tmp_path: Path) -> No
 
 
 def test_a_pack_is_never_half_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Whatever ends the writing, there is no pack, and the same call makes it."""
+    """If writing fails, there is no pack, and the same call builds it."""
     tasks = {"x": 1, "y": 2}
     for step in ("write_whole_text", "_read_part"):
 

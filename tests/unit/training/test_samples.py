@@ -86,7 +86,7 @@ def test_maximum_response_age_equals_the_resting_interval() -> None:
 
 
 def test_frame_holds_past_and_future_actors(make_data: Callable[..., Path]) -> None:
-    """The leader is gone half a second after the fifth frame."""
+    """The leader disappears half a second after the fifth frame."""
     folder = make_data("data", "one", leaves_at=100, every=10, disturbed=range(120, 131))
     frames = frames_of(folder, targets="future")
     inputs = frozenset({Input.OBJECTS, Input.LIGHT})

@@ -1,4 +1,4 @@
-"""Folders of data: what is said of them, whose drives they are, and several of them together."""
+"""Data folders: their description, their drivers, and several of them together."""
 
 import json
 import shutil
@@ -64,7 +64,7 @@ def test_broken_origin_raises_input_error(data: Path) -> None:
 
 @pytest.fixture
 def asked(monkeypatch: pytest.MonkeyPatch) -> list[tuple[TrainingRequest, Split]]:
-    """What is to be trained; nothing is."""
+    """The requested trainings; none is executed."""
     monkeypatch.setitem(SIZES, "mini", Size(1, 16, 2))
     requests: list[tuple[TrainingRequest, Split]] = []
     monkeypatch.setattr(courses, "train", lambda *some: requests.append((some[0], some[1])))

@@ -1,4 +1,4 @@
-"""Who is parked is told by `Actors`; no room above the world reads it out of numbers."""
+"""Only `Actors` knows which ids are parked; modules above the world do not compare ids."""
 
 import ast
 from dataclasses import replace
@@ -14,7 +14,7 @@ from plant_bench.world.actor_numbers import EGO, PARKED, PEDESTRIANS, STAND_INS,
 from plant_bench.world.scene import Actors
 
 PACKAGE = Path(plant_bench.__file__).parent
-OWNERS = ("world", "sim")  # who hands numbers out
+OWNERS = ("world", "sim")  # the packages that assign ids
 BLOCKS = (range(EGO, EGO + 1), TRAFFIC, PEDESTRIANS, STAND_INS, PARKED)
 
 
@@ -43,7 +43,7 @@ def test_parked_and_traffic_are_told_by_id():
 
 
 def compares_ids(node: ast.AST) -> bool:
-    """Tell whether a comparison asks for the order of actors' numbers and a constant."""
+    """Return whether a comparison orders actor ids against a constant."""
     if not isinstance(node, ast.Compare):
         return False
     ordered = any(isinstance(op, ast.Lt | ast.LtE | ast.Gt | ast.GtE) for op in node.ops)

@@ -1,4 +1,4 @@
-"""The one criterion of who could still stop."""
+"""The criterion for whether a vehicle can still stop."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""The table of hazards is whole: what its rows name is there, and the pages say the same."""
+"""The hazard table is complete: its parts exist, and the documentation agrees."""
 
 import copy
 import inspect
@@ -78,7 +78,7 @@ def test_a_missing_finder_is_refused(monkeypatch) -> None:
 
 
 def test_two_hazard_kinds_can_share_places(monkeypatch) -> None:
-    """Each kind at a kerb has all places at kerbs; the others keep theirs, in order."""
+    """Each kerb hazard may use all kerb places; other kinds keep theirs, in order."""
     route = load_suite("longest6")[0]
     town = load_town(route.town)
     before = possible_places(town, route)

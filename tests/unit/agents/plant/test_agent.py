@@ -1,4 +1,4 @@
-"""PlanT as a planner: weights on disk, the contract, ranks, and bad folders."""
+"""PlanT as a planner: stored weights, the contract, ranks, and unusable folders."""
 
 import copy
 import json
@@ -55,7 +55,7 @@ def test_plant_satisfies_the_contract(folder: Path) -> None:
 
 
 def driven(steps: int = 12) -> list[Observation]:
-    """Return a second and more at 10 Hz in which the first actor speeds up and turns."""
+    """Return over a second at 10 Hz in which the first actor accelerates and turns."""
     seen = []
     for step in range(steps):
         first = observation()

@@ -1,4 +1,4 @@
-"""The network in ONNX Runtime answers as it does in PyTorch."""
+"""The network gives the same outputs in ONNX Runtime and in PyTorch."""
 
 import math
 import shutil
@@ -103,7 +103,7 @@ def test_attention_is_computed_only_on_request(
 
 
 def street_scene(seed: int) -> SceneInput:
-    """A scene as the shipped network sees them: a few vehicles, and the route straight ahead."""
+    """A typical input of the shipped network: a few vehicles, and the route straight ahead."""
     rng = np.random.default_rng(seed)
     count, segments = int(rng.integers(1, 12)), 4
     attributes = np.zeros((count + segments, 12), np.float32)

@@ -148,7 +148,7 @@ def test_encoder_equals_bert() -> None:
 
 
 def _translated(bert: dict[str, Tensor], size: Size) -> dict[str, Tensor]:
-    """BERT's weights under our names; queries, keys and values lie in one matrix here."""
+    """Return BERT's weights under the encoder's names; queries, keys and values in one matrix."""
     names = {
         "mix": "attention.output.dense",
         "attention_norm": "attention.output.LayerNorm",

@@ -1,4 +1,4 @@
-"""What becomes of planners in processes of their own: the good, and those that misbehave."""
+"""Isolated planners: well-behaved ones, and those that misbehave."""
 
 import os
 import shutil
@@ -39,7 +39,7 @@ def no_process_is_left():
 
 @pytest.fixture
 def processes(tmp_path, monkeypatch):
-    """Return the processes that planners have told of."""
+    """Return the processes whose ids planners have written."""
     told = tmp_path / "pids"
     told.touch()
     monkeypatch.setenv("HOSTILE_PIDS", str(told))

@@ -1,4 +1,4 @@
-"""What is said survives the way there, and nothing that a planner says is believed."""
+"""Messages survive the round trip, and nothing that a planner sends is trusted."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What is written is read back by pandas equal to what the runs hold."""
+"""Exported values, read back by pandas, equal those of the runs."""
 
 import json
 from io import StringIO
@@ -30,7 +30,7 @@ def read_csv(path):
 
 
 def assert_same(read, made):
-    """Equal but for types that CSV cannot tell, such as empty text."""
+    """Assert equality except for types that CSV cannot express, such as empty text."""
     assert list(read.columns) == list(made.columns)
     for name in made.columns:
         for there, here in zip(read[name], made[name], strict=True):

@@ -28,7 +28,7 @@ def record(route, repetition, km, hits, score):
 
 
 def test_rates_are_total_counts_per_total_kilometres(tmp_path):
-    """Not the sum or mean of the routes' own rates: a short route would count as much as a long."""
+    """Summing or averaging per-route rates would give short routes the weight of long ones."""
     records = (record("a", 0, 1.0, 1, 60.0), record("b", 0, 9.0, 1, 80.0))
     line = imported_line(
         ImportedRun("x", "carla-lb1.0", tmp_path / "x.json", 2, records), id="x", planner="x"

@@ -1,4 +1,4 @@
-"""Adding a metric as docs/metrics.md says: a row and a function, and it is everywhere."""
+"""A metric added as docs/metrics.md says, with a row and a function, appears everywhere."""
 
 import json
 import math
@@ -62,7 +62,7 @@ def page_data(page):
 
 @pytest.fixture
 def made(tmp_path, write_run, leaderboard, monkeypatch):
-    """A run of which half the records are older than the metric, its summary and its board."""
+    """A run with half of its records older than the metric, its summary and its board."""
     monkeypatch.setitem(
         EPISODE_METRICS, "mean_speed", EpisodeMetric(mean_speed, since=RESULT_FORMAT + 1)
     )

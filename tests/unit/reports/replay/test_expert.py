@@ -1,4 +1,4 @@
-"""Whom the expert would brake for: in blue, at its times, and only as far as it is known."""
+"""The actor that the expert would brake for: in blue, over time, and only while known."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""What is said of an incident is what was measured: who would have braked, when, for whom."""
+"""Verdicts on an incident: when the expert and the planner braked, and for which actor."""
 
 from dataclasses import replace
 

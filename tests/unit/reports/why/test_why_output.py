@@ -1,4 +1,4 @@
-"""What is printed and drawn: whole, readable, and safe whatever names are in it."""
+"""Printed and drawn output: complete, readable, and safe with hostile names."""
 
 import io
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Parked cars belong to the town, stand clear of its lanes, and leave room for hazards."""
+"""Parked cars depend on the town, keep clear of lanes, and leave room for hazards."""
 
 import numpy as np
 import pytest

@@ -25,7 +25,7 @@ def test_clearance_is_the_distance_to_the_nearest_lane(reach, monkeypatch):
         found = roadway.clearance(places)
         assert found == pytest.approx(np.min(every, axis=0), abs=1e-9)
         with monkeypatch.context() as patch:
-            patch.setattr(room, "BESIDE", -1e6)  # nobody is beside: all are looked at
+            patch.setattr(room, "BESIDE", -1e6)  # no lane counts as beside: all are considered
             assert roadway.clearance(places).tobytes() == found.tobytes()
 
 

@@ -1,4 +1,4 @@
-"""A walker steps out only before those who can stop, and into gaps."""
+"""A pedestrian steps out only before vehicles that can stop, and into gaps."""
 
 from dataclasses import replace
 
@@ -17,7 +17,7 @@ STANDING = EgoState(0.0, 0.0, 0.0, 0.0)
 
 
 class Lights:
-    """Stands for SUMO."""
+    """A stub for SUMO's traffic lights."""
 
     def __init__(self, shown: Light, left: float) -> None:
         self.shown, self.left = shown, left

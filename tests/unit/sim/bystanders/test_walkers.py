@@ -1,4 +1,4 @@
-"""People on foot: where they go, when they step out, and what is told of them."""
+"""Pedestrians: their paths, when they step out, and their privileged facts."""
 
 import random
 from collections.abc import Sequence
@@ -31,7 +31,7 @@ def two_sidewalks() -> Footways:
 
 
 class Rule:
-    """Stands for `SteppingOut`."""
+    """A stub for `SteppingOut`."""
 
     def __init__(self, allowed: bool) -> None:
         self.answer = allowed
@@ -48,7 +48,7 @@ class Rule:
 
 
 class Shown:
-    """Stands for `StandIns`."""
+    """A stub for the SUMO proxies."""
 
     def __init__(self) -> None:
         self.now: set[int] = set()

@@ -1,4 +1,4 @@
-"""Map files of strangers: what is read of them, and what is refused with one line."""
+"""Untrusted map files: what is read, and what is refused with one line."""
 
 import gzip
 

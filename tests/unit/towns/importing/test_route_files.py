@@ -1,4 +1,4 @@
-"""CARLA's route files: read, matched to towns, and named where they do not fit."""
+"""CARLA's route files: read, matched to towns, and reported if they do not match."""
 
 import csv
 import math
@@ -198,7 +198,7 @@ def test_invalid_town_map_option_is_refused(pair, tmp_path):
 
 @pytest.fixture
 def theirs(tmp_path, monkeypatch):
-    """Copy a town to a place of its own, under another name; returns its folder."""
+    """Copy a town to another folder, under another name; return the folder."""
     monkeypatch.setenv(TOWNS_VARIABLE, "")
     folder = tmp_path / "elsewhere" / "theirs"
     folder.mkdir(parents=True)

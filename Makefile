@@ -13,6 +13,7 @@ check:  ## what CI checks
 	$(BIN)/lint-imports
 	$(BIN)/basedpyright --pythonpath $(BIN)/python
 	$(BIN)/codespell
+	PATH="$(CURDIR)/$(BIN):$$PATH" .ci/check_schemas
 
 test:  ## all tests but the slow ones
 	$(BIN)/pytest -n 2

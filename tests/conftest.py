@@ -1,4 +1,4 @@
-"""Settings for all tests, and runs put together by hand."""
+"""Settings for all tests, and hand-made run folders."""
 
 import json
 from collections.abc import Callable

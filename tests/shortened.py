@@ -1,4 +1,4 @@
-"""Routes that are driven in seconds."""
+"""Short routes, for quick episodes."""
 
 from dataclasses import replace
 
@@ -6,7 +6,7 @@ from plant_bench.world.route import Route, load_suite
 
 
 def first_metres(metres: int, name: str) -> Route:
-    """Return the first metres of a route, with a name of its own."""
+    """Return the first metres of a route, under another name."""
     whole = next(route for route in load_suite("longest6") if route.id == "town03-1")
     return replace(
         whole,

@@ -26,7 +26,7 @@ def penalty_scheme_of(name: str) -> PenaltyScheme:
     if name in names:
         return PenaltyScheme(name)
     hint = did_you_mean(name, names, cutoff=0.5)
-    message = f"There is no penalties '{name}': {' and '.join(names)} are known.{hint}"
+    message = f"There is no penalty scheme '{name}': {' and '.join(names)} are known.{hint}"
     raise InputError(message)
 
 

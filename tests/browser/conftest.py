@@ -81,7 +81,7 @@ def open_page(chromium: Any) -> Iterator[Callable[..., Any]]:
 
 @pytest.fixture
 def screenshot() -> Callable[[Any, str], None]:
-    """Keep a picture of a page, if somebody wants to look at it."""
+    """Save a screenshot of a page if PLANT_BENCH_SCREENSHOTS names a folder."""
 
     def kept(page: Any, name: str) -> None:
         folder = os.environ.get("PLANT_BENCH_SCREENSHOTS")
@@ -94,7 +94,7 @@ def screenshot() -> Callable[[Any, str], None]:
 
 @pytest.fixture
 def faults() -> Callable[[Any], list[str]]:
-    """Return what axe-core finds serious or critical on a page."""
+    """Return the serious and critical violations that axe-core finds on a page."""
 
     def found(page: Any) -> list[str]:
         page.evaluate(AXE.read_text(encoding="utf-8"))

@@ -20,7 +20,7 @@ DESKTOP, PHONE = (1280, 900), (390, 844)
 
 @pytest.fixture
 def board(tmp_path, write_run):
-    """A page of four planners, the last of them hostile, of another protocol, and of the paper."""
+    """A page with four planners (the last with a hostile name), another protocol and the paper."""
     planners = {"steady": 40, "careless": 1, "middling": 2, HOSTILE: 3}
     runs = [
         write_run(tmp_path / f"run{n}", name, worse=worse, routes=8, recorded=True, reason=name)
@@ -49,7 +49,7 @@ def foreign_checkpoint(run, path):
 
 @pytest.fixture
 def more_metrics(monkeypatch):
-    """A score and a measure more: their rows alone, the measure under another name."""
+    """Add a score and an episode metric by their rows alone."""
     seconds = measure_row(
         "jerk_p95", "least jerk", "m/s³", 2, LOWER, median, "Least jerk.", name="least_jerk"
     )
@@ -63,7 +63,7 @@ def planners(page, section=0):
     return [text[:8] for text in cells.all_inner_texts()]
 
 
-def test_it_says_who_leads_and_keeps_protocols_apart(board, open_page, screenshot):
+def test_page_names_the_leader_and_separates_protocols(board, open_page, screenshot):
     page = open_page(board)
     assert "steady leads" in page.locator(".verdict").first.inner_text()
     assert "The two cannot be told apart" in page.locator(".verdict").first.inner_text()
@@ -77,7 +77,7 @@ def test_it_says_who_leads_and_keeps_protocols_apart(board, open_page, screensho
     screenshot(page, "leaderboard-light")
 
 
-def test_any_column_sorts_both_ways(board, open_page):
+def test_clicking_a_column_sorts_ascending_and_descending(board, open_page):
     page = open_page(board)
     table = page.locator("section.board").first.locator("table").first
     assert planners(page)[0] == "steady"
@@ -93,7 +93,7 @@ def test_any_column_sorts_both_ways(board, open_page):
     assert planners(page) == names[::-1] != names
 
 
-def test_new_metrics_are_columns(more_metrics, board, open_page):
+def test_new_metrics_appear_as_columns(more_metrics, board, open_page):
     page = open_page(board)
     table = page.locator("section.board").first.locator("table").first
     heads = [text.strip("↑↓\n") for text in table.locator("thead th").all_inner_texts()]
@@ -113,7 +113,7 @@ def test_new_metrics_are_columns(more_metrics, board, open_page):
     assert comfort.locator("tbody tr").first.locator("td").last.inner_text() == "3.25"
 
 
-def test_the_columns_are_those_of_the_table(board, open_page):
+def test_columns_match_the_metrics_table(board, open_page):
     page = open_page(board)
     table = page.locator("section.board").first.locator("table").first
     heads = [text.strip("↑↓\n") for text in table.locator("thead th").all_inner_texts()]
@@ -126,7 +126,7 @@ def test_the_columns_are_those_of_the_table(board, open_page):
     assert worst[2:6] == ["60.0", "100.0", "0.60", "1:40"]
 
 
-def test_filters_by_text_track_town_and_table(board, open_page):
+def test_rows_filter_by_text_track_town_and_table(board, open_page):
     page = open_page(board)
     page.fill("#filter-text", "care")
     assert planners(page) == ["careless"]
@@ -144,7 +144,7 @@ def test_filters_by_text_track_town_and_table(board, open_page):
     assert page.locator("section.board:visible").count() == 1
 
 
-def test_everything_opens_with_the_keyboard_alone(board, open_page, screenshot):
+def test_all_controls_work_with_the_keyboard(board, open_page, screenshot):
     page = open_page(board)
     opened = set()
     for _ in range(200):
@@ -199,7 +199,7 @@ def open_all(page):
 
 @pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])
 @pytest.mark.parametrize("size", [DESKTOP, PHONE], ids=["desktop", "phone"])
-def test_it_is_accessible_and_fits_the_window(
+def test_page_is_accessible_and_fits_the_window(
     board, open_page, faults, sideways, screenshot, size, dark
 ):
     page = open_page(board, size=size, dark=dark)
@@ -212,7 +212,7 @@ def test_it_is_accessible_and_fits_the_window(
     screenshot(page, f"leaderboard-{window}-{theme}")
 
 
-def test_the_switch_changes_the_theme(board, open_page):
+def test_theme_switch_changes_the_theme(board, open_page):
     page = open_page(board)
     before = page.evaluate("getComputedStyle(document.body).backgroundColor")
     page.click("#theme")
@@ -220,8 +220,8 @@ def test_the_switch_changes_the_theme(board, open_page):
     assert page.locator("#theme").inner_text() == "Light mode"
 
 
-def test_names_from_outside_are_text(board, open_page):
-    """Nothing of them runs (a dialog or an error would fail the test), all is shown."""
+def test_untrusted_names_are_rendered_as_text(board, open_page):
+    """All text is shown and none is executed: a dialog or an error would fail the test."""
     page = open_page(board)
     open_all(page)
     assert page.locator("img").count() == 0

@@ -30,7 +30,7 @@ class Ranks:
 
 
 def third_until_1_9(*_drive: object) -> ExpertView:
-    """The expert brakes for actor 3, as far as it is known."""
+    """The expert brakes for actor 3 until its responses are no longer known, at 1.9 s."""
     return ExpertView(np.arange(0, 40, 10), np.full(4, 3), "from 1.9 s on the ego differs.")
 
 
@@ -97,7 +97,7 @@ def settle(page) -> None:
     page.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
 
 
-def test_it_plays_from_disk_and_stops_at_the_end(opened, screenshot):
+def test_replay_plays_from_disk_and_stops_at_the_end(opened, screenshot):
     page = opened(at("ours"))
     assert page.inner_text("#heading") == "town01-0"
     assert clock(page) == 0.0
@@ -114,7 +114,7 @@ def test_it_plays_from_disk_and_stops_at_the_end(opened, screenshot):
     screenshot(page, "replay")
 
 
-def test_one_jumps_to_infractions_by_list_key_and_time_line(opened, screenshot):
+def test_list_key_and_timeline_jump_to_infractions(opened, screenshot):
     page = opened(at("ours"))
     page.get_by_role("button", name=re.compile("Collision with a car")).click()
     assert clock(page) == HIT_AT
@@ -146,7 +146,7 @@ def test_one_jumps_to_infractions_by_list_key_and_time_line(opened, screenshot):
     assert clock(page) == 1.5
 
 
-def test_everything_can_be_done_with_keys(opened):
+def test_all_controls_have_a_key(opened):
     page = opened(at("ours"))
     page.keyboard.press("ArrowRight")
     assert clock(page) == pytest.approx(0.1)
@@ -178,7 +178,7 @@ def test_everything_can_be_done_with_keys(opened):
     assert page.inner_text("#play") == "Play"
 
 
-def test_two_planners_run_side_by_side_on_one_clock(opened, screenshot):
+def test_two_planners_play_side_by_side_in_sync(opened, screenshot):
     page = opened(at("ours"))
     page.wait_for_selector("#compare-group:not([hidden])")
     assert page.locator("#compare option").all_inner_texts()[:2] == ["no other", "theirs (DS 21.0)"]
@@ -204,12 +204,12 @@ def test_two_planners_run_side_by_side_on_one_clock(opened, screenshot):
     page.wait_for_selector(".stage:nth-child(2)", state="detached")
 
 
-def test_two_of_different_scenarios_are_told_apart(opened):
+def test_comparing_different_scenarios_shows_a_note(opened):
     page = opened(at("ours", "old"))
     assert "not the same scenario" in page.inner_text("#about")
 
 
-def test_dragging_looks_freely_and_following_comes_back(opened):
+def test_dragging_pans_and_follow_returns_to_the_ego(opened):
     page = opened(at("ours"))
     settle(page)
     before = painted(page)
@@ -226,14 +226,14 @@ def test_dragging_looks_freely_and_following_comes_back(opened):
     assert (painted(page) == before).all()
 
 
-def test_hostile_texts_are_shown_not_run(opened):
+def test_untrusted_text_is_shown_and_not_executed(opened):
     page = opened(at("hostile"))
     assert page.locator("img").count() == 0
     assert page.inner_text(".name").startswith("</script><img src=x")
     assert "</script><img" in page.inner_text(".note >> nth=0")
 
 
-def test_what_is_missing_or_broken_is_said_in_the_page(chromium, site):
+def test_missing_or_broken_replays_show_a_message(chromium, site):
     context = chromium.new_context()
     page = context.new_page()
     words = {
@@ -252,7 +252,7 @@ def test_what_is_missing_or_broken_is_said_in_the_page(chromium, site):
     context.close()
 
 
-def test_without_an_address_one_chooses(opened):
+def test_page_without_an_address_lists_the_replays(opened):
     page = opened("")
     page.get_by_role("link", name="theirs, town01-0, repetition 0").click()
     page.wait_for_selector(".stage")
@@ -261,7 +261,7 @@ def test_without_an_address_one_chooses(opened):
 
 @pytest.mark.parametrize("dark", [False, True])
 @pytest.mark.parametrize("runs", [("ours",), ("ours", "theirs")])
-def test_there_is_no_serious_fault_of_accessibility(opened, faults, screenshot, dark, runs):
+def test_page_has_no_serious_accessibility_violation(opened, faults, screenshot, dark, runs):
     page = opened(at(*runs), dark=dark)
     page.wait_for_selector("#compare-group:not([hidden])")
     page.keyboard.press("n")
@@ -271,7 +271,7 @@ def test_there_is_no_serious_fault_of_accessibility(opened, faults, screenshot, 
     screenshot(page, f"replay_help_{dark}_{len(runs)}")
 
 
-def test_a_phone_need_not_scroll_sideways(opened, sideways, faults, screenshot):
+def test_page_fits_a_phone_without_horizontal_scrolling(opened, sideways, faults, screenshot):
     page = opened(at("ours", "theirs"), size=PHONE)
     page.wait_for_selector("#compare-group:not([hidden])")
     assert sideways(page) <= 0
@@ -279,7 +279,7 @@ def test_a_phone_need_not_scroll_sideways(opened, sideways, faults, screenshot):
     screenshot(page, "replay_phone")
 
 
-def test_dark_and_light_can_be_switched(opened):
+def test_theme_switches_between_dark_and_light(opened):
     page = opened(at("ours"))
     settle(page)
     light = painted(page).mean()

@@ -1,4 +1,4 @@
-"""Every registered planner keeps the contract, and breaking it is noticed."""
+"""Every registered planner satisfies the contract, and violations are detected."""
 
 import numpy as np
 import pytest
@@ -18,7 +18,7 @@ pytestmark = pytest.mark.sumo
 
 @pytest.fixture(scope="module")
 def episode() -> tuple[Route, list[Observation]]:
-    """A route and some ticks of driving straight on from its start."""
+    """A route and some ticks of driving straight ahead from its start."""
     route = load_suite("longest6")[6]
     observations = []
     sensors, place = Sensors(route, 1, frozenset(Input)), RouteProgress(route)
@@ -33,7 +33,7 @@ def episode() -> tuple[Route, list[Observation]]:
 
 
 @pytest.mark.parametrize("name", list(AGENTS))
-def test_registered_agents_keep_the_contract(
+def test_registered_agents_satisfy_the_contract(
     name: str, episode: tuple[Route, list[Observation]]
 ) -> None:
     check_agent(load_agent(name), *episode)
@@ -102,7 +102,7 @@ class Incomplete:
     inputs = frozenset()
 
 
-def test_a_good_agent_passes(episode: tuple[Route, list[Observation]]) -> None:
+def test_valid_agent_passes_the_check(episode: tuple[Route, list[Observation]]) -> None:
     check_agent(Good(), *episode)
 
 
@@ -122,7 +122,7 @@ def test_a_good_agent_passes(episode: tuple[Route, list[Observation]]) -> None:
     ],
     ids=lambda value: type(value).__name__ if not isinstance(value, str) else "",
 )
-def test_broken_agents_are_told_what_is_wrong(
+def test_broken_agents_fail_with_the_reason(
     agent: object, message: str, episode: tuple[Route, list[Observation]]
 ) -> None:
     with pytest.raises((AgentError, ValueError), match=message):

@@ -1,4 +1,4 @@
-"""What the command line promises: its commands, exit codes and messages; run as a user runs it."""
+"""The command line as a user runs it: commands, exit codes and messages."""
 
 import os
 import subprocess
@@ -22,7 +22,7 @@ def plant_bench(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
     )
 
 
-def test_version(tmp_path):
+def test_version_option_prints_the_version(tmp_path):
     from plant_bench import __version__
 
     assert plant_bench("--version", cwd=tmp_path).stdout == f"plant-bench {__version__}\n"
@@ -46,7 +46,7 @@ def test_version(tmp_path):
         "import-routes",
     ],
 )
-def test_help_teaches(command, tmp_path):
+def test_help_of_each_command_shows_its_usage(command, tmp_path):
     done = plant_bench(*command.split(), "--help", cwd=tmp_path)
 
     assert done.returncode == 0
@@ -70,9 +70,12 @@ def test_help_teaches(command, tmp_path):
         (["replay", "nowhere", "town01-0"], "Say what to make of it"),
         (["replay", "nowhere", "town01-0", "--png", "a.png"], "no run of plant-bench"),
         (["serve", "nowhere"], "There is no folder nowhere"),
-        (["score", "--agent", "cruise", "--penalties", "lb2.0"], "There is no penalties 'lb2.0'"),
+        (
+            ["score", "--agent", "cruise", "--penalties", "lb2.0"],
+            "There is no penalty scheme 'lb2.0'",
+        ),
         (["rescore", "nowhere", "--penalties", "lb3"], "lb1.0 and lb2.1 are known"),
-        (["compare", "nowhere", "file", "--penalties", "lb3"], "There is no penalties 'lb3'"),
+        (["compare", "nowhere", "file", "--penalties", "lb3"], "There is no penalty scheme 'lb3'"),
         (["rescore", "nowhere"], "is no run of plant-bench"),
         (["compare", "nowhere", "file"], "is no run of plant-bench"),
         (["towns", "build", "--town", "town99", "--check"], "town99"),
@@ -110,7 +113,7 @@ def test_bad_input_is_one_message_and_exit_code_2(arguments, words, tmp_path):
     assert not (tmp_path / "reports").exists()
 
 
-def test_agents_are_listed_with_what_they_are_given(tmp_path):
+def test_agents_are_listed_with_their_inputs(tmp_path):
     from plant_bench.agents.loading.planner_spec import AGENTS
 
     lines = plant_bench("agents", cwd=tmp_path).stdout.splitlines()
@@ -127,13 +130,13 @@ def test_routes_are_listed_with_their_numbers(tmp_path):
     assert any(line.split()[:2] == ["35", "town06-5"] for line in done.stdout.splitlines())
 
 
-def test_the_unseen_suite_is_found_by_its_name(tmp_path):
+def test_unseen_suite_is_found_by_its_name(tmp_path):
     done = plant_bench("routes", "list", "--suite", "unseen", cwd=tmp_path)
 
     assert any(line.split()[:2] == ["35", "unseen06-5"] for line in done.stdout.splitlines())
 
 
-def test_what_is_checked_is_all_there_is_unless_one_is_named(monkeypatch):
+def test_check_covers_all_suites_and_towns_by_default(monkeypatch):
     from plant_bench.cli import app
 
     monkeypatch.setattr("plant_bench.towns.routes.check_suite", lambda _: [])
@@ -149,7 +152,7 @@ def test_what_is_checked_is_all_there_is_unless_one_is_named(monkeypatch):
     assert checked("towns", "build") == towns
 
 
-def test_rescore_and_compare_load_no_simulator():
+def test_rescore_and_compare_do_not_load_the_simulator():
     code = (
         "import sys, plant_bench.cli, plant_bench.runner.run.rescore_run;"
         "import plant_bench.reports.tables;"
@@ -167,8 +170,8 @@ def test_rescore_and_compare_load_no_simulator():
         ("runner.episode", {"pandas", "numba", "torch", "matplotlib"}),
     ],
 )
-def test_nothing_is_loaded_before_it_is_needed(module, late):
-    """Half a second of a run's start is at stake."""
+def test_modules_do_not_import_heavy_libraries_at_start(module, late):
+    """These imports would delay the start of a run by half a second."""
     code = f"import sys, plant_bench.{module}; sys.exit(', '.join({late!r} & sys.modules.keys()))"
 
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
@@ -176,7 +179,7 @@ def test_nothing_is_loaded_before_it_is_needed(module, late):
     assert done.stderr.strip() == ""
 
 
-def test_the_command_line_starts_without_numbers_and_scores_without_what_isolation_needs():
+def test_cli_starts_without_numpy_and_score_without_optional_libraries():
     code = (
         "import sys; import plant_bench.cli; print('numpy' in sys.modules); "
         "sys.modules.update(dict.fromkeys(['msgpack', 'resource', 'gymnasium', 'ray'])); "

@@ -1,4 +1,4 @@
-"""The names that users write in their own files: to take one away is a breaking change."""
+"""The public names of the package: removing one is a breaking change."""
 
 import re
 import subprocess
@@ -14,7 +14,7 @@ HEAVY = {"numpy", "pandas", "torch", "libsumo", "numba", "matplotlib", "pydantic
 CALLED = ("check_agent", "collect", "drive", "load_run", "load_suite", "rfds", "score", "train")
 
 
-def test_the_public_names_are_those_that_the_docs_describe() -> None:
+def test_public_names_match_the_documentation() -> None:
     described = re.findall(r"^### `(\w+)", DOCS.read_text(encoding="utf-8"), re.MULTILINE)
 
     assert sorted(described) == plant_bench.__all__
@@ -23,7 +23,7 @@ def test_the_public_names_are_those_that_the_docs_describe() -> None:
 
 
 @pytest.mark.parametrize("name", plant_bench.__all__)
-def test_a_public_name_is_there_and_says_what_it_is(name: str) -> None:
+def test_public_names_exist_and_have_a_docstring(name: str) -> None:
     found = getattr(plant_bench, name)
 
     assert name in dir(plant_bench)
@@ -31,7 +31,7 @@ def test_a_public_name_is_there_and_says_what_it_is(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", CALLED)
-def test_what_is_called_describes_each_of_its_arguments(name: str) -> None:
+def test_public_functions_document_every_argument(name: str) -> None:
     function = getattr(plant_bench, name)
     told = re.findall(r"^ {8}(\w+): ", function.__doc__ or "", re.MULTILINE)
 
@@ -39,7 +39,7 @@ def test_what_is_called_describes_each_of_its_arguments(name: str) -> None:
         assert set(function.__annotations__) - {"return"} <= set(told)
 
 
-def test_nothing_is_loaded_before_it_is_used() -> None:
+def test_public_names_are_imported_lazily() -> None:
     code = (
         "import sys, plant_bench\n"
         "dir(plant_bench), plant_bench.__version__, plant_bench.InputError\n"
@@ -51,6 +51,6 @@ def test_nothing_is_loaded_before_it_is_used() -> None:
     assert done.stderr.strip() == ""
 
 
-def test_another_name_is_an_attribute_error() -> None:
+def test_unknown_public_name_raises_attribute_error() -> None:
     with pytest.raises(AttributeError, match="no attribute 'skore'"):
         _ = plant_bench.skore  # pyright: ignore[reportAttributeAccessIssue]

@@ -1,4 +1,4 @@
-"""The README's commands: that they are there, that CI runs them, and that they work."""
+"""The README's commands exist, work, and are the ones that CI runs."""
 
 import re
 import shlex
@@ -21,7 +21,7 @@ def commands(marker: str) -> list[str]:
 
 
 @pytest.mark.parametrize("marker", ["main command", "test command"])
-def test_one_line_sets_up_and_runs(marker):
+def test_readme_commands_are_one_line_that_installs_and_runs(marker):
     (command,) = commands(marker)
 
     assert command.startswith("python3 -m venv .venv && .venv/bin/pip install -c constraints.txt ")
@@ -42,7 +42,7 @@ def test_ci_takes_the_test_command_from_the_readme():
     assert done.stdout.splitlines() == commands("test command")
 
 
-def test_every_command_named_exists():
+def test_every_command_named_in_the_readme_exists():
     named = set(re.findall(r"`plant-bench ([a-z]+)", README))
     done = CliRunner().invoke(app, ["--help"])
 
@@ -50,7 +50,7 @@ def test_every_command_named_exists():
     assert [name for name in named if name not in done.output] == []
 
 
-def test_score_commands_parse():
+def test_score_commands_in_the_readme_parse():
     lines = [shlex.split(line) for line in commands("main command") + commands("run: commands")]
     words = [line[line.index("score") if "score" in line else 0 :] for line in lines]
 
@@ -59,14 +59,14 @@ def test_score_commands_parse():
         assert done.exit_code == 0, done.output
 
 
-def test_links_lead_somewhere():
+def test_links_in_the_readme_resolve():
     links = re.findall(r"\]\(([^)#:]+)\)", README)
 
     assert links
     assert [link for link in links if not (ROOT / link).exists()] == []
 
 
-def test_every_dependency_is_pinned():
+def test_every_dependency_has_a_pinned_version():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     extras = [name for part in project["optional-dependencies"].values() for name in part]
     wanted = [

@@ -1,4 +1,4 @@
-"""Collecting data through the command line, with SUMO: stopped, gone on with, described, broken."""
+"""Data collection by the command line, with SUMO: resumed, described, and with a broken file."""
 
 import json
 import os
@@ -45,7 +45,7 @@ def episodes(place):
     return {path.name: path.read_bytes() for path in (place / "data" / "episodes").iterdir()}
 
 
-def test_there_are_as_many_frames_as_asked_for(place):
+def test_collect_reaches_the_requested_number_of_frames(place):
     frames = 0
     for path in sorted((place / "data" / "episodes").iterdir()):
         recording = Recording.load(path)
@@ -59,14 +59,14 @@ def test_there_are_as_many_frames_as_asked_for(place):
     assert f"{frames} frames at 2 Hz" in (place / "data" / "README.md").read_text()
 
 
-def test_no_frame_is_from_a_benchmark_route(place):
+def test_collected_frames_are_never_from_benchmark_routes(place):
     routes = {route.id: route for route in load_suite(str(place / "data" / "routes"))}
     for path in (place / "data" / "episodes").iterdir():
         route = routes[str(Recording.load(path).metadata["route"])]
         assert common_share(route) <= MAX_COMMON
 
 
-def test_the_same_command_goes_on_where_it_was(place):
+def test_repeated_collect_resumes_where_it_stopped(place):
     before = episodes(place)
     assert "Nothing was left to drive" in collect(200, place)
 
@@ -79,7 +79,7 @@ def test_the_same_command_goes_on_where_it_was(place):
     assert "sound" in plant_bench("data", "check", "data", cwd=place)
 
 
-def test_it_is_described_and_a_broken_file_is_told(place):
+def test_data_is_described_and_a_broken_file_is_reported(place):
     assert "frames at 2 Hz" in plant_bench("data", "describe", "data", cwd=place)
     assert len(list((place / "data" / "plots").glob("*.png"))) == 6
 
@@ -94,7 +94,7 @@ def test_it_is_described_and_a_broken_file_is_told(place):
     assert path.read_bytes() == whole
 
 
-def test_another_planner_drives_and_the_data_says_so(tmp_path):
+def test_driver_option_is_recorded_in_the_data(tmp_path):
     asked = ["--out", "own", "--frames", "30", "--density", "light", "--driver", "idm"]
     plant_bench("collect", *asked, "--workers", "1", cwd=tmp_path)
     recordings = [Recording.load(path) for path in sorted((tmp_path / "own/episodes").iterdir())]
@@ -120,7 +120,7 @@ def test_another_planner_drives_and_the_data_says_so(tmp_path):
         (["data", "check", "nowhere"], "There is no data in nowhere"),
     ],
 )
-def test_unusable_input_is_one_message(arguments, words, tmp_path):
+def test_unusable_input_gives_one_message(arguments, words, tmp_path):
     said = plant_bench(*arguments, cwd=tmp_path, code=2)
     assert words in said
     assert "Traceback" not in said

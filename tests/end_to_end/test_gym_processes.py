@@ -39,12 +39,12 @@ def settings(**more: Any) -> dict[str, Any]:
 
 
 def actions() -> np.ndarray:
-    """Actions of two drivers."""
+    """Return the actions of two environments."""
     wheel = 0.05 * np.random.default_rng(2).standard_normal((STEPS, 2))
     return np.stack((np.full((STEPS, 2), 0.6), wheel), axis=2).astype(np.float32)
 
 
-def test_two_in_processes_answer_as_one_after_the_other() -> None:
+def test_parallel_environments_match_sequential_ones() -> None:
     both = gymnasium.make_vec(
         "PlantBench-v0", num_envs=2, vectorization_mode="async", **settings(observation="objects")
     )
@@ -63,7 +63,7 @@ def test_two_in_processes_answer_as_one_after_the_other() -> None:
         alone.close()
 
 
-def test_processes_may_start_while_an_episode_goes_on_here() -> None:
+def test_processes_can_start_during_an_episode_in_the_parent() -> None:
     here = gymnasium.make("PlantBench-v0", **settings())
     here.reset(seed=1)
     here.step(actions()[0, 0])
@@ -85,7 +85,7 @@ def test_processes_may_start_while_an_episode_goes_on_here() -> None:
     ("observation", "policy"),
     [("tokens", "MultiInputPolicy"), ("objects", "MultiInputPolicy"), ("raster", "CnnPolicy")],
 )
-def test_ppo_learns_some_steps(observation: str, policy: str) -> None:
+def test_ppo_trains_for_a_few_steps(observation: str, policy: str) -> None:
     small = RasterEncoder(RasterSpec(size=48, scale=1.25, below=12))
     given = small if observation == "raster" else observation
     env = gymnasium.make("PlantBench-v0", **settings(observation=given, density="empty"))
@@ -102,7 +102,7 @@ def test_ppo_learns_some_steps(observation: str, policy: str) -> None:
 
 
 @pytest.mark.slow
-def test_the_example_learns_to_get_on(tmp_path: Path) -> None:
+def test_training_example_improves_progress(tmp_path: Path) -> None:
     command = [sys.executable, str(EXAMPLE), "--steps", "32000", "--out", str(tmp_path / "a.zip")]
     done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=1500)
     first, last = (float(line.split()[-1]) for line in done.stdout.splitlines())

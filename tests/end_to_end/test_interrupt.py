@@ -1,4 +1,4 @@
-"""Ctrl-C in the middle of a run, as a terminal sends it: to the command and all of its workers."""
+"""Ctrl-C during a run, sent as a terminal does: to the command and all of its workers."""
 
 import os
 import signal
@@ -27,7 +27,7 @@ def start(cwd):
     )
 
 
-def test_ctrl_c_loses_nothing_and_the_same_command_goes_on(tmp_path):
+def test_run_interrupted_by_ctrl_c_resumes_without_loss(tmp_path):
     episodes = tmp_path / "run" / "episodes"
     first = start(tmp_path)
     deadline = time.monotonic() + 120

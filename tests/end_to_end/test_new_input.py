@@ -1,4 +1,4 @@
-"""A new input is one row and one function: shown by adding one to a copy of the package.
+"""A new input needs one row and one function: this adds one to a copy of the package.
 
 The copy has nothing else changed. A planner that steers its speed by the new image then drives in
 worker processes, in a process of its own, on a Ray cluster and in the environment: all the same.
@@ -118,7 +118,7 @@ sys.exit(done.returncode)
 
 @pytest.fixture(scope="module")
 def copied(tmp_path_factory) -> Path:
-    """A folder with the package, an input more in it, and a planner that uses it."""
+    """A folder with the package, an additional input, and a planner that uses it."""
     folder = tmp_path_factory.mktemp("copied")
     ignored = shutil.ignore_patterns("__pycache__")
     shutil.copytree(ROOT / "plant_bench", folder / "plant_bench", ignore=ignored)
@@ -158,7 +158,7 @@ def score(folder: Path, out: str, *, by: tuple[str, ...] = (), more: tuple[str, 
     return json.loads(record.read_text()) | {"name": record.name}
 
 
-def test_one_row_and_one_function_make_an_input_everywhere(copied):
+def test_new_input_works_everywhere_with_one_row_and_one_function(copied):
     local = score(copied, "local")
     isolated = score(copied, "isolated", more=("--isolate",))
     cluster = score(copied, "cluster", by=("cluster.py", sys.executable))
@@ -174,7 +174,7 @@ def test_one_row_and_one_function_make_an_input_everywhere(copied):
     }
 
 
-def test_a_planner_of_images_alone_is_shown_among_sensors(copied):
+def test_image_only_planner_is_listed_under_sensors(copied):
     code = (
         "from plant_bench.sensing.inputs import track_of\n"
         "print(track_of(['route', 'shade']).label, track_of(['shade', 'objects']).label)"

@@ -1,4 +1,4 @@
-"""A package that plant-bench has never heard of: it learns, is scored and verified."""
+"""An external package with an agent and a learner is trained, scored and verified."""
 
 import json
 import os
@@ -24,7 +24,7 @@ their-pixels = their_pixels.pixels:PixelLearner
 
 @pytest.fixture
 def installed(tmp_path: Path) -> Path:
-    """A folder in which a package is installed, with an agent and a learner on rasters."""
+    """A folder with an installed package that has an agent and a learner on rasters."""
     package = tmp_path / "site" / "their_pixels"
     package.mkdir(parents=True)
     (package / "__init__.py").write_text("")
@@ -54,7 +54,7 @@ def plant_bench(place: Path, *words: str, code: int = 0) -> str:
     return done.stdout + done.stderr
 
 
-def test_it_learns_from_collected_data_is_scored_and_verified(installed: Path) -> None:
+def test_installed_learner_trains_scores_and_is_verified(installed: Path) -> None:
     before = {path: path.stat().st_mtime_ns for path in (ROOT / "plant_bench").rglob("*.py")}
     collecting = ["--frames", "200", "--density", "light", "--workers", "2"]
     plant_bench(installed, "collect", "--out", "data", *collecting)

@@ -30,19 +30,19 @@ def cells(path: Path) -> list[dict[str, Any]]:
 
 
 def said(cell: dict[str, Any]) -> str:
-    """Return what a cell shows as text."""
+    """Return the text output of a cell."""
     parts = [output.get("text") or output["data"]["text/plain"] for output in cell["outputs"]]
     return "".join(line for part in parts for line in part)
 
 
-def test_it_is_kept_without_outputs() -> None:
+def test_notebook_is_stored_without_outputs() -> None:
     found = cells(EXAMPLES / NOTEBOOK)
 
     assert 5 <= len(found) <= 8
     assert all(not cell["outputs"] and cell["execution_count"] is None for cell in found)
 
 
-def test_it_runs_in_a_new_kernel(tmp_path: Path) -> None:
+def test_notebook_runs_in_a_new_kernel(tmp_path: Path) -> None:
     for name in (NOTEBOOK, "short_route.json"):
         shutil.copy(EXAMPLES / name, tmp_path / name)
 

@@ -1,4 +1,4 @@
-"""A real Ray cluster of several nodes on this machine, one of which is lost in the middle."""
+"""A real Ray cluster of several nodes on this machine, one of which is lost during the run."""
 
 import json
 import os
@@ -32,7 +32,7 @@ pytestmark = [
 
 @contextmanager
 def several_nodes(count: int) -> Iterator[tuple[Any, list[Any]]]:
-    """Have a cluster whose head drives nothing, and so many nodes of one CPU.
+    """Start a cluster with a head node that runs no tasks and `count` nodes with one CPU.
 
     Yields:
         The cluster, and its nodes.
@@ -41,7 +41,7 @@ def several_nodes(count: int) -> Iterator[tuple[Any, list[Any]]]:
     settings = {
         "PYTHONPATH": os.pathsep.join(filter(None, paths)),
         "RAY_worker_niceness": "0",  # 15 by Ray's default, after all other work on this machine
-        "RAY_prestart_worker_first_driver": "0",  # nobody would use them
+        "RAY_prestart_worker_first_driver": "0",  # they would be unused
         "RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO": "0",
     }
     before = {name: os.environ.get(name) for name in settings}
@@ -70,7 +70,7 @@ def several_nodes(count: int) -> Iterator[tuple[Any, list[Any]]]:
 
 @pytest.fixture
 def request_of(tmp_path):
-    """Ask for short routes to be driven by the example agent, which no node has installed."""
+    """Request short routes driven by the example agent, which no node has installed."""
 
     def wanted(metres: list[int]) -> ScoreRequest:
         routes = [first_metres(length, f"first-{length}").to_payload() for length in metres]
@@ -90,7 +90,7 @@ def contents(run: Run) -> dict[str, bytes]:
     return {f"{path.parent.name}/{path.name}": path.read_bytes() for path in files}
 
 
-def test_a_node_lost_in_the_middle_changes_no_byte(request_of, tmp_path):
+def test_losing_a_node_does_not_change_the_results(request_of, tmp_path):
     request = request_of([20, 25, 30, 35, 40])
     here = open_run(request, tmp_path / "here")
     run_suite(here.missing, here.folder, workers=1, on_event=lambda event: None)
@@ -114,7 +114,7 @@ def test_a_node_lost_in_the_middle_changes_no_byte(request_of, tmp_path):
 
 
 @pytest.mark.slow
-def test_whole_routes_on_a_cluster_that_loses_a_node_at_random(tmp_path):
+def test_full_routes_complete_when_a_random_node_is_lost(tmp_path):
     wanted = ["score", "--agent", "rule-based", "--routes", "3-5,15-17", "--repetitions", "1"]
     command = [sys.executable, "-m", "plant_bench", *wanted]
     subprocess.run([*command, "--workers", "2", "--out", "here"], cwd=tmp_path, check=True)

@@ -1,4 +1,4 @@
-"""`plant-bench rfds` with SUMO: ordinary runs, related; the same command drives nothing again."""
+"""`plant-bench rfds` with SUMO: ordinary runs are compared, and a repeat drives nothing."""
 
 import json
 import os
@@ -26,7 +26,7 @@ def rfds(cwd: Path) -> str:
     return done.stdout
 
 
-def test_rankings_are_scored_as_ordinary_runs_and_resume(tmp_path: Path) -> None:
+def test_rfds_runs_are_scored_as_ordinary_runs_and_resume(tmp_path: Path) -> None:
     said = rfds(tmp_path)
     assert "distance" in said
     runs = {name: tmp_path / "runs" / name for name in ("expert", "distance", "none")}

@@ -67,7 +67,7 @@ def records(folder: Path) -> dict[str, bytes]:
     return {path.name: path.read_bytes() for path in (folder / "episodes").iterdir()}
 
 
-def test_the_example_agent_gets_somewhere(place):
+def test_example_agent_makes_progress(place):
     rows = [json.loads(text) for text in records(place / "one").values()]
 
     assert len(rows) == 2
@@ -76,7 +76,7 @@ def test_the_example_agent_gets_somewhere(place):
     assert json.loads((place / "one" / "run.json").read_text())["versions"]["libsumo"]
 
 
-def test_records_and_recordings_do_not_depend_on_the_number_of_workers(place):
+def test_results_do_not_depend_on_the_number_of_workers(place):
     agent = f"{ROOT / 'examples' / 'my_agent.py'}:MyAgent"
     plant_bench(*score(agent, "two", workers=2), cwd=place)
 
@@ -85,7 +85,7 @@ def test_records_and_recordings_do_not_depend_on_the_number_of_workers(place):
         assert path.read_bytes() == (place / "two" / "recordings" / path.name).read_bytes()
 
 
-def test_the_same_command_again_drives_nothing(place):
+def test_repeating_a_finished_command_drives_nothing(place):
     agent = f"{ROOT / 'examples' / 'my_agent.py'}:MyAgent"
     before = records(place / "one")
 
@@ -95,7 +95,7 @@ def test_the_same_command_again_drives_nothing(place):
     assert records(place / "one") == before
 
 
-def test_a_run_is_confirmed_by_its_agent_and_a_tampered_one_is_not(place):
+def test_verify_confirms_a_run_and_rejects_a_tampered_one(place):
     agent = f"{ROOT / 'examples' / 'my_agent.py'}:MyAgent"
     routes = ["--routes", "town01-5,town02-5", "--workers", "1"]
     shutil.copytree(place / "one", place / "tampered")
@@ -115,7 +115,7 @@ def test_a_run_is_confirmed_by_its_agent_and_a_tampered_one_is_not(place):
     assert {item["place"] for item in found["findings"]} == {"summary.json", "summary.csv"}
 
 
-def test_another_law_changes_the_summary_and_no_record(place):
+def test_penalty_scheme_changes_the_summary_but_no_record(place):
     agent = f"{ROOT / 'examples' / 'my_agent.py'}:MyAgent"
     before = records(place / "one")
 
@@ -133,7 +133,7 @@ def test_another_law_changes_the_summary_and_no_record(place):
     assert all(json.loads(text)["measures"] for text in before.values())
 
 
-def test_rescoring_gives_the_same_records(place):
+def test_rescore_reproduces_the_records(place):
     assert "2 of 2 records are equal" in plant_bench("rescore", "one", cwd=place)
     for name in ("summary.json", "summary.csv"):
         assert (place / "one" / "rescored" / name).read_bytes() == (
@@ -142,7 +142,7 @@ def test_rescoring_gives_the_same_records(place):
     assert "penalties lb2.1" in plant_bench("rescore", "one", "--penalties", "lb2.1", cwd=place)
 
 
-def test_a_changed_record_is_found_by_rescoring(place, tmp_path):
+def test_rescore_detects_a_changed_record(place, tmp_path):
     agent = f"{ROOT / 'examples' / 'my_agent.py'}:MyAgent"
     plant_bench(*score(agent, str(tmp_path / "run"), workers=2), cwd=place)
     path = min((tmp_path / "run" / "episodes").iterdir())
@@ -152,7 +152,7 @@ def test_a_changed_record_is_found_by_rescoring(place, tmp_path):
     assert "1 of 2 records" in plant_bench("rescore", "run", cwd=tmp_path, code=1)
 
 
-def test_an_agent_that_crashes_is_scored(place):
+def test_crashing_agent_is_scored(place):
     (place / "stops.py").write_text(STOPPING)
 
     said = plant_bench(*score("stops.py:Stops", "crash", workers=2), cwd=place, code=2)
@@ -162,7 +162,7 @@ def test_an_agent_that_crashes_is_scored(place):
     assert "Too few routes" in plant_bench("compare", "one", "crash", cwd=place)
 
 
-def test_the_exit_code_tells_a_regression(tmp_path):
+def test_compare_exits_with_1_on_a_regression(tmp_path):
     (tmp_path / "stops.py").write_text(STOPPING)
     for name in ("Stops", "StopsLater"):
         drives = score(f"stops.py:{name}", name, workers=2, routes="6-11")

@@ -1,4 +1,4 @@
-"""Array tasks that drive into one folder at once, as examples/slurm_array.sh starts them."""
+"""Array tasks that write into one folder concurrently, as examples/slurm_array.sh starts them."""
 
 import os
 import subprocess
@@ -18,7 +18,7 @@ WANTED = ["--agent", "cruise", "--routes", "3-4", "--repetitions", "1", "--densi
 
 @pytest.fixture
 def path_to_command(tmp_path) -> str:
-    """A search path on which `plant-bench` is this one."""
+    """A search path on which `plant-bench` is the one under test."""
     command = tmp_path / "bin" / "plant-bench"
     command.parent.mkdir()
     command.write_text(f'#!/bin/sh\nexec {sys.executable} -m plant_bench "$@"\n')
@@ -35,7 +35,7 @@ def contents(folder: Path) -> dict[str, bytes]:
     return {path.name: path.read_bytes() for path in names}
 
 
-def test_two_array_tasks_at_once_come_to_what_one_command_does(tmp_path, path_to_command):
+def test_two_concurrent_shards_equal_one_command(tmp_path, path_to_command):
     subprocess.run(["bash", "-n", str(SCRIPT)], check=True)
     array = {"SLURM_ARRAY_TASK_MIN": "0", "SLURM_ARRAY_TASK_COUNT": "2", "PATH": path_to_command}
     tasks = [

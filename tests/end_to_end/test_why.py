@@ -1,4 +1,4 @@
-"""`plant-bench why` and `export` as a user runs them, after a run of a planner that hits others."""
+"""`plant-bench why` and `export` as a user runs them, on a run with collisions."""
 
 import json
 import os
@@ -36,14 +36,14 @@ def work(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def test_the_runs_infractions_are_listed_to_choose_from(work: Path):
+def test_why_without_a_route_lists_the_infractions(work: Path):
     said = plant_bench(work, "why", "run")
 
     assert ROUTE in said
     assert f"plant-bench why run {ROUTE} --repetition 0" in said
 
 
-def test_each_infraction_is_told_and_drawn(work: Path):
+def test_why_explains_and_draws_each_infraction(work: Path):
     said = plant_bench(work, "why", "run", ROUTE, "--out", "pictures", "--before", "2")
 
     result = RunFolder(work / "run").results()[0]
@@ -56,7 +56,7 @@ def test_each_infraction_is_told_and_drawn(work: Path):
     assert all(path.read_bytes().startswith(b"\x89PNG") for path in pictures)
 
 
-def test_an_unknown_route_is_one_line_with_a_suggestion(work: Path):
+def test_unknown_route_gives_one_line_with_a_suggestion(work: Path):
     said = plant_bench(work, "why", "run", "twon02-5", code=2)
 
     assert said.startswith("plant-bench: There is no route 'twon02-5'")
@@ -64,7 +64,7 @@ def test_an_unknown_route_is_one_line_with_a_suggestion(work: Path):
     assert len(said.splitlines()) == 1
 
 
-def test_no_infraction_is_said_and_is_no_error(work: Path):
+def test_run_without_infractions_is_reported_and_exits_with_0(work: Path):
     record = next((work / "run" / "episodes").glob("*.json"))
     clean = work / "clean"
     (clean / "episodes").mkdir(parents=True)
@@ -75,7 +75,7 @@ def test_no_infraction_is_said_and_is_no_error(work: Path):
     assert "no infraction" in plant_bench(work, "why", "clean", ROUTE)
 
 
-def test_a_missing_recording_is_one_line(work: Path):
+def test_missing_recording_gives_one_line(work: Path):
     bare = work / "bare"
     (bare / "episodes").mkdir(parents=True)
     (bare / "run.json").write_bytes((work / "run" / "run.json").read_bytes())
@@ -85,7 +85,7 @@ def test_a_missing_recording_is_one_line(work: Path):
     assert "has no recording of" in plant_bench(work, "why", "bare", ROUTE, code=2)
 
 
-def test_a_run_is_exported_and_read_back_equal(work: Path):
+def test_exported_run_is_read_back_equal(work: Path):
     said = plant_bench(work, "export", "run", "--out", "files/run.json", "--repetition", "0")
 
     assert "1 episodes." in said
@@ -102,7 +102,7 @@ def test_a_run_is_exported_and_read_back_equal(work: Path):
         (["--format", "csv2"], "There is no format 'csv2'"),
     ],
 )
-def test_what_cannot_be_exported_is_one_line(work: Path, arguments: list[str], words: str):
+def test_unusable_export_gives_one_line(work: Path, arguments: list[str], words: str):
     said = plant_bench(work, "export", "run", "--out", "x.json", *arguments, code=2)
 
     assert words in said

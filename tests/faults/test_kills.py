@@ -1,4 +1,4 @@
-"""Runs that are killed at random instants come to the same bytes as one that nobody disturbed."""
+"""Runs killed at random instants end with the same bytes as an undisturbed one."""
 
 import subprocess
 import sys
@@ -11,7 +11,7 @@ pytestmark = pytest.mark.sumo
 
 
 @pytest.mark.parametrize("kills", [5, pytest.param(200, marks=pytest.mark.slow)])
-def test_killed_runs_lose_double_and_change_nothing(kills: int, tmp_path: Path) -> None:
+def test_killed_runs_neither_lose_duplicate_nor_change_records(kills: int, tmp_path: Path) -> None:
     command = [sys.executable, str(ROOT / "benchmarks" / "kills.py"), "--kills", str(kills)]
 
     done = subprocess.run(

@@ -1,4 +1,4 @@
-"""Broken files: each loader gives the object or one line, for a few hundred mutations a format."""
+"""Broken files: each loader returns the object or refuses with one line, for mutated files."""
 
 import importlib
 import pickle
@@ -61,7 +61,7 @@ def fuzzing():
 
 @pytest.mark.filterwarnings("ignore::RuntimeWarning")
 @pytest.mark.parametrize("name", QUICK)
-def test_a_broken_file_is_used_or_refused_in_one_line(tmp_path: Path, fuzzing, name: str) -> None:
+def test_mutated_file_is_used_or_refused_with_one_line(tmp_path: Path, fuzzing, name: str) -> None:
     formats, mutations = fuzzing
     target, chance = formats.FORMATS[name], random.Random(5)
     seeds = target.seeds()
@@ -83,7 +83,7 @@ def test_a_broken_file_is_used_or_refused_in_one_line(tmp_path: Path, fuzzing, n
     assert not any("\n" in text for text in refusals)
 
 
-def test_the_fuzzer_sees_what_it_looks_for(tmp_path: Path) -> None:
+def test_fuzzer_detects_each_kind_of_failure(tmp_path: Path) -> None:
     script = FUZZ.format(folder=str(ROOT / "benchmarks"), elsewhere=str(tmp_path / "x" / "written"))
     (tmp_path / "x").mkdir()
 
@@ -98,14 +98,14 @@ def test_the_fuzzer_sees_what_it_looks_for(tmp_path: Path) -> None:
 
 
 class Trap:
-    """What a pickle would run."""
+    """A class whose unpickling has a side effect."""
 
     def __reduce__(self):
         return (Path.touch, (Path("sprung"),))
 
 
 @pytest.mark.parametrize("what", ["weights", "checkpoint"])
-def test_a_pickle_named_safetensors_is_refused_and_runs_nothing(
+def test_pickle_named_safetensors_is_refused_and_not_executed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, fuzzing, what: str
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -121,7 +121,7 @@ def test_a_pickle_named_safetensors_is_refused_and_runs_nothing(
     assert not (tmp_path / "sprung").exists()
 
 
-def test_a_training_of_an_earlier_version_is_not_unpickled(tmp_path: Path) -> None:
+def test_checkpoint_of_an_earlier_version_is_not_unpickled(tmp_path: Path) -> None:
     from plant_bench.training.checkpoint import load_checkpoint
 
     (tmp_path / "checkpoint.pt").write_bytes(pickle.dumps(Trap()))
@@ -130,7 +130,7 @@ def test_a_training_of_an_earlier_version_is_not_unpickled(tmp_path: Path) -> No
         load_checkpoint(tmp_path, {})
 
 
-def test_a_graph_whose_values_lie_in_another_file_is_refused(tmp_path: Path) -> None:
+def test_onnx_graph_with_external_data_is_refused(tmp_path: Path) -> None:
     onnx = pytest.importorskip("onnx")
     from plant_bench.agents.plant.onnx_network import GraphPredictor
 
@@ -147,7 +147,7 @@ def test_a_graph_whose_values_lie_in_another_file_is_refused(tmp_path: Path) -> 
         GraphPredictor(tmp_path / "network.onnx")
 
 
-def test_weights_on_a_full_disk_are_an_error_of_the_disk(tmp_path: Path) -> None:
+def test_full_disk_while_saving_weights_is_reported_as_a_disk_error(tmp_path: Path) -> None:
     import torch
 
     from plant_bench.model_folder import save_tensors

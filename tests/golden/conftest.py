@@ -42,8 +42,8 @@ Others = Sequence[Other] | Callable[[int], Sequence[Other]]
 
 
 @dataclass
-class HazardWorld:
-    """Puts an episode together, part by part; mutable."""
+class EpisodeBuilder:
+    """Builds an episode step by step; mutable."""
 
     town: Town
     route: Route
@@ -60,8 +60,8 @@ class HazardWorld:
         yaw: float | None = None,
         others: Others = (),
         light: Light = Light.GREEN,
-    ) -> "HazardWorld":
-        """Drive along x, at a constant y; a fraction of a step is driven at the end."""
+    ) -> "EpisodeBuilder":
+        """Drive along x at a constant y; the last step may be shorter."""
         heading = (0.0 if to >= self.x else math.pi) if yaw is None else yaw
         while abs(to - self.x) > 1e-9:
             step = min(speed * TICK, abs(to - self.x))
@@ -77,14 +77,14 @@ class HazardWorld:
         speed: float = 0.0,
         others: Others = (),
         light: Light = Light.GREEN,
-    ) -> "HazardWorld":
-        """Stay where it is; `speed` is what the speedometer shows."""
+    ) -> "EpisodeBuilder":
+        """Stay in place; `speed` is the speed that the scene states."""
         for _ in range(ticks):
             self._add(EgoState(self.x, y, 0.0, speed), others, light)
         return self
 
     def verdict(self) -> Referee:
-        """Have the episode judged up to here."""
+        """Judge the episode up to the current scene."""
         referee = Referee(self.town, self.route)
         for scene in self.scenes:
             referee.judge(scene)
@@ -92,7 +92,7 @@ class HazardWorld:
         return referee
 
     def kinds(self) -> list[str]:
-        """Return the kinds of the infractions up to here."""
+        """Return the kinds of the infractions up to the current scene."""
         return [str(infraction.kind) for infraction in self.verdict().infractions]
 
     def _add(self, ego: EgoState, others: Others, light: Light) -> None:
@@ -159,6 +159,6 @@ def eastward() -> Route:
 
 
 @pytest.fixture
-def stage() -> HazardWorld:
+def stage() -> EpisodeBuilder:
     """An empty stage, the ego about to start."""
-    return HazardWorld(straight_road(), eastward())
+    return EpisodeBuilder(straight_road(), eastward())

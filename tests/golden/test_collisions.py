@@ -1,4 +1,4 @@
-"""Collisions: fires, just misses, fires once; and who ran into whom."""
+"""Collisions: counted, narrowly not counted, counted once, and which side caused them."""
 
 import dataclasses
 import math
@@ -23,7 +23,7 @@ KINDS = {
 
 
 @pytest.mark.parametrize("kind", list(ActorKind))
-def test_fires(stage, kind):
+def test_collision_is_counted_when_the_boxes_overlap(stage, kind):
     other = stage.other(50.0, kind=kind, id=7)
     stage.drive(50.0 - TOUCH + 0.01, others=[other])
     (infraction,) = stage.verdict().infractions
@@ -34,31 +34,31 @@ def test_fires(stage, kind):
 
 
 @pytest.mark.parametrize("kind", list(ActorKind))
-def test_just_misses_what_is_ahead(stage, kind):
+def test_stopping_short_of_an_obstacle_is_no_collision(stage, kind):
     stage.drive(50.0 - TOUCH - 0.01, others=[stage.other(50.0, kind=kind)])
     assert stage.kinds() == []
 
 
 @pytest.mark.parametrize(("gap", "expected"), [(0.01, []), (-0.01, ["collision_vehicle"])])
-def test_passes_beside(stage, gap, expected):
+def test_passing_close_beside_an_obstacle_is_no_collision(stage, gap, expected):
     stage.drive(100.0, others=[stage.other(50.0, -BESIDE - gap)])
     assert stage.kinds() == expected
 
 
-def test_a_turned_box_is_tested_as_it_is_turned(stage):
+def test_rotated_box_is_tested_with_its_orientation(stage):
     away = 2.45 + 1.0 + 0.05  # the other stands crosswise: half its width, not its length
     stage.drive(50.0 - away, others=[stage.other(50.0, yaw=math.pi / 2)])
     assert stage.kinds() == []
 
 
 @pytest.mark.parametrize("kind", [ActorKind.CAR, ActorKind.PEDESTRIAN, ActorKind.STATIC])
-def test_one_long_contact_counts_once(stage, kind):
+def test_continuous_contact_counts_once(stage, kind):
     other = stage.other(48.0, kind=kind)
     stage.drive(50.0 - TOUCH, others=[other]).stand(400, others=[other])
     assert stage.kinds() == [KINDS[kind]]
 
 
-def test_the_same_car_pushed_along_counts_once(stage):
+def test_vehicle_pushed_along_counts_once(stage):
     def pushed(tick):
         return [stage.other(stage.x + 4.0, speed=5.0)]
 
@@ -66,7 +66,7 @@ def test_the_same_car_pushed_along_counts_once(stage):
     assert stage.kinds() == ["collision_vehicle"]
 
 
-def test_the_same_static_thing_counts_again_3_m_on(stage):
+def test_same_static_object_counts_again_after_3_m(stage):
     wall = stage.other(60.0, -1.5, kind=ActorKind.STATIC, extent=(10.0, 1.0))
     stage.drive(52.6, others=[wall])
     stage.drive(55.5, others=[wall])
@@ -75,13 +75,13 @@ def test_the_same_static_thing_counts_again_3_m_on(stage):
     assert stage.kinds() == ["collision_static", "collision_static"]
 
 
-def test_another_actor_at_the_same_place_does_not_count(stage):
+def test_second_actor_at_the_same_place_does_not_count(stage):
     both = [stage.other(50.0, 0.5, id=1), stage.other(50.0, -0.5, id=2)]
     stage.drive(46.0, others=both)
     assert stage.kinds() == ["collision_vehicle"]
 
 
-def test_another_actor_3_m_on_counts(stage):
+def test_second_actor_3_m_ahead_counts(stage):
     stage.drive(46.0, others=[stage.other(50.0, id=1)])
     stage.drive(48.9, others=[stage.other(53.0, id=2)])
     assert stage.kinds() == ["collision_vehicle"]
@@ -89,7 +89,7 @@ def test_another_actor_3_m_on_counts(stage):
     assert stage.kinds() == ["collision_vehicle", "collision_vehicle"]
 
 
-def test_a_place_counts_again_when_the_ego_was_5_m_away(stage):
+def test_same_place_counts_again_after_the_ego_was_5_m_away(stage):
     stage.drive(46.0, others=[stage.other(50.0, id=1)])
     stage.drive(41.1, yaw=0.0).drive(46.0, others=[stage.other(50.0, id=2)])
     assert stage.kinds() == ["collision_vehicle"]
@@ -101,7 +101,7 @@ def test_a_place_counts_again_when_the_ego_was_5_m_away(stage):
     ("ticks_apart", "expected"),
     [(99, ["collision_vehicle"]), (100, ["collision_vehicle", "collision_vehicle"])],
 )
-def test_an_actor_is_forgotten_after_5_seconds_without_contact(stage, ticks_apart, expected):
+def test_same_actor_counts_again_after_5_s_without_contact(stage, ticks_apart, expected):
     """100 ticks without contact put the next one 101 ticks, 5.05 s, after the last."""
     stage.drive(45.7, others=[stage.other(50.0)])
     first = stage.scenes[-1].tick
@@ -121,50 +121,50 @@ def cause(stage):
     return infraction.cause
 
 
-def test_ego_runs_into_the_car_ahead(stage):
+def test_rear_end_collision_by_the_ego_is_caused_by_the_ego(stage):
     stage.drive(46.0, others=[stage.other(50.0, speed=9.0)])
     assert cause(stage) == "ego"
 
 
-def test_ego_runs_into_a_faster_car_head_on(stage):
+def test_head_on_collision_with_a_faster_car_is_caused_by_the_ego(stage):
     stage.drive(46.0, others=[stage.other(50.0, yaw=math.pi, speed=20.0)])
     assert cause(stage) == "ego"
 
 
-def test_a_car_runs_into_the_standing_ego(stage):
+def test_collision_with_a_stationary_ego_is_caused_by_the_car(stage):
     stage.drive(46.0).stand(1, others=[stage.other(50.0, yaw=math.pi, speed=5.0)])
     assert cause(stage) == "other"
 
 
-def test_a_car_runs_into_the_back_of_the_ego(stage):
+def test_rear_end_collision_by_a_car_is_caused_by_the_car(stage):
     stage.drive(46.0).drive(46.2, speed=4.0, others=[stage.other(42.0, speed=9.0)])
     assert cause(stage) == "other"
 
 
-def test_a_car_runs_into_the_side_of_the_ego(stage):
+def test_side_collision_by_a_car_is_caused_by_the_car(stage):
     crossing = stage.other(46.0, 2.9, yaw=-math.pi / 2, speed=8.0)
     stage.drive(46.0).drive(46.5, others=[crossing])
     assert cause(stage) == "other"
 
 
-def test_ego_swerves_into_the_car_beside_it(stage):
+def test_swerving_into_the_car_beside_is_caused_by_the_ego(stage):
     stage.drive(46.0).drive(46.5, yaw=0.2, others=[stage.other(48.5, 2.4, speed=10.0)])
     assert cause(stage) == "ego"
 
 
-def test_a_car_swerves_into_the_ego(stage):
+def test_car_swerving_into_the_ego_is_the_cause(stage):
     stage.drive(46.0).drive(46.5, others=[stage.other(44.5, 2.3, yaw=-0.2, speed=10.0)])
     assert cause(stage) == "other"
 
 
-def test_ego_runs_over_a_pedestrian_who_steps_out(stage):
+def test_hitting_a_pedestrian_stepping_out_is_caused_by_the_ego(stage):
     walker = stage.other(50.0, 1.2, yaw=-math.pi / 2, speed=1.4, kind=ActorKind.PEDESTRIAN)
     walker = dataclasses.replace(walker, extent=(0.5, 0.5))
     stage.drive(47.0).drive(47.5, others=[walker])
     assert cause(stage) == "ego"
 
 
-def test_a_pedestrian_walks_into_the_side_of_the_ego(stage):
+def test_pedestrian_walking_into_the_ego_is_the_cause(stage):
     walker = stage.other(46.0, 1.2, yaw=-math.pi / 2, speed=1.4, kind=ActorKind.PEDESTRIAN)
     stage.drive(46.0).drive(
         46.2, speed=4.0, others=[dataclasses.replace(walker, extent=(0.5, 0.5))]

@@ -1,4 +1,4 @@
-"""What planners decided and were told in random scenes, before their loops were compiled."""
+"""Decisions and inputs of planners in random scenes, stored before their loops were compiled."""
 
 import json
 import math
@@ -22,7 +22,7 @@ TOLD = TokenSpec(conflicts=True, motion=True, horizon=3.0, vulnerable=True)
 
 
 def actors(draw: np.random.Generator, line: np.ndarray) -> Actors:
-    """Actors that stand, drive and walk along and across a line."""
+    """Return actors that stand, drive and walk along and across a line."""
     count = int(draw.integers(1, 9))
     near = line[draw.integers(0, min(len(line), 50), count)]
     poses = np.column_stack((near + draw.normal(0.0, 4.0, (count, 2)), draw.uniform(-3, 3, count)))
@@ -55,7 +55,7 @@ def observation(seed: int) -> Observation:
 
 
 def decided(seed: int) -> dict[str, list]:
-    """Return what is decided and told in a scene; half a second before, all stood elsewhere."""
+    """Return the decisions and inputs in a scene, after another scene half a second earlier."""
     now = observation(seed)
     assert now.actors is not None
     assert now.route is not None
@@ -79,7 +79,7 @@ def decided(seed: int) -> dict[str, list]:
 
 
 @pytest.mark.parametrize("seed", range(SCENES))
-def test_planners_decide_and_are_told_as_before(seed: int) -> None:
+def test_planner_decisions_and_inputs_match_the_stored_ones(seed: int) -> None:
     wanted = json.loads(WANTED.read_text(encoding="utf-8"))[seed]
     found = decided(seed)
     for name in ("expert", "rules", "tracks"):

@@ -1,4 +1,4 @@
-"""Completed, blocked, timed out, deviated: fires, just misses, fires once."""
+"""Termination: completed, blocked, timed out and deviated, at and just below each limit."""
 
 import math
 
@@ -30,7 +30,7 @@ def test_not_completed_10_m_from_the_destination(stage):
     assert stage.drive(301.0, y=9.0).verdict().status is Status.COMPLETED
 
 
-def test_after_the_end_scenes_are_ignored(stage):
+def test_scenes_after_termination_are_ignored(stage):
     stage.drive(300.0)
     before = stage.verdict()
     stage.drive(340.0).stand(5000)
@@ -43,7 +43,7 @@ def test_after_the_end_scenes_are_ignored(stage):
     assert after.infractions == []
 
 
-def test_blocked_after_180_seconds_of_standing(stage):
+def test_blocked_after_180_s_of_standing(stage):
     stage.drive(50.0).stand(BLOCKED_TICKS + 1)
     verdict = stage.verdict()
     assert verdict.status is Status.BLOCKED
@@ -51,23 +51,23 @@ def test_blocked_after_180_seconds_of_standing(stage):
     assert verdict.completion == pytest.approx(50.0 / 300.0)
 
 
-def test_not_blocked_at_180_seconds(stage):
+def test_not_blocked_at_exactly_180_s(stage):
     stage.drive(50.0).stand(BLOCKED_TICKS)
     assert stage.verdict().status is None
 
 
-def test_not_blocked_when_it_moves_in_between(stage):
+def test_not_blocked_if_the_ego_moves_in_between(stage):
     stage.stand(BLOCKED_TICKS // 3).stand(1, speed=0.1).stand(BLOCKED_TICKS)
     assert stage.verdict().status is None
     assert stage.stand(1).verdict().status is Status.BLOCKED
 
 
-def test_a_crawl_below_the_limit_is_standing(stage):
+def test_crawling_below_the_speed_limit_counts_as_standing(stage):
     stage.drive(1.0).drive(20.0, speed=0.099)
     assert stage.verdict().status is Status.BLOCKED
 
 
-def test_timed_out(stage):
+def test_episode_times_out(stage):
     stage.drive(140.0).drive(300.0, speed=0.5)
     verdict = stage.verdict()
     assert verdict.status is Status.TIMED_OUT
@@ -100,12 +100,12 @@ def test_deviated_after_30_percent_of_the_route_beyond_15_m(stage):
     assert stage.verdict().status is Status.DEVIATED
 
 
-def test_not_deviated_at_15_m_however_far(stage):
+def test_not_deviated_at_15_m_over_any_distance(stage):
     stage.drive(50.0).drive(290.0, y=-14.99)
     assert stage.verdict().status is None
 
 
-def test_who_turns_back_deviates(stage):
+def test_turning_back_is_a_deviation(stage):
     stage.drive(100.0).drive(71.0, y=3.5)
     assert stage.verdict().status is None
     verdict = stage.drive(69.0, y=3.5).verdict()
@@ -113,13 +113,13 @@ def test_who_turns_back_deviates(stage):
     assert verdict.progress == pytest.approx(100.0)
 
 
-def test_who_drives_beyond_the_end_deviates(stage):
+def test_driving_past_the_end_is_a_deviation(stage):
     stage.drive(250.0).drive(305.0, y=12.0, yaw=0.0)
     assert stage.verdict().status is None
     assert stage.drive(330.0, y=12.0).verdict().status is Status.DEVIATED
 
 
-def test_completed_wins_over_a_timeout_in_the_same_tick(stage):
+def test_completion_takes_precedence_over_a_timeout_in_the_same_tick(stage):
     stage.drive(297.0).stand(TIMEOUT_TICKS - len(stage.scenes) - 599, speed=1.0)
     stage.stand(TIMEOUT_TICKS + 1 - len(stage.scenes), speed=1.0)
     stage.drive(297.4)
@@ -129,7 +129,7 @@ def test_completed_wins_over_a_timeout_in_the_same_tick(stage):
     assert verdict.infractions == []
 
 
-def test_progress_never_falls_and_offset_is_positive_to_the_left(stage):
+def test_progress_is_monotonic_and_offset_positive_to_the_left(stage):
     stage.drive(100.0).drive(90.0, y=0.7, yaw=math.pi)
     verdict = stage.verdict()
     assert verdict.progress == pytest.approx(100.0)

@@ -1,4 +1,4 @@
-"""Records written by older versions load for ever, and mean what they meant."""
+"""Records written by older versions still load, with unchanged meaning."""
 
 from pathlib import Path
 
@@ -12,11 +12,11 @@ RECORDS = Path(__file__).parent / "records"
 
 
 @pytest.mark.parametrize("path", sorted(RECORDS.glob("*.json")), ids=lambda path: path.stem)
-def test_every_record_loads_and_is_written_as_it_was(path):
+def test_old_records_load_and_are_written_unchanged(path):
     assert EpisodeResult.load(path).to_json() == path.read_text(encoding="utf-8")
 
 
-def test_format_1():
+def test_format_1_record_has_the_expected_fields():
     result = EpisodeResult.load(RECORDS / "format_1.json")
     assert result.status is Status.BLOCKED
     assert result.route_completion == pytest.approx(62.5)
@@ -34,7 +34,7 @@ def test_format_1():
     assert result.measures is None
 
 
-def test_format_2():
+def test_format_2_record_has_the_expected_fields():
     result = EpisodeResult.load(RECORDS / "format_2.json")
     assert result.measures is not None
     assert (result.measures["ttc_vehicle"], result.measures["ttc_vulnerable"]) == (1.7, None)

@@ -1,4 +1,4 @@
-"""A recording is scored again from its scenes alone, and comes to the same bytes."""
+"""A recording is rescored from its scenes alone and gives an identical record."""
 
 import dataclasses
 
@@ -34,7 +34,7 @@ def header(stage):
 
 @pytest.fixture
 def eventful(stage):
-    """A drive with an infraction of every kind that does not end it."""
+    """A drive with one infraction of every kind that does not end the episode."""
     stage.drive(40.0, others=[stage.other(40.123, 1.3, 0.3, 2.0, kind=ActorKind.PEDESTRIAN)])
     stage.drive(80.0, y=3.3, others=[stage.other(80.0, 3.1, id=2), stage.other(70.0, -3.0, id=3)])
     stage.drive(170.0, light=Light.RED)
@@ -42,7 +42,7 @@ def eventful(stage):
 
 
 def judged(stage, path, header, *, crash=None):
-    """Do as the runner does."""
+    """Judge and record the episode as the runner does."""
     referee = Referee(stage.town, stage.route)
     recorder = Recorder(path, header.model_dump(mode="json"))
     for scene in stage.scenes:
@@ -52,7 +52,7 @@ def judged(stage, path, header, *, crash=None):
     return result_of(referee, header, crash=crash)
 
 
-def test_gives_the_same_bytes(eventful, header, tmp_path):
+def test_rescoring_a_recording_reproduces_the_record(eventful, header, tmp_path):
     eventful.drive(300.0)
     original = judged(eventful, tmp_path / "episode.parquet", header)
     again = rescore(Recording.load(tmp_path / "episode.parquet"), eventful.town, eventful.route)
@@ -67,7 +67,7 @@ def test_gives_the_same_bytes(eventful, header, tmp_path):
     assert again.status is Status.COMPLETED
 
 
-def test_measures_are_rescored_too(eventful, header, tmp_path):
+def test_rescoring_recomputes_the_episode_metrics(eventful, header, tmp_path):
     eventful.drive(300.0, others=[eventful.other(280.0, -3.5, speed=5.0, id=5)])
     original = judged(eventful, tmp_path / "episode.parquet", header)
     again = rescore(Recording.load(tmp_path / "episode.parquet"), eventful.town, eventful.route)
@@ -77,7 +77,7 @@ def test_measures_are_rescored_too(eventful, header, tmp_path):
     assert again.measures["relative_speed"] is not None
 
 
-def test_a_recording_of_the_first_format_gives_its_record_and_measures(eventful, header, tmp_path):
+def test_format_1_recording_is_rescored_with_episode_metrics(eventful, header, tmp_path):
     eventful.drive(300.0)
     old = header.model_copy(update={"format": 1})
     original = judged(eventful, tmp_path / "episode.parquet", old).as_format(1)
@@ -87,7 +87,7 @@ def test_a_recording_of_the_first_format_gives_its_record_and_measures(eventful,
     assert again.as_format(1).to_json() == original.to_json()
 
 
-def test_a_crash_is_taken_from_the_metadata(eventful, header, tmp_path):
+def test_crash_is_read_from_the_metadata(eventful, header, tmp_path):
     crash = Crash(Status.AGENT_CRASHED, "ValueError: no plan")
     original = judged(eventful, tmp_path / "episode.parquet", header, crash=crash)
     again = rescore(Recording.load(tmp_path / "episode.parquet"), eventful.town, eventful.route)
@@ -96,7 +96,7 @@ def test_a_crash_is_taken_from_the_metadata(eventful, header, tmp_path):
     assert again.reason == "ValueError: no plan"
 
 
-def test_a_crash_before_the_first_scene_is_a_record_too(stage, header, tmp_path):
+def test_crash_before_the_first_scene_gives_a_record(stage, header, tmp_path):
     crash = Crash(Status.AGENT_CRASHED, "reset failed")
     original = judged(stage, tmp_path / "episode.parquet", header, crash=crash)
     again = rescore(Recording.load(tmp_path / "episode.parquet"), stage.town, stage.route)
@@ -105,18 +105,18 @@ def test_a_crash_before_the_first_scene_is_a_record_too(stage, header, tmp_path)
     assert again.measures is None
 
 
-def test_a_crash_after_the_end_does_not_change_the_end(stage, header):
+def test_crash_after_termination_does_not_change_the_status(stage, header):
     referee = stage.drive(300.0).verdict()
     result = result_of(referee, header, crash=Crash(Status.SIMULATION_CRASHED, "on closing"))
     assert (result.status, result.reason) == (Status.COMPLETED, "")
 
 
-def test_an_episode_that_is_not_over_has_no_result(stage, header):
+def test_unfinished_episode_has_no_result(stage, header):
     with pytest.raises(InputError, match="not over"):
         result_of(stage.drive(100.0).verdict(), header)
 
 
-def test_another_route_is_refused(stage, header, tmp_path):
+def test_recording_of_another_route_is_refused(stage, header, tmp_path):
     stage.drive(300.0)
     judged(stage, tmp_path / "episode.parquet", header)
     other = dataclasses.replace(stage.route, id="stage-1")
@@ -124,7 +124,7 @@ def test_another_route_is_refused(stage, header, tmp_path):
         rescore(Recording.load(tmp_path / "episode.parquet"), stage.town, other)
 
 
-def test_a_recording_without_a_header_is_refused(stage, tmp_path):
+def test_recording_without_metadata_is_refused(stage, tmp_path):
     Recorder(tmp_path / "bare.parquet", {}).close()
     with pytest.raises(InputError, match="does not say"):
         rescore(Recording.load(tmp_path / "bare.parquet"), stage.town, stage.route)

@@ -1,4 +1,4 @@
-"""A planner on pixels as somebody else would write it: agent and learner in one file."""
+"""A planner on pixels as an external author would write it: agent and learner in one file."""
 
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -21,12 +21,12 @@ BRIGHTEST, METRES = 255.0, 10.0
 
 @dataclass(frozen=True)
 class Options:
-    """What may be chosen.
+    """The options of the learner.
 
     Attributes:
         width: Channels of the only layer.
         pixels: Of a picture, along each side.
-        blind: Whether it is shown nothing.
+        blind: Whether the image is blank.
     """
 
     width: int = field(default=4, metadata={"min": 1, "max": 64})
@@ -55,7 +55,7 @@ def blinded(options):
 
 
 class PixelLearner(Learner[Options]):
-    """Learns from pictures, drawn anew for each batch."""
+    """Learns from rasters that are drawn for each batch."""
 
     name = "pixels"
     agent = f"{Path(__file__).resolve()}:Pixels"
@@ -75,7 +75,7 @@ class PixelLearner(Learner[Options]):
 
 
 class Pixels:
-    """Drives as it has learned."""
+    """Drives with the trained network."""
 
     inputs = frozenset({Input.OBJECTS, Input.ROUTE})
 

@@ -20,7 +20,7 @@ clouds = st.lists(st.tuples(metres, metres), min_size=1, max_size=9).map(np.arra
 
 
 @given(clouds, metres, metres, angles)
-def test_frames_there_and_back(points, x, y, yaw):
+def test_to_frame_and_from_frame_are_inverse(points, x, y, yaw):
     there = to_frame(points, x, y, yaw)
     np.testing.assert_allclose(from_frame(there, x, y, yaw), points, atol=1e-9)
     np.testing.assert_allclose(
@@ -29,7 +29,7 @@ def test_frames_there_and_back(points, x, y, yaw):
 
 
 @given(st.floats(-1e3, 1e3))
-def test_wrapped_angles_point_the_same_way(angle):
+def test_wrapping_an_angle_keeps_its_direction(angle):
     wrapped = wrap_angle(angle)
     assert -math.pi <= wrapped < math.pi
     assert math.isclose(math.cos(wrapped), math.cos(angle), abs_tol=1e-9)
@@ -37,7 +37,7 @@ def test_wrapped_angles_point_the_same_way(angle):
 
 
 @given(poses, extents, poses, extents)
-def test_boxes_overlap_when_their_polygons_do(pose_a, extent_a, pose_b, extent_b):
+def test_box_overlap_agrees_with_polygon_intersection(pose_a, extent_a, pose_b, extent_b):
     a, b = np.array([pose_a]), np.array([pose_b])
     size_a, size_b = np.array([extent_a]), np.array([extent_b])
     polygon_a = shapely.Polygon(corners(a, size_a)[0])
@@ -52,7 +52,7 @@ def test_boxes_overlap_when_their_polygons_do(pose_a, extent_a, pose_b, extent_b
 
 
 @given(poses, st.lists(st.tuples(poses, extents), max_size=6))
-def test_the_referee_finds_the_same_overlaps(pose, others):
+def test_referee_finds_the_same_overlaps(pose, others):
     seen = np.array([other for other, _ in others], np.float32).reshape(-1, 3)
     sizes = np.array([size for _, size in others], np.float32).reshape(-1, 2)
     count = len(others)
@@ -73,14 +73,14 @@ def test_the_referee_finds_the_same_overlaps(pose, others):
 
 @st.composite
 def lines(draw):
-    """A line that bends by less than 40 degrees a point, as roads do."""
+    """A line that turns by less than 40 degrees at each point, as roads do."""
     turns = draw(st.lists(st.floats(-0.7, 0.7), min_size=1, max_size=30))
     heading = np.cumsum(turns)
     return np.cumsum(np.stack((np.cos(heading), np.sin(heading)), axis=1), axis=0)
 
 
 @given(lines())
-def test_cursor_on_the_line_reads_its_arc_length(points):
+def test_cursor_on_the_line_returns_its_arc_length(points):
     assume(len(points) > 1)
     cursor = Cursor(points)
     for point, along in zip(points, arc_lengths(points), strict=True):
@@ -90,7 +90,7 @@ def test_cursor_on_the_line_reads_its_arc_length(points):
 
 
 @given(lines(), st.lists(st.tuples(metres, metres), max_size=20))
-def test_cursor_never_goes_back_nor_beyond(points, places):
+def test_cursor_moves_neither_backwards_nor_past_the_end(points, places):
     assume(len(points) > 1)
     cursor = Cursor(points)
     before = 0.0
@@ -101,7 +101,7 @@ def test_cursor_never_goes_back_nor_beyond(points, places):
 
 
 @given(lines(), metres, metres)
-def test_distance_is_that_of_shapely(points, x, y):
+def test_distance_equals_shapely(points, x, y):
     assume(len(points) > 1)
     expected = shapely.LineString(points).distance(shapely.Point(x, y))
     assert math.isclose(distance_to(points, x, y), expected, abs_tol=1e-6)

@@ -48,7 +48,7 @@ def scenes(draw):
 @given(
     st.lists(st.tuples(scenes(), actions, reasons), max_size=6, unique_by=lambda row: row[0].tick)
 )
-def test_what_is_recorded_is_what_is_read(ticks):
+def test_recordings_are_read_back_unchanged(ticks):
     ticks = sorted(ticks, key=lambda row: row[0].tick)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "episode.parquet"

@@ -67,7 +67,7 @@ def with_one_fault(result):
 @given(
     st.lists(results(), min_size=1, max_size=4), st.floats(0.0, 1.0), st.sampled_from(PenaltyScheme)
 )
-def test_driving_on_without_a_fault_never_lowers_the_normalised_score(drawn, share, penalties):
+def test_infraction_free_driving_never_lowers_the_normalised_score(drawn, share, penalties):
     before = [with_one_fault(item) for item in drawn]
     first = before[0]
     metres = share * (1.0 - first.completion) * first.route_length
@@ -91,7 +91,7 @@ def test_driving_on_without_a_fault_never_lowers_the_normalised_score(drawn, sha
 
 @given(results(), st.integers(2, 5), st.sampled_from(PenaltyScheme))
 def test_equal_rates_give_equal_normalised_infraction_scores(result, times, penalties):
-    """Who drives so many times as far, with so many times the infractions, is as good a driver."""
+    """A multiple of the distance with the same multiple of infractions has the same score."""
     near = with_one_fault(result)
     assume(near.completion * near.route_length > 1.0)
     events = [item for item in near.infractions if item.share is None]
@@ -111,7 +111,7 @@ def test_equal_rates_give_equal_normalised_infraction_scores(result, times, pena
 
 
 @given(results())
-def test_records_survive_their_text(result):
+def test_records_survive_a_json_round_trip(result):
     assert EpisodeResult.model_validate_json(result.to_json()) == result
 
 

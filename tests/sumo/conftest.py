@@ -1,4 +1,4 @@
-"""What tests of several modules drive."""
+"""Fixtures for episodes that several modules drive."""
 
 from collections.abc import Callable
 
@@ -10,7 +10,7 @@ from tests.shortened import first_metres
 
 @pytest.fixture(scope="session")
 def beginning() -> Callable[[int], Route]:
-    """The first metres of a route with a name of its own."""
+    """The first metres of a route, under another name."""
 
     def first(metres: int) -> Route:
         return first_metres(metres, f"town03-1-{metres}")

@@ -12,7 +12,7 @@ from plant_bench.world.route import Route
 
 
 def drive(simulation: Simulation, route: Route, agent: str) -> Iterator[Referee]:
-    """Let an agent drive for ever; what is yielded has judged the simulation's scene."""
+    """Let an agent drive endlessly; yield the referee after it has judged each scene."""
     driver = load_agent(agent)
     driver.reset(route)
     sensors = Sensors(route, 0, driver.inputs)

@@ -1,4 +1,4 @@
-"""Short drives at one hazard on an empty road: a driver who knows it, and one who is blind."""
+"""Short drives past one hazard on an empty road, by an oracle and by a blind driver."""
 
 import math
 from dataclasses import dataclass, field, replace
@@ -35,7 +35,7 @@ ALL = frozenset(Input)
 
 
 class Zone(NamedTuple):
-    """Where another takes the ego's way: arc lengths ahead of the ego's centre, and times."""
+    """A conflict with another actor's path: arc lengths ahead of the ego's centre, and times."""
 
     begin: float
     end: float
@@ -44,7 +44,7 @@ class Zone(NamedTuple):
 
 
 class Drive(NamedTuple):
-    """What came of one drive."""
+    """The outcome of one drive."""
 
     phase: Phase
     reason: str
@@ -63,7 +63,7 @@ class Oracle:
     braked: float = field(default=0.0)
 
     def act(self, seen: Observation, committed: bool) -> Control:
-        """Drive; follow who leads; stop before who crosses, once the hazard is on."""
+        """Drive, follow the leader, and stop for crossing actors once the hazard is committed."""
         route, ego, actors, facts = seen.route, seen.ego, seen.actors, seen.privileged
         assert route is not None
         assert actors is not None
@@ -97,7 +97,7 @@ class Oracle:
         return pull
 
     def _line(self, route: RouteAhead, speed: float, distance: float) -> float:
-        """Rather wait at a junction's line than inside it."""
+        """Prefer to wait at a junction's stop line rather than inside it."""
         front = route.progress + 0.5 * EGO_LENGTH
         for passage in self.route.passages:
             line = passage.entry - front
@@ -108,7 +108,7 @@ class Oracle:
 
 
 def stop_before(speed: float, distance: float) -> float:
-    """Return the acceleration that stops within a distance: late, but firmly."""
+    """Return the acceleration that stops within a distance: late and hard."""
     if distance <= 0.05:
         return -BRAKING
     needed = speed**2 / (2.0 * distance)
@@ -129,7 +129,7 @@ def time_to_drive(speed: float, distance: float, most: float) -> float:
 def conflict_zones(
     route: RouteAhead, actors: Actors, facts: Privileged, consider: np.ndarray
 ) -> list[Zone]:
-    """Return where and when the others' known paths take the ego's way."""
+    """Return where and when the known paths of other actors conflict with the ego's path."""
     zones = []
     for index in np.flatnonzero(consider):
         speed, path = float(actors.speeds[index]), facts.paths[index]
@@ -240,7 +240,7 @@ def drive(route: Route, hazard: Hazard, seed: int, *, blind: bool) -> Drive:
 
 
 def _cruise(seen: Observation) -> Control:
-    """See nobody."""
+    """Drive by the speed limits and lights; ignore all actors."""
     assert seen.route is not None
     pull = min(
         idm(seen.ego.speed, allowed_speed(seen.route)), light_limit(seen.ego.speed, seen.light)

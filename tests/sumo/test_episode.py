@@ -1,4 +1,4 @@
-"""One whole episode with hazards: what its recording holds, and what can be made of it again."""
+"""One complete episode with hazards: its recording, and the record recomputed from it."""
 
 from dataclasses import replace
 from itertools import pairwise
@@ -25,7 +25,7 @@ pytestmark = pytest.mark.sumo
 
 
 class Driven(NamedTuple):
-    """A record, and what was recorded."""
+    """A record and its recording."""
 
     route: Route
     result: EpisodeResult
@@ -49,11 +49,11 @@ def driven(tmp_path_factory: pytest.TempPathFactory) -> Driven:
     return Driven(route, run_episode(job, recording=file).result, Recording.load(file))
 
 
-def test_the_recording_says_at_each_decision_why(driven: Driven) -> None:
+def test_recording_holds_a_reason_for_each_decision(driven: Driven) -> None:
     reasons = driven.recording.reasons
     decisions = [tick for tick, reason in enumerate(reasons) if reason is not None]
     assert decisions[0] == 0
-    assert decisions[-1] < len(reasons) - 1  # nobody is asked at the last scene
+    assert decisions[-1] < len(reasons) - 1  # no decision at the last scene
     gaps = {tick: onward - tick for tick, onward in pairwise(decisions)}
     assert set(gaps.values()) == {INTERVAL, RESTING_INTERVAL}
     resting = [tick for tick, gap in gaps.items() if gap == RESTING_INTERVAL]
@@ -61,14 +61,14 @@ def test_the_recording_says_at_each_decision_why(driven: Driven) -> None:
     assert len({reason.cause for reason in reasons if reason}) > 1
 
 
-def test_whom_it_brakes_for_is_in_sight(driven: Driven) -> None:
+def test_actor_named_as_reason_is_in_sight(driven: Driven) -> None:
     pairs = zip(driven.recording, driven.recording.reasons, strict=True)
     named = [(scene, reason.actor) for scene, reason in pairs if reason and reason.actor != NOBODY]
     assert len(named) > 10
     assert all(np.isin(actor, scene.actors.ids) for scene, actor in named)
 
 
-def test_the_recording_gives_the_same_record_again(driven: Driven) -> None:
+def test_recording_reproduces_the_record(driven: Driven) -> None:
     assert RECORDING_FORMAT == 2
     assert any(hazard.phase is Phase.DONE for hazard in driven.result.hazards)
     again = rescore(driven.recording, load_town(driven.route.town), driven.route)

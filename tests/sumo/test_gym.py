@@ -1,6 +1,6 @@
-"""The Gymnasium environment: the contract, the same scores, the same episode again, one at a time.
+"""The Gymnasium environment: contract, equal scores, repeatability, one episode at a time.
 
-What runs in several processes is in tests/end_to_end/test_gym_processes.py.
+Tests with several processes are in tests/end_to_end/test_gym_processes.py.
 """
 
 import json
@@ -89,20 +89,20 @@ def short(tmp_path: Path, beginning: Callable[[int], Route]) -> tuple[str, Route
 
 @pytest.mark.parametrize("action", ["control", "plan"])
 @pytest.mark.parametrize("observation", ["tokens", "objects", "raster"])
-def test_gymnasiums_own_check_finds_nothing(
+def test_gymnasium_check_env_passes(
     make: Callable[..., PlantBenchEnv], observation: str, action: str
 ) -> None:
     check_env(make(observation=observation, action=action, density="empty"))
 
 
-def test_it_is_found_by_its_module() -> None:
+def test_environment_is_found_by_its_module() -> None:
     env = gymnasium.make("plant_bench.gym:PlantBench-v0", routes="0")
     assert env.spec is not None
     assert env.spec.id == plant_bench.gym.ENV_ID
 
 
 @pytest.mark.parametrize(("driver", "action"), [("Controls", "control"), ("Plans", "plan")])
-def test_an_episode_scores_as_plant_bench_score_does(
+def test_environment_episode_scores_like_the_score_command(
     make: Callable[..., PlantBenchEnv],
     tmp_path: Path,
     short: tuple[str, Route],
@@ -138,7 +138,7 @@ def test_an_episode_scores_as_plant_bench_score_does(
 
 
 def drive(env: PlantBenchEnv, steps: int, **how: Any) -> list[Any]:
-    """What an environment answers to the same actions."""
+    """Return the observations and rewards of an environment for fixed actions."""
     answers: list[Any] = [env.reset(**how)]
     actions = np.random.default_rng(1)
     for _ in range(steps):
@@ -146,21 +146,21 @@ def drive(env: PlantBenchEnv, steps: int, **how: Any) -> list[Any]:
     return answers
 
 
-def test_equal_seeds_and_actions_give_equal_answers(make: Callable[..., PlantBenchEnv]) -> None:
+def test_equal_seeds_and_actions_give_equal_steps(make: Callable[..., PlantBenchEnv]) -> None:
     env = make(observation="objects")
     one, two = drive(env, 20, seed=3), drive(env, 20, seed=3)
     np.testing.assert_equal(one, two)
     assert drive(env, 0, seed=4)[0][1]["seed"] != one[0][1]["seed"]
 
 
-def test_the_next_episode_is_another_one(make: Callable[..., PlantBenchEnv]) -> None:
+def test_reset_without_a_seed_starts_another_episode(make: Callable[..., PlantBenchEnv]) -> None:
     env = make()
     _, first = env.reset(seed=3)
     _, second = env.reset()
     assert first["seed"] != second["seed"]
 
 
-def test_the_time_budget_truncates(
+def test_time_budget_truncates_the_episode(
     make: Callable[..., PlantBenchEnv], short: tuple[str, Route]
 ) -> None:
     env = make(suite=short[0], frame_skip=20, density="empty", reward="progress")
@@ -176,7 +176,7 @@ def test_the_time_budget_truncates(
     assert steps == pytest.approx(0.8 * 120 + 5, abs=2)  # seconds, one a step
 
 
-def test_leaving_the_route_terminates_and_costs(make: Callable[..., PlantBenchEnv]) -> None:
+def test_leaving_the_route_terminates_with_a_penalty(make: Callable[..., PlantBenchEnv]) -> None:
     env = make(density="empty", frame_skip=10)
     env.reset(seed=1)
     terms: list[dict[str, float]] = []
@@ -192,7 +192,9 @@ def test_leaving_the_route_terminates_and_costs(make: Callable[..., PlantBenchEn
     assert terms[-1]["terminal"] <= -1.0
 
 
-def test_a_second_episode_in_one_process_is_refused(make: Callable[..., PlantBenchEnv]) -> None:
+def test_second_running_episode_in_one_process_is_refused(
+    make: Callable[..., PlantBenchEnv],
+) -> None:
     one, two = make(), make()
     still = np.zeros(2, np.float32)
     one.reset(seed=1)
@@ -206,7 +208,9 @@ def test_a_second_episode_in_one_process_is_refused(make: Callable[..., PlantBen
         one.step(still)
 
 
-def test_an_episode_that_has_not_begun_gives_way(make: Callable[..., PlantBenchEnv]) -> None:
+def test_episode_without_steps_is_replaced_by_another_environment(
+    make: Callable[..., PlantBenchEnv],
+) -> None:
     one, two = make(), make()
     one.reset(seed=1)
     two.reset(seed=1)
@@ -229,7 +233,7 @@ def suite_in_a_town_of_its_own(folder: Path, number: int) -> str:
     return str(folder)
 
 
-def test_two_suites_may_have_towns_of_one_name(
+def test_two_suites_can_have_towns_with_the_same_name(
     make: Callable[..., PlantBenchEnv], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv(TOWNS_VARIABLE, "")
@@ -244,7 +248,7 @@ def test_two_suites_may_have_towns_of_one_name(
     np.testing.assert_array_equal(seen, alone)
 
 
-def test_it_is_drawn_from_above(make: Callable[..., PlantBenchEnv]) -> None:
+def test_rendering_shows_a_birds_eye_view(make: Callable[..., PlantBenchEnv]) -> None:
     env = make(render_mode="rgb_array")
     with pytest.raises(InputError, match="reset"):
         env.render()
@@ -254,7 +258,7 @@ def test_it_is_drawn_from_above(make: Callable[..., PlantBenchEnv]) -> None:
     assert len(np.unique(shown.reshape(-1, 3), axis=0)) >= 4  # ground, road, route, ego
 
 
-def test_an_encoder_and_a_reward_of_ones_own(make: Callable[..., PlantBenchEnv]) -> None:
+def test_custom_encoder_and_reward_are_used(make: Callable[..., PlantBenchEnv]) -> None:
     tiny = RasterEncoder(RasterSpec(size=32, scale=1.0, below=8))
     env = make(observation=tiny, reward=lambda step: {"speed": step.after.ego.speed})
     encoded, _ = env.reset(seed=1)
@@ -276,12 +280,12 @@ def test_an_encoder_and_a_reward_of_ones_own(make: Callable[..., PlantBenchEnv])
         ({"frame_skip": 0}, "1 to 20"),
     ],
 )
-def test_a_setting_that_is_none_says_what_there_is(settings: dict[str, Any], words: str) -> None:
+def test_unknown_setting_lists_the_valid_ones(settings: dict[str, Any], words: str) -> None:
     with pytest.raises(InputError, match=words):
         PlantBenchEnv(**settings)
 
 
-def test_a_wrong_option_or_no_reset_says_what_to_do(make: Callable[..., PlantBenchEnv]) -> None:
+def test_wrong_option_or_missing_reset_says_what_to_do(make: Callable[..., PlantBenchEnv]) -> None:
     env = make()
     with pytest.raises(InputError, match="reset"):
         env.step(np.zeros(2, np.float32))

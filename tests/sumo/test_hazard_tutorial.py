@@ -1,4 +1,4 @@
-"""docs/hazards.md adds a hazard with one row and one script: done here as it is written there."""
+"""The tutorial docs/hazards.md, followed step by step: a hazard with one row and one script."""
 
 import json
 import os
@@ -51,14 +51,14 @@ print(json.dumps(told | {agent: drive(agent) for agent in ("cruise", "expert")})
 
 
 def block(name: str) -> str:
-    """Return the code of the page that is marked with a name."""
+    """Return the code block of the page that is marked with a name."""
     page = (ROOT / "docs" / "hazards.md").read_text(encoding="utf-8")
     (code,) = re.findall(rf"<!-- {name} -->\n```python\n(.*?)```", page, re.DOTALL)
     return code
 
 
 def follow(folder: Path, *, script: bool = True) -> None:
-    """Do in a copy of the package what the page says."""
+    """Follow the page in a copy of the package."""
     package = folder / "plant_bench"
     shutil.copytree(ROOT / "plant_bench", package, ignore=shutil.ignore_patterns("__pycache__"))
     for name in ("networks", "routes", "models"):
@@ -80,7 +80,7 @@ def run(folder: Path) -> subprocess.CompletedProcess[str]:
     )  # fmt: skip
 
 
-def test_one_row_and_one_script_are_a_hazard(tmp_path: Path) -> None:
+def test_tutorial_row_and_script_make_a_working_hazard(tmp_path: Path) -> None:
     follow(tmp_path)
     done = run(tmp_path)
     assert done.returncode == 0, done.stderr
@@ -92,7 +92,7 @@ def test_one_row_and_one_script_are_a_hazard(tmp_path: Path) -> None:
     assert told["expert"] == ["done", "", 0]
 
 
-def test_a_row_without_its_script_is_refused_by_name(tmp_path: Path) -> None:
+def test_hazard_row_with_a_missing_script_is_refused_by_name(tmp_path: Path) -> None:
     follow(tmp_path, script=False)
     done = run(tmp_path)
     assert done.returncode != 0

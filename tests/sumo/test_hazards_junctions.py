@@ -1,4 +1,4 @@
-"""Hazards of junctions and merges: they meet who is blind, and spare who knows them."""
+"""Junction and merge hazards: they hit a blind driver and never the oracle."""
 
 import numpy as np
 import pytest
@@ -32,7 +32,7 @@ def route(name: str) -> Route:
 
 
 @pytest.mark.parametrize(("kind", "name", "at", "before"), CASES)
-def test_meets_the_blind_and_spares_the_oracle(
+def test_junction_hazard_hits_a_blind_driver_and_never_the_oracle(
     kind: HazardKind, name: str, at: float, before: float
 ) -> None:
     whole = route(name)
@@ -53,19 +53,21 @@ def test_meets_the_blind_and_spares_the_oracle(
         (HazardKind.UNSIGNALLED_CROSSING, "town02-4", 598),  # a signal
     ],
 )
-def test_is_void_where_no_way_fits(kind: HazardKind, name: str, at: float) -> None:
+def test_junction_hazard_is_void_without_a_conflicting_way(
+    kind: HazardKind, name: str, at: float
+) -> None:
     run = drive(route(name), Hazard(kind, float(at), at - 80.0, 0), 0, blind=True)
     assert run.phase is Phase.VOID
     assert run.reason == "no other way meets the ego's here"
 
 
-def test_merge_is_void_where_the_route_keeps_its_lane() -> None:
+def test_merge_hazard_is_void_if_the_route_keeps_its_lane() -> None:
     hazard = Hazard(HazardKind.MERGE_PRESSURE, 423.0, 340.0, 0)
     run = drive(route("town01-0"), hazard, 0, blind=True)
     assert (run.phase, run.reason) == (Phase.VOID, "the route changes no lane here")
 
 
-def test_a_row_gives_way_to_an_ego_in_its_lane_only() -> None:
+def test_junction_traffic_yields_only_to_an_ego_in_its_own_lane() -> None:
     line = np.stack((np.arange(101.0), np.zeros(101)), axis=1)
     link = Link("a_0", "a_0", (), "", "straight", "major")
     way = Approach(link, line, {"a_0": 0.0}, ("a",), 100.0, 50.0, 50.0, 40.0, 0.0)
@@ -73,7 +75,7 @@ def test_a_row_gives_way_to_an_ego_in_its_lane_only() -> None:
     assert place_inside(EgoState(50.0, -2.0, 0.1, 10.0), way) == pytest.approx(47.5, abs=1.0)
 
 
-def test_the_time_to_green_is_told_before() -> None:
+def test_time_to_green_is_known_in_advance() -> None:
     whole = route("town02-4")
     passage = whole.signal_passages[0]
     assert passage.signal is not None
@@ -92,7 +94,7 @@ def test_the_time_to_green_is_told_before() -> None:
             assert told[tick] == pytest.approx(0.05 * (change - tick), abs=0.11)
 
 
-def test_approaches_meet_the_route_and_come_from_elsewhere() -> None:
+def test_approaches_cross_the_route_and_start_elsewhere() -> None:
     whole = route("town05-4")
     passage = passage_at(whole, 102.0)
     assert passage is not None
@@ -106,7 +108,7 @@ def test_approaches_meet_the_route_and_come_from_elsewhere() -> None:
 
 @pytest.mark.parametrize("speed", [0.0, 5.0, 12.0])
 @pytest.mark.parametrize("time", [3.0, 5.0])
-def test_a_vehicle_arrives_at_the_speed_it_is_told(speed: float, time: float) -> None:
+def test_vehicle_arrives_at_the_requested_time(speed: float, time: float) -> None:
     way = speed * time + 0.3 * PULL * time**2
     pace = speed_to_arrive(way, time, speed)
     assert time_to_go(way, speed, pace) == pytest.approx(time, abs=0.01)

@@ -1,4 +1,4 @@
-"""Lane events, crossings and control loss: fair to who looks, and felt by who does not."""
+"""Lane events, crossings and control loss: avoidable for the expert, not for a blind driver."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -23,7 +23,7 @@ PLACES = {  # kind: route, place, metres before it at which it is armed
 
 
 class Drive(NamedTuple):
-    """What became of one hazard, and of the ego."""
+    """The outcome of one hazard, and of the ego."""
 
     outcome: HazardOutcome
     collisions: int
@@ -35,7 +35,7 @@ def route(name: str) -> Route:
 
 
 def drive(name: str, agent: str, hazard: Hazard, seed: int, beyond: float = 60.0) -> Drive:
-    """Drive until a little beyond a route's only hazard, without other traffic."""
+    """Drive until shortly past a route's only hazard, without other traffic."""
     scenario = Scenario(replace(route(name), hazards=(hazard,)), seed, "empty", hazards=True)
     offset = 0.0
     with Simulation(scenario) as simulation:
@@ -54,14 +54,14 @@ def drives(kind: HazardKind, agent: str) -> Iterator[Drive]:
 
 
 @pytest.mark.parametrize("kind", PLACES)
-def test_who_sees_nobody_is_hit(kind: HazardKind) -> None:
+def test_lane_hazard_hits_a_blind_driver(kind: HazardKind) -> None:
     found = list(drives(kind, "cruise"))
     assert any(one.outcome.phase in (Phase.DONE, Phase.COMMITTED) for one in found)
     assert any(one.collisions for one in found)
 
 
 @pytest.mark.parametrize("kind", PLACES)
-def test_who_looks_survives(kind: HazardKind) -> None:
+def test_lane_hazard_never_hits_an_attentive_driver(kind: HazardKind) -> None:
     found = list(drives(kind, "expert"))
     assert all(one.outcome.phase is not Phase.DORMANT for one in found)
     assert not any(one.collisions for one in found)
@@ -73,13 +73,13 @@ def test_equal_scenarios_have_equal_hazards() -> None:
     assert one == other
 
 
-def test_void_where_the_ego_would_see_it_appear() -> None:
+def test_lane_hazard_is_void_if_the_ego_would_see_it_appear() -> None:
     hazard = Hazard(HazardKind.BLOCKED_LANE, 155.0, 130.0, 7, {})
     outcome = drive("town03-0", "cruise", hazard, 1).outcome
     assert (outcome.phase, outcome.reason) == (Phase.VOID, "the spot was taken")
 
 
-def test_void_where_there_is_no_neighbour_lane() -> None:
+def test_lane_hazard_is_void_without_a_neighbouring_lane() -> None:
     hazard = Hazard(HazardKind.CUT_IN, 150.0, 100.0, 7, {})
     outcome = drive("town02-3", "cruise", hazard, 1).outcome
     assert (outcome.phase, outcome.reason) == (Phase.VOID, "there is no neighbour lane")
@@ -94,7 +94,7 @@ def test_control_loss_is_bounded(name: str, at: float) -> None:
     assert found.offset < 1.0
 
 
-def test_control_is_not_lost_before_a_light() -> None:
+def test_control_loss_does_not_start_before_a_traffic_light() -> None:
     line = route("town02-3").signal_entries[0]
     hazard = Hazard(HazardKind.CONTROL_LOSS, line - 8.0, line - 30.0, 7, {})
     outcome = drive("town02-3", "expert", hazard, 1).outcome

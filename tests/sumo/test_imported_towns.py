@@ -32,7 +32,7 @@ pytestmark = pytest.mark.sumo
 
 @pytest.fixture(autouse=True)
 def _fewer_drafts(monkeypatch):
-    """Choose routes among few: what they are is not what is tested."""
+    """Draft few routes: which ones are found is not tested here."""
     monkeypatch.setattr(suite_making, "DRAWS", 80)
 
 
@@ -53,7 +53,7 @@ def netconvert(folder, *options):
 
 
 def grid_net(folder, extra_nodes="", extra_edges="", *options):
-    """A network of three by three junctions, two lanes each way, with further nodes and edges."""
+    """A network of 3 x 3 junctions, two lanes each way, with additional nodes and edges."""
     places = [(i, j) for i in range(3) for j in range(3)]
     nodes = [f'<node id="n{i}{j}" x="{i * 130}" y="{j * 130}" type="priority"/>' for i, j in places]
     edges = []
@@ -76,7 +76,7 @@ def mended(path):
     return done.town, {(item.what, item.outcome): item for item in findings}
 
 
-def test_what_cannot_be_driven_is_taken_away_and_named(tmp_path):
+def test_unusable_parts_of_a_map_are_removed_and_reported(tmp_path):
     nodes = (
         '<node id="end" x="-90" y="0"/><node id="far" x="900" y="0"/><node id="off" x="999" y="0"/>'
     )
@@ -99,7 +99,7 @@ def test_what_cannot_be_driven_is_taken_away_and_named(tmp_path):
     assert found["big junctions without signals", "reported"].examples[0].startswith("n11 ")
 
 
-def test_a_road_without_a_junction_is_lifted_over_those_it_crosses(tmp_path):
+def test_road_crossing_without_a_junction_becomes_a_bridge(tmp_path):
     edges = f"""<edge id="over" from="n00" to="n20" numLanes="1" speed="13.9" shape="{OUTSIDE}"/>
         <edge id="back" from="n20" to="n00" numLanes="1" speed="13.9" shape="{BACK}"/>"""
 
@@ -114,7 +114,7 @@ def test_a_road_without_a_junction_is_lifted_over_those_it_crosses(tmp_path):
     assert grade.max() < 0.2
 
 
-def test_crossings_that_are_too_short_to_be_lifted_are_reported(tmp_path, monkeypatch):
+def test_crossings_too_short_for_a_bridge_are_reported(tmp_path, monkeypatch):
     monkeypatch.setattr(levels, "ROOM", 120.0)
     edges = '<edge id="x" from="n00" to="n11" numLanes="1"/>'
     edges += '<edge id="y" from="n10" to="n01" numLanes="1"/>'
@@ -126,7 +126,7 @@ def test_crossings_that_are_too_short_to_be_lifted_are_reported(tmp_path, monkey
     assert ("roads that cross at one height", "repaired") not in found
 
 
-def test_a_slip_road_is_kept_and_can_be_driven(tmp_path):
+def test_slip_road_is_kept_and_drivable(tmp_path):
     nodes = '<node id="s" x="130" y="75"/><node id="t" x="185" y="130"/>'
     edges = """<edge id="slip" from="s" to="t" numLanes="1" speed="8"
         shape="130,75 136,92 146,108 163,122 185,130"/>"""
@@ -153,7 +153,7 @@ def test_a_slip_road_is_kept_and_can_be_driven(tmp_path):
     assert "dead ends" not in {what for what, _ in found}
 
 
-def test_signals_are_put_where_they_are_asked_for(tmp_path):
+def test_traffic_lights_are_guessed_on_request(tmp_path):
     source = read_source(grid_net(tmp_path))
 
     plain = mend(source, "test", guess_signals=False, say=lambda _: None).town
@@ -163,7 +163,7 @@ def test_signals_are_put_where_they_are_asked_for(tmp_path):
     assert "n11" in town.signals
 
 
-def test_two_directions_on_the_same_ground_are_reported(tmp_path):
+def test_overlapping_opposite_lanes_are_reported(tmp_path):
     edges = f"""<edge id="a" from="n00" to="n20" spreadType="center" shape="{OUTSIDE}"/>
         <edge id="b" from="n20" to="n00" spreadType="center" shape="{BACK}"/>"""
 
@@ -172,14 +172,14 @@ def test_two_directions_on_the_same_ground_are_reported(tmp_path):
     assert ("wrong-way lanes: two directions on the same ground", "reported") in found
 
 
-def test_lanes_inside_junctions_are_made_where_there_are_none(tmp_path):
+def test_missing_junction_lanes_are_created(tmp_path):
     town, found = mended(grid_net(tmp_path, "", "", "--no-internal-links", "true"))
 
     assert ("no lanes inside junctions", "repaired") in found
     assert all(link.via for link in town.links)
 
 
-def test_an_opendrive_of_one_of_our_towns_takes_its_routes_back(tmp_path):
+def test_routes_match_their_town_after_an_opendrive_round_trip(tmp_path):
     netconvert(tmp_path, "-s", str(TOWN02), "--opendrive-output", "map.xodr")
     command = ["import", str(tmp_path / "map.xodr"), "--name", "carla02", "--no-hazards"]
     out = tmp_path / "carla"
@@ -196,7 +196,7 @@ def test_an_opendrive_of_one_of_our_towns_takes_its_routes_back(tmp_path):
     assert max(match.worst for match in matches) < 0.5
 
 
-def test_a_ring_road_written_by_hand_in_opendrive(tmp_path):
+def test_handwritten_opendrive_ring_road_is_imported(tmp_path):
     roads = [quarter_ring(number) for number in range(4)]
     text = f'<OpenDRIVE><header revMajor="1" revMinor="4"/>{"".join(roads)}</OpenDRIVE>'
     (tmp_path / "ring.xodr").write_text(text)
@@ -255,7 +255,7 @@ def write_osm(path):
     path.write_text(f'<osm version="0.6">{"".join(lines)}</osm>', encoding="utf-8")
 
 
-def test_an_openstreetmap_town_is_scored_at_once(tmp_path, monkeypatch):
+def test_imported_openstreetmap_town_can_be_scored(tmp_path, monkeypatch):
     monkeypatch.setenv(TOWNS_VARIABLE, "")
     monkeypatch.chdir(tmp_path)
     write_osm(tmp_path / "map.osm")
@@ -291,7 +291,7 @@ def test_an_openstreetmap_town_is_scored_at_once(tmp_path, monkeypatch):
         ("<net><edge id='a' from='b' to='c'><lane id='x'/></edge></net>", "netconvert|no road"),
     ],
 )
-def test_a_map_without_roads_is_refused_and_nothing_is_written(text, words, tmp_path):
+def test_map_without_roads_is_refused_and_nothing_is_written(text, words, tmp_path):
     path = tmp_path / "a b;$(x) 地図.xml"
     path.write_text(text, encoding="utf-8")
     out = tmp_path / "out"
@@ -304,7 +304,7 @@ def test_a_map_without_roads_is_refused_and_nothing_is_written(text, words, tmp_
     assert sorted(item.name for item in tmp_path.iterdir()) == [path.name]
 
 
-def test_a_map_without_a_loop_of_roads_is_refused(tmp_path):
+def test_map_without_a_closed_loop_is_refused(tmp_path):
     (tmp_path / "n.xml").write_text(
         '<nodes><node id="a" x="0" y="0"/><node id="b" x="900" y="0"/></nodes>'
     )
@@ -315,7 +315,7 @@ def test_a_map_without_a_loop_of_roads_is_refused(tmp_path):
         mended(tmp_path / "map.net.xml")
 
 
-def test_a_map_of_a_whole_country_is_refused(tmp_path):
+def test_map_that_is_too_large_is_refused(tmp_path):
     text = '<node id="n22" x="90000" y="260"'
     path = grid_net(tmp_path)
     wide = (tmp_path / "n.xml").read_text().replace('<node id="n22" x="260" y="260"', text)
@@ -326,7 +326,7 @@ def test_a_map_of_a_whole_country_is_refused(tmp_path):
         mended(path)
 
 
-def test_a_town_that_is_there_is_not_replaced_unless_asked(tmp_path):
+def test_existing_town_is_replaced_only_with_overwrite(tmp_path):
     out = tmp_path / "out"
     (out / "towns" / "again").mkdir(parents=True)
 
@@ -335,7 +335,7 @@ def test_a_town_that_is_there_is_not_replaced_unless_asked(tmp_path):
     assert "give --overwrite" in str(done.exception)
 
 
-def test_too_long_routes_are_asked_for_in_vain(tmp_path):
+def test_routes_longer_than_the_town_allows_are_refused(tmp_path):
     town, _ = mended(TOWN02)
 
     with pytest.raises(InputError, match="Lower --min-length"):

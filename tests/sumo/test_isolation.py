@@ -1,4 +1,4 @@
-"""Whole runs with planners in processes of their own: the hostile among the good, and C++."""
+"""Complete runs with isolated planners: misbehaving ones among others, and one in C++."""
 
 import json
 import os
@@ -79,7 +79,7 @@ def records(run):
     return {path.name.partition("_")[0]: path for path in sorted((run / "episodes").iterdir())}
 
 
-def test_hostile_planners_harm_neither_the_run_nor_the_good(tmp_path):
+def test_misbehaving_isolated_planners_affect_only_their_own_episodes(tmp_path):
     agent = f"{shutil.copy(HOSTILE, tmp_path)}:ByRoute"
     suite(tmp_path / "suite.json", ["Good", *REASONS, "Good"])
     limits = ("--isolate", "--tick-limit", "8", "--memory-limit", "0.25", "--workers", "2")
@@ -102,7 +102,7 @@ def test_hostile_planners_harm_neither_the_run_nor_the_good(tmp_path):
     assert len(records(tmp_path / "clean")) == 2
 
 
-def test_ctrl_c_leaves_no_planner_behind(tmp_path):
+def test_ctrl_c_ends_all_planner_processes(tmp_path):
     told = tmp_path / "pids"
     told.touch()
     suite(tmp_path / "suite.json", ["HangsWithADaemon"])
@@ -124,7 +124,7 @@ def test_ctrl_c_leaves_no_planner_behind(tmp_path):
 
 
 @pytest.mark.skipif(shutil.which("g++") is None, reason="no C++ compiler")
-def test_the_example_in_cpp_drives_a_route(tmp_path):
+def test_cpp_example_drives_a_route(tmp_path):
     source = ROOT / "examples" / "my_planner.cpp"
     build = ["g++", "-O1", "-std=c++17", "-o", tmp_path / "my_planner", source]
     subprocess.run(build, check=True)
@@ -137,7 +137,7 @@ def test_the_example_in_cpp_drives_a_route(tmp_path):
     assert json.loads(record.read_text())["status"] == "Completed"
 
 
-def test_limits_without_isolation_are_refused(tmp_path):
+def test_limits_without_isolate_are_refused(tmp_path):
     code, said = score(tmp_path, "cruise", "run", "--tick-limit", "3")
 
     assert code == 2
@@ -145,7 +145,7 @@ def test_limits_without_isolation_are_refused(tmp_path):
 
 
 @pytest.mark.parametrize("kind", list(Kind))
-def test_a_new_planner_passes_its_own_test(tmp_path, kind):
+def test_project_of_new_agent_passes_its_own_test(tmp_path, kind):
     project = write_project("my_planner", tmp_path, kind)
 
     done = subprocess.run(

@@ -43,7 +43,7 @@ def driven(run: pb.Run) -> list[dict[str, Any]]:
 
 
 def local_planner(acceleration: float) -> type:
-    """Return a class as a notebook has it: no other process can import it."""
+    """Return a class as defined in a notebook: no other process can import it."""
 
     class Local:
         inputs = frozenset({pb.Input.ROUTE})
@@ -58,7 +58,7 @@ def local_planner(acceleration: float) -> type:
     return Local
 
 
-def test_a_name_a_file_a_class_and_an_object_score_the_same() -> None:
+def test_name_file_class_and_object_score_the_same() -> None:
     copied = type("Copied", (), dict(vars(cruise.Cruise)))  # as if written in a notebook
     copied.__module__ = "__main__"
     forms = ["cruise", f"{cruise.__file__}:Cruise", cruise.Cruise, cruise.Cruise(), copied]
@@ -70,13 +70,13 @@ def test_a_name_a_file_a_class_and_an_object_score_the_same() -> None:
     assert driven(runs[0])[0]["completion"] > 0.5
 
 
-def test_a_planner_in_its_own_process_scores_the_same() -> None:
+def test_isolated_planner_scores_the_same() -> None:
     here = score("cruise", out="here")
     apart = score("cruise", out="apart", isolate=True)
     assert driven(here) == driven(apart)
 
 
-def test_the_last_shard_completes_the_run(place: Path) -> None:
+def test_last_shard_completes_the_run(place: Path) -> None:
     first = score("cruise", repetitions=2, out="run", shard="1/2")
     assert len(first.results) == 1
     assert not (place / "run" / "summary.json").exists()
@@ -91,7 +91,7 @@ def test_the_last_shard_completes_the_run(place: Path) -> None:
     )
 
 
-def test_a_changed_class_is_driven_again_and_an_unchanged_one_is_not() -> None:
+def test_only_a_changed_class_is_driven_again() -> None:
     events: list[object] = []
     first = score(local_planner(1.0), on_event=events.append)
     assert sum(isinstance(event, EpisodeEnded) for event in events) == 1
@@ -107,7 +107,7 @@ def test_a_changed_class_is_driven_again_and_an_unchanged_one_is_not() -> None:
         score(local_planner(2.0), out=first.path)
 
 
-def test_a_planner_that_fails_is_recorded_and_warned_of(caplog: pytest.LogCaptureFixture) -> None:
+def test_failing_planner_is_recorded_with_a_warning(caplog: pytest.LogCaptureFixture) -> None:
     @dataclass
     class Failing:
         left: int
@@ -134,7 +134,7 @@ def test_a_planner_that_fails_is_recorded_and_warned_of(caplog: pytest.LogCaptur
         list(pb.drive(Failing(3), ROUTE, suite="short.json", density="light"))
 
 
-def test_the_steps_of_a_drive_are_what_is_recorded_of_the_episode(place: Path) -> None:
+def test_steps_of_drive_equal_the_recorded_episode(place: Path) -> None:
     spec = f"{EXAMPLE}:MyAgent"
     run = score(spec, out="run")
     (file,) = (place / "run" / "recordings").iterdir()
@@ -159,7 +159,7 @@ def test_the_steps_of_a_drive_are_what_is_recorded_of_the_episode(place: Path) -
     assert result.seed == repetition_seed(0, ROUTE, 0)
 
 
-def test_leaving_a_drive_lets_the_next_one_begin() -> None:
+def test_breaking_out_of_drive_allows_another_drive() -> None:
     for _ in range(2):
         for step in pb.drive(local_planner(1.0), ROUTE, suite="short.json", density="light"):
             if step.scene.tick == 3:
@@ -167,6 +167,6 @@ def test_leaving_a_drive_lets_the_next_one_begin() -> None:
                 break
 
 
-def test_a_drive_is_of_one_route() -> None:
+def test_drive_suggests_a_route_for_an_unknown_name() -> None:
     with pytest.raises(pb.InputError, match="Did you mean short-0"):
         pb.drive("cruise", "short-1", suite="short.json")

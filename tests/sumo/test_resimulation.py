@@ -1,4 +1,4 @@
-"""A recorded episode once more: equal scenes, and the answers that `collect --driver` gets."""
+"""A recorded episode simulated again: equal scenes, and the responses of `collect --driver`."""
 
 import math
 from collections.abc import Callable
@@ -41,7 +41,7 @@ def job(agent: str, route: Route) -> Job:
     return Job(agent, agent_checksum(agent), route, 0, 5, "dense")
 
 
-def test_every_scene_is_simulated_again_number_for_number(
+def test_resimulation_reproduces_every_scene_exactly(
     driven: tuple[Path, EpisodeResult], route: Route
 ) -> None:
     file, result = driven
@@ -55,7 +55,7 @@ def test_every_scene_is_simulated_again_number_for_number(
 
 
 def changed_at(recording: Recording, tick: int, folder: Path) -> Recording:
-    """A recording with another control at one tick."""
+    """Return a recording with a changed control at one tick."""
     recorder = Recorder(folder / "changed.parquet", recording.metadata)
     for row, (scene, action) in enumerate(zip(recording, recording.actions, strict=True)):
         recorder.add(scene, replace(action, acceleration=-1.0) if row == tick else action)  # pyright: ignore
@@ -63,7 +63,7 @@ def changed_at(recording: Recording, tick: int, folder: Path) -> Recording:
     return Recording.load(folder / "changed.parquet")
 
 
-def test_another_control_is_noticed_at_the_next_tick(
+def test_resimulation_detects_a_changed_control_at_the_next_tick(
     driven: tuple[Path, EpisodeResult], route: Route, tmp_path: Path
 ) -> None:
     file, result = driven
@@ -75,7 +75,7 @@ def test_another_control_is_noticed_at_the_next_tick(
     assert found[0] == 31
 
 
-def test_the_expert_answers_as_it_does_where_another_planner_drives_to_collect_data(
+def test_expert_responds_as_it_does_during_collection(
     driven: tuple[Path, EpisodeResult], route: Route, tmp_path: Path
 ) -> None:
     collected = tmp_path / "collected.parquet"
@@ -90,7 +90,7 @@ def test_the_expert_answers_as_it_does_where_another_planner_drives_to_collect_d
     looked = review_episode(recording, result, route, [Window(0, last, last)])
 
     same = np.all(told.egos[: last + 1] == recording.egos[: len(told)], axis=1)
-    assert same.all()  # nobody was relieved
+    assert same.all()  # the expert did not take over
     answers = {row: action for row, action in enumerate(told.actions) if action is not None}
     asked = {
         tick: moment.expert
@@ -108,7 +108,7 @@ def test_the_expert_answers_as_it_does_where_another_planner_drives_to_collect_d
     assert math.isfinite(ranked.control.acceleration)
 
 
-def test_the_expert_is_asked_twice_a_second_until_the_scenes_differ(
+def test_expert_is_queried_at_2_hz_until_the_scenes_differ(
     driven: tuple[Path, EpisodeResult], route: Route, tmp_path: Path
 ) -> None:
     file, result = driven
@@ -130,7 +130,7 @@ def test_the_expert_is_asked_twice_a_second_until_the_scenes_differ(
     assert again.note == ("Simulated again, from 1.6 s on it is another episode: the ego differs.")
 
 
-def test_a_planner_that_has_changed_is_not_believed(
+def test_responses_of_a_changed_planner_are_not_used(
     driven: tuple[Path, EpisodeResult], route: Route
 ) -> None:
     file, result = driven
@@ -143,7 +143,7 @@ def test_a_planner_that_has_changed_is_not_believed(
     assert looked.moments[40].expert is not None
 
 
-def test_a_route_that_has_changed_is_refused(
+def test_changed_route_is_refused(
     beginning: Callable[[int], Route], driven: tuple[Path, EpisodeResult], route: Route
 ) -> None:
     file, result = driven

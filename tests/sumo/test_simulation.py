@@ -1,4 +1,4 @@
-"""The world in motion: repeatable, reacting to the ego, and never conjuring in its sight."""
+"""The simulated world: repeatable, reacting to the ego, and no actor appears in its sight."""
 
 import hashlib
 import multiprocessing
@@ -64,7 +64,7 @@ def _fingerprints(folder: str, jobs: list[tuple[str, int]]) -> list[str]:
     return [fingerprint(folder, name, seed) for name, seed in jobs]
 
 
-def test_same_scenario_gives_equal_bytes_in_another_process_and_order(tmp_path: Path) -> None:
+def test_same_scenario_is_bit_identical_across_processes_and_order(tmp_path: Path) -> None:
     jobs = [("town02-0", 1), ("town02-0", 2), ("town01-5", 1)]
     context = multiprocessing.get_context("spawn")
     (tmp_path / "a").mkdir()
@@ -77,7 +77,7 @@ def test_same_scenario_gives_equal_bytes_in_another_process_and_order(tmp_path: 
 
 
 def away(scene: Scene) -> np.ndarray:
-    """Metres from the ego to each actor; between fronts to vehicles, as SUMO tells their sight."""
+    """Return the distance from the ego to each actor; to vehicles between fronts, as SUMO does."""
     actors, ego = scene.actors, scene.ego
     yaws = np.append(actors.poses[:, 2], ego.yaw)
     halves = 0.5 * np.append(actors.extents[:, 0], EGO_LENGTH)[:, None]
@@ -88,7 +88,7 @@ def away(scene: Scene) -> np.ndarray:
     return np.hypot(*(points - origins).T)
 
 
-def test_nothing_appears_or_vanishes_in_sight() -> None:
+def test_actors_do_not_appear_or_vanish_in_sight() -> None:
     scenes = drive(Scenario(route("town05-0"), 3), "expert", 2400)
     comings: set[int] = set()
     for before, after in pairwise(scenes):
@@ -99,7 +99,7 @@ def test_nothing_appears_or_vanishes_in_sight() -> None:
     assert len(comings) > 20
 
 
-def test_the_road_is_filled_and_actors_move_as_their_speed_says() -> None:
+def test_traffic_is_dense_and_actors_move_at_their_speed() -> None:
     scenes = drive(Scenario(route("town05-0"), 3), "expert", 1200)
     assert np.mean([len(scene.actors) for scene in scenes]) > 6.0
     jumps, limits = [], []
@@ -112,7 +112,7 @@ def test_the_road_is_filled_and_actors_move_as_their_speed_says() -> None:
     assert (np.abs(np.concatenate(jumps)) < np.concatenate(limits)).all()
 
 
-def test_followers_stop_behind_a_standing_ego() -> None:
+def test_followers_stop_behind_a_stationary_ego() -> None:
     scenario = Scenario(route("town05-0"), 3)
     with Simulation(scenario) as simulation:
         scene = simulation.scene
@@ -128,20 +128,20 @@ def test_followers_stop_behind_a_standing_ego() -> None:
     assert scene.actors.speeds[behind].max() < 0.1
 
 
-def test_an_empty_road_is_empty_and_an_unknown_density_is_refused() -> None:
+def test_empty_density_has_no_traffic_and_unknown_density_is_refused() -> None:
     assert len(drive(Scenario(route("town02-0"), 1, "empty"), "cruise", 5)[-1].actors) == 0
     with pytest.raises(InputError, match="Densities"):
         Simulation(Scenario(route("town02-0"), 1, "thick"))
 
 
-def test_the_process_can_go_on_after_a_scenario_that_fails() -> None:
+def test_simulation_can_start_after_a_failed_scenario() -> None:
     broken = replace(route("town02-0"), edges=("no-such-edge",))
     with pytest.raises(SimulationError, match="ego"):
         Simulation(Scenario(broken, 1))
     assert drive(Scenario(route("town02-0"), 1, "empty"), "cruise", 5)
 
 
-def test_the_ego_is_ours_and_stands_where_its_model_says() -> None:
+def test_ego_state_follows_the_bicycle_model_exactly() -> None:
     scenario = Scenario(route("town02-0"), 1, "empty")
     with Simulation(scenario) as simulation:
         ego = simulation.scene.ego
@@ -151,7 +151,7 @@ def test_the_ego_is_ours_and_stands_where_its_model_says() -> None:
             assert simulation.step(control).ego == ego
 
 
-def test_lights_are_seen_near_and_change() -> None:
+def test_lights_are_visible_when_near_and_change() -> None:
     whole = route("town02-0")
     passage = whole.signal_passages[0]
     scenes = drive(Scenario(whole, 1, "empty"), "cruise", 1500)
@@ -160,7 +160,7 @@ def test_lights_are_seen_near_and_change() -> None:
     assert len(shown) > 1
 
 
-def test_privileged_paths_begin_at_the_actors_and_are_driven() -> None:
+def test_privileged_paths_start_at_the_actors_and_are_followed() -> None:
     scenario = Scenario(route("town05-1"), 2)
     driver = load_agent("expert")
     driver.reset(scenario.route)
@@ -183,8 +183,8 @@ def test_privileged_paths_begin_at_the_actors_and_are_driven() -> None:
     assert np.quantile(np.concatenate(errors), 0.9) < 0.6
 
 
-def test_the_other_level_of_a_crossing_is_out_of_sight() -> None:
-    """Town04's highway crosses over itself: nobody is hit through the bridge."""
+def test_actors_on_another_level_are_out_of_sight() -> None:
+    """Town04's highway crosses itself: there are no collisions through the bridge."""
     town = load_town("town04")
     crossing = next(
         item

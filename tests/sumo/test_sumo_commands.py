@@ -1,4 +1,4 @@
-"""What vehicles are told that a script places, and those around them."""
+"""Commands to vehicles that a hazard script places, and to those around them."""
 
 import math
 
@@ -14,8 +14,8 @@ EDGES = ("inner_on_s_end", "inner_off_w_begin")  # a motorway of three lanes
 
 
 @pytest.mark.parametrize("keep", [True, False])
-def test_only_a_driver_who_keeps_its_lane_stays_in_the_middle_of_it(keep):
-    """SUMO dies of a vehicle that is placed while it changes lanes."""
+def test_only_a_vehicle_told_to_keep_its_lane_stays_centred(keep):
+    """SUMO crashes if a vehicle is placed while it changes lanes."""
     with Sumo(networks_dir() / "town04" / "town.net.xml", 1) as sumo:
         sumo.add_vehicle(1, CAR.name, EDGES, 1, 50.0, 10.0)
         if keep:
@@ -27,8 +27,8 @@ def test_only_a_driver_who_keeps_its_lane_stays_in_the_middle_of_it(keep):
     assert all(centred) is keep
 
 
-def test_who_has_passed_a_placed_vehicle_stays_behind_it_until_that_one_is_reseated():
-    """Should SUMO sort its lanes one day, the first assertion fails: `reseat` can go then."""
+def test_sumo_lane_order_is_stale_until_a_placed_vehicle_is_reseated():
+    """If the first assertion fails, SUMO sorts its lanes itself and `reseat` can be removed."""
     with Sumo(networks_dir() / "town04" / "town.net.xml", 1) as sumo:
         commands = sumo.commands
         sumo.add_vehicle(1, CAR.name, EDGES, 1, 50.0, 10.0)

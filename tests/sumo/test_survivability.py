@@ -1,4 +1,4 @@
-"""Every kind of hazard can be survived by a driver who knows it, at the posted speed."""
+"""Every kind of hazard can be survived by an oracle at the posted speed."""
 
 import random
 from collections import Counter
@@ -13,9 +13,9 @@ from tests.sumo import oracle
 pytestmark = pytest.mark.sumo
 
 FEW, MANY = 2, 100  # drives of a kind
-LEAST_HIT = 0.6  # of the committed hazards that a driver who sees nobody runs into
+LEAST_HIT = 0.6  # share of committed hazards that hit a blind driver
 NO_ACTORS = (HazardKind.CONTROL_LOSS,)
-MOST_ASIDE = 1.2  # m from the route that a control loss may carry a driver who steers
+MOST_ASIDE = 1.2  # m from the route, the most that a control loss may displace a steering driver
 ROUTES = load_suite("longest6")
 
 every_kind = pytest.mark.parametrize("kind", list(HAZARDS), ids=[kind.value for kind in HAZARDS])
@@ -42,14 +42,14 @@ def check(done: list, kind: HazardKind) -> None:
 
 
 @every_kind
-def test_a_driver_who_knows_it_survives(kind):
+def test_oracle_survives_every_hazard(kind):
     check(drives(kind, FEW), kind)
 
 
 @pytest.mark.slow
 @pytest.mark.timeout(1800)
 @every_kind
-def test_a_driver_who_knows_it_survives_many(kind):
+def test_oracle_survives_many_drives_of_every_hazard(kind):
     done = drives(kind, MANY)
     check(done, kind)
     assert sum(drive.committed for drive in done) > 0.2 * MANY
@@ -58,7 +58,7 @@ def test_a_driver_who_knows_it_survives_many(kind):
 @pytest.mark.slow
 @pytest.mark.timeout(1800)
 @every_kind
-def test_a_driver_who_sees_nobody_mostly_does_not(kind):
+def test_blind_driver_is_hit_by_most_hazards(kind):
     if kind in NO_ACTORS:
         pytest.skip("nobody takes part")
     committed = [drive for drive in drives(kind, MANY // 4, blind=True) if drive.committed]

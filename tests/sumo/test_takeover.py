@@ -1,4 +1,4 @@
-"""Collecting while another planner drives: what is kept is the expert's, mistakes are kept too."""
+"""Collection while another planner drives (DAgger): the expert's responses are the targets."""
 
 import math
 from collections.abc import Callable
@@ -49,7 +49,7 @@ def job_on(route: Route) -> Job:
 
 
 class Watched(DaggerOverride):
-    """Keeps what was asked for and what was executed."""
+    """Records the requested and the executed controls."""
 
     def __init__(self, driver: str, route: Route) -> None:
         super().__init__(driver, route, 0)
@@ -61,7 +61,7 @@ class Watched(DaggerOverride):
         return done
 
 
-def test_answers_are_the_experts_and_what_is_executed_else_is_marked(
+def test_data_holds_expert_responses_and_marks_other_controls(
     beginning: Callable[[int], Route], drivers: Path, tmp_path: Path
 ) -> None:
     route = beginning(60)
@@ -71,7 +71,7 @@ def test_answers_are_the_experts_and_what_is_executed_else_is_marked(
     recording = Recording.load(file)
     asked = [control for control, _ in wheel.ticks]
     done = [control for _, control in wheel.ticks]
-    assert len(recording) == len(wheel.ticks) + 1  # nobody is asked at the last scene
+    assert len(recording) == len(wheel.ticks) + 1  # no decision at the last scene
     answers = {row: action for row, action in enumerate(recording.actions) if action is not None}
     assert answers
     assert all(recording.reasons[row] is not None for row in answers)
@@ -105,7 +105,7 @@ def test_episodes_with_collisions_are_kept(
     assert file.is_file()
 
 
-def test_a_driver_that_fails_leaves_its_episode_out(
+def test_episode_of_a_failing_driver_is_left_out(
     beginning: Callable[[int], Route], drivers: Path, tmp_path: Path
 ) -> None:
     note, file = collected(beginning(60), f"{drivers}:Fails", DataFolder(tmp_path / "data"))

@@ -1,4 +1,4 @@
-"""The towns: as their specs say, sound, and made again byte for byte."""
+"""The towns: as specified, sound, and reproducible byte for byte."""
 
 import json
 from itertools import pairwise
@@ -38,31 +38,31 @@ def town(name):
     return load_town(name)
 
 
-def test_all_six_are_there():
+def test_all_six_towns_are_found():
     assert town_names() == TOWNS
 
 
-def test_spec_and_seed_give_the_same_bytes_again(name):
+def test_same_spec_and_seed_give_identical_files(name):
     assert check_town(name) == []
 
 
 @pytest.mark.parametrize("unseen", UNSEEN)
-def test_an_unseen_town_is_sound_and_made_again_byte_for_byte(unseen):
+def test_unseen_towns_are_sound_and_reproducible(unseen):
     assert check_town(unseen) == []
 
 
-def test_sumo_has_nothing_to_say_against_the_net(name):
+def test_sumo_loads_the_network_without_warnings(name):
     net = (networks_dir() / name / "town.net.xml").read_text(encoding="utf-8")
     assert "<!--" not in net
     assert complaints_of_sumo(net) == []
 
 
-def test_every_edge_reaches_every_other_and_no_lane_is_dead(town):
+def test_network_is_strongly_connected_without_dead_lanes(town):
     assert find_unreachable(town) == []
     assert find_dead_lanes(town) == []
 
 
-def test_a_bicycle_can_drive_every_path(town):
+def test_bicycle_model_can_follow_every_path(town):
     drives = drive_all(town)
     assert len(drives) > len(town.links)
     assert max(drive.error for drive in drives) <= 0.35
@@ -70,7 +70,7 @@ def test_a_bicycle_can_drive_every_path(town):
     assert max(drive.gap for drive in drives) < 0.1
 
 
-def test_the_town_contains_what_its_spec_asks_for(name, town):
+def test_town_contains_what_its_spec_requires(name, town):
     assert find_missing(town, town_spec(name).requires) == []
 
 
@@ -80,7 +80,7 @@ def test_roads_are_not_steep(town):
         assert (rise <= GRADE_MAX * run + 0.03).all(), lane.id
 
 
-def test_links_and_lanes_agree(town):
+def test_links_and_lanes_are_consistent(town):
     for link in town.links:
         chain = (link.source, *link.via, link.target)
         for here, onward in pairwise(chain):
@@ -88,19 +88,19 @@ def test_links_and_lanes_agree(town):
         assert (link.signal is not None) == (link.control == "signal")
 
 
-def test_the_stored_town_is_read_and_written_unchanged(name, town):
+def test_stored_town_survives_a_round_trip(name, town):
     text = (networks_dir() / name / "town.json").read_text(encoding="utf-8")
     assert town.to_json() == text
     assert Town.from_json(text).to_json() == text
     assert json.loads(text)["name"] == name
 
 
-def test_another_seed_gives_another_sound_town(name, town):
+def test_another_seed_gives_a_different_sound_town(name, town):
     _, other = make_town(town_spec(name), town_spec(name).seed + 40)
     assert other.to_json() != town.to_json()
 
 
-def test_the_characters_of_the_towns():
+def test_towns_have_their_documented_character():
     found = {name: describe_town(name) for name in TOWNS}
     assert found["town01"].signalled_t_junctions >= 10
     assert found["town01"].multi_lane_km == 0
@@ -115,19 +115,19 @@ def test_the_characters_of_the_towns():
     assert min(found["town06"].on_ramps, found["town06"].off_ramps) >= 6
 
 
-def test_a_town_is_built_into_another_folder(tmp_path):
+def test_town_is_built_into_the_given_folder(tmp_path):
     folder = build_town("town02", seed=77, out=tmp_path / "new")
     files = sorted(path.name for path in folder.iterdir())
     assert files == ["picture.png", "town.json", "town.net.xml"]
     assert (folder / "picture.png").stat().st_size < 150_000
 
 
-def test_an_unknown_town_is_refused_with_the_known_ones():
+def test_unknown_town_is_refused_with_the_known_names():
     with pytest.raises(InputError, match="town01"):
         build_town("town99")
 
 
-def test_a_town_that_cannot_be_is_refused_and_nothing_is_written(monkeypatch, tmp_path):
+def test_impossible_town_is_refused_and_nothing_is_written(monkeypatch, tmp_path):
     spec = town_spec("town02")
     wanted = spec.requires.model_copy(update={"roundabouts": 1})
     impossible = spec.model_copy(update={"requires": wanted})

@@ -1,4 +1,4 @@
-"""The mixed traffic in motion: each town's own mix, in its place, and nobody through another."""
+"""Mixed traffic: each town's own mix, on suitable roads, without overlaps."""
 
 import math
 from collections import Counter
@@ -24,7 +24,7 @@ Look = list[tuple[VehicleType, VehicleState]]
 
 @cache
 def watch(town: Town, seed: int, ticks: int = 300) -> list[Look]:
-    """All vehicles around an ego that stands at the start of a route, every 3 s."""
+    """Return the vehicles around an ego that stands at the start of a route, every 3 s."""
     routes = [route for route in load_suite("longest6") if route.town == town.name]
     route, looks = routes[seed], []
     x, y = route.points[0].tolist()
@@ -54,13 +54,13 @@ def shares(looks: list[Look]) -> dict[ActorKind, float]:
     return {kind: count / kinds.total() for kind, count in kinds.items()}
 
 
-def test_a_citys_traffic_is_its_own_mix() -> None:
+def test_city_traffic_has_its_own_mix() -> None:
     seen = shares(city())
     for name, share in load_town("town03").life.mix.items():
         assert seen[ActorKind[name.upper()]] == pytest.approx(share, abs=0.05), name
 
 
-def test_bicycles_are_slow_and_cars_are_not() -> None:
+def test_bicycles_are_slower_than_cars() -> None:
     top: dict[ActorKind, float] = {}
     for row, state in (seen for look in city() for seen in look):
         top[row.kind] = max(top.get(row.kind, 0.0), state.speed)
@@ -68,7 +68,7 @@ def test_bicycles_are_slow_and_cars_are_not() -> None:
     assert top[ActorKind.CAR] > 9.0
 
 
-def test_vehicles_do_not_drive_through_each_other() -> None:
+def test_vehicles_do_not_overlap() -> None:
     for look in city():
         extents = np.array([(row.length, row.width) for row, _ in look])
         poses = np.array(
@@ -88,12 +88,12 @@ def test_vehicles_do_not_drive_through_each_other() -> None:
         ]
 
 
-def test_a_highway_has_trucks_and_hardly_a_bicycle() -> None:
+def test_highway_traffic_has_trucks_and_few_bicycles() -> None:
     seen = shares(watch(load_town("town06"), 0))
     assert seen[ActorKind.TRUCK] == pytest.approx(0.19, abs=0.06)
     assert seen.get(ActorKind.BICYCLE, 0.0) < 0.06
 
 
-def test_a_town_of_cars_has_nothing_else() -> None:
+def test_town_with_cars_only_has_no_other_vehicles() -> None:
     town = replace(load_town("town02"), life=Life({"car": 1.0}))
     assert shares(watch(town, 0, 61)) == {ActorKind.CAR: 1.0}

@@ -36,7 +36,9 @@ def difference(job: Job, record: EpisodeResult, recording: Path | None) -> Diffe
     return check_episode(Task("name", job, record, recording), lambda _: None).difference
 
 
-def test_an_honest_record_is_equal_both_ways(driven: tuple[Job, Path, EpisodeResult]):
+def test_unchanged_record_is_confirmed_by_agent_and_by_controls(
+    driven: tuple[Job, Path, EpisodeResult],
+):
     job, file, record = driven
 
     assert difference(job, record, None) is None
@@ -44,7 +46,7 @@ def test_an_honest_record_is_equal_both_ways(driven: tuple[Job, Path, EpisodeRes
 
 
 @pytest.mark.parametrize("way", ["agent", "controls"])
-def test_a_record_with_an_infraction_left_out_is_different(
+def test_record_with_a_removed_infraction_is_not_confirmed(
     driven: tuple[Job, Path, EpisodeResult], way: str
 ):
     job, file, record = driven
@@ -56,9 +58,7 @@ def test_a_record_with_an_infraction_left_out_is_different(
     assert (found.field, found.again) == ("distance", str(record.distance))
 
 
-def test_a_recording_of_scenes_that_never_were_is_different(
-    driven: tuple[Job, Path, EpisodeResult], tmp_path: Path
-):
+def test_forged_recording_is_not_confirmed(driven: tuple[Job, Path, EpisodeResult], tmp_path: Path):
     job, file, record = driven
     recording = Recording.load(file)
     recorder = Recorder(tmp_path / "forged.parquet", recording.metadata)
@@ -72,7 +72,7 @@ def test_a_recording_of_scenes_that_never_were_is_different(
     assert found.field == "recording, tick 20"
 
 
-def test_an_episode_without_a_recording_is_not_confirmed(
+def test_episode_without_a_recording_is_not_confirmed(
     driven: tuple[Job, Path, EpisodeResult], tmp_path: Path
 ):
     job, _, record = driven
@@ -94,7 +94,7 @@ class Hangs:
 
 
 @pytest.mark.parametrize("hangs", [False, True])
-def test_an_agent_in_a_process_of_its_own_drives_the_same_or_is_ended(
+def test_isolated_agent_verifies_or_is_ended_at_its_limit(
     driven: tuple[Job, Path, EpisodeResult], tmp_path: Path, hangs: bool
 ):
     job, _, record = driven

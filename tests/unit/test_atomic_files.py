@@ -1,4 +1,4 @@
-"""Files that appear whole or not at all: the order of what is done, and what a fault leaves."""
+"""Atomic file writes: the order of operations, and what remains after a failure."""
 
 import os
 from pathlib import Path
@@ -10,7 +10,7 @@ from plant_bench.atomic_files import move_whole, write_whole, write_whole_text
 
 @pytest.fixture
 def said(monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """What is done to the disk, in order."""
+    """The operations on the disk, in order."""
     found: list[str] = []
     sync, replace = os.fsync, Path.replace
 
@@ -28,7 +28,7 @@ def said(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     return found
 
 
-def test_a_power_cut_finds_the_content_on_the_disk_before_the_name(
+def test_content_is_synced_before_the_rename_and_the_folder_after(
     tmp_path: Path, said: list[str]
 ) -> None:
     write_whole_text(tmp_path / "new" / "a.json", "text\n")
@@ -37,7 +37,7 @@ def test_a_power_cut_finds_the_content_on_the_disk_before_the_name(
     assert (tmp_path / "new" / "a.json").read_bytes() == b"text\n"
 
 
-def test_a_moved_file_is_on_the_disk_in_its_new_place(tmp_path: Path, said: list[str]) -> None:
+def test_moved_file_is_synced_in_its_new_folder(tmp_path: Path, said: list[str]) -> None:
     (tmp_path / "a").touch()
 
     move_whole(tmp_path / "a", tmp_path / "b")
@@ -45,7 +45,7 @@ def test_a_moved_file_is_on_the_disk_in_its_new_place(tmp_path: Path, said: list
     assert said == ["renamed", "folder synced"]
 
 
-def test_a_fault_leaves_the_old_file_and_nothing_else(tmp_path: Path) -> None:
+def test_failed_write_keeps_the_old_file_only(tmp_path: Path) -> None:
     write_whole_text(tmp_path / "a", "old")
 
     with pytest.raises(OSError, match="full"):
@@ -60,7 +60,7 @@ def half_of_it(part: Path) -> None:
     raise OSError(28, "full")
 
 
-def test_a_link_that_waits_for_the_file_is_not_followed(tmp_path: Path) -> None:
+def test_symlink_at_the_target_is_replaced_and_not_followed(tmp_path: Path) -> None:
     (tmp_path / "victim").write_text("mine")
     (tmp_path / "a").symlink_to(tmp_path / "victim")
 

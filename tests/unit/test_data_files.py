@@ -1,4 +1,4 @@
-"""Towns are found in the package, beside a suite, and where PLANT_BENCH_TOWNS says."""
+"""Towns are found in the package, beside a suite, and in PLANT_BENCH_TOWNS."""
 
 import json
 import os
@@ -24,7 +24,7 @@ def suite(tmp_path, monkeypatch):
     return tmp_path / "routes"
 
 
-def test_a_town_beside_a_suite_is_found_by_its_routes_and_by_nobody_else(suite):
+def test_town_beside_a_suite_is_found_only_by_its_routes(suite):
     before = dict(os.environ)
     (route,) = load_suite(str(suite))
 
@@ -35,7 +35,7 @@ def test_a_town_beside_a_suite_is_found_by_its_routes_and_by_nobody_else(suite):
         town_dir("mine")
 
 
-def test_a_town_inside_a_suite_comes_before_one_beside_it(suite):
+def test_town_inside_a_suite_takes_precedence_over_one_beside_it(suite):
     inside = suite / "towns" / "mine"
     inside.mkdir(parents=True)
     (inside / "town.json").write_text("{}", encoding="utf-8")
@@ -45,7 +45,7 @@ def test_a_town_inside_a_suite_comes_before_one_beside_it(suite):
     assert route.town_dir == inside
 
 
-def test_no_suite_replaces_a_town_of_the_benchmark(suite):
+def test_suite_cannot_replace_a_benchmark_town(suite):
     other = suite.parent / "towns" / "town01"
     other.mkdir()
     (other / "town.json").write_text("{}", encoding="utf-8")
@@ -55,21 +55,21 @@ def test_no_suite_replaces_a_town_of_the_benchmark(suite):
     assert replace(route, town="town01").town_dir == networks_dir() / "town01"
 
 
-def test_where_a_town_lies_is_no_part_of_a_route(suite):
+def test_route_checksum_ignores_the_location_of_the_town(suite):
     (route,) = load_suite(str(suite))
 
     assert route.town_folders
     assert replace(route, town_folders=()).checksum == route.checksum
 
 
-def test_towns_of_the_variable_are_found_by_their_names(suite, monkeypatch):
+def test_towns_of_the_environment_variable_are_found_by_name(suite, monkeypatch):
     monkeypatch.setenv(TOWNS_VARIABLE, str(suite.parent / "towns"))
 
     assert town_dir("mine") == suite.parent / "towns" / "mine"
 
 
 @pytest.mark.parametrize("name", ["x" * 300, "地" * 100, "../town01", "a/b", ""])
-def test_what_can_be_no_towns_name_is_refused(name):
+def test_invalid_town_names_are_refused(name):
     with pytest.raises(InputError, match="is no town's name") as error:
         town_dir(name)
 

@@ -1,4 +1,4 @@
-"""What errors of others become in a message."""
+"""Errors of other libraries in messages."""
 
 import pytest
 
@@ -9,7 +9,7 @@ from plant_bench.scoring.results import EpisodeResult
 
 @pytest.mark.parametrize("kind", [EpisodeResult, Provenance])
 @pytest.mark.parametrize("text", ["{", "{}", '{"route": 3}'])
-def test_a_broken_file_is_told_in_one_line(tmp_path, kind, text):
+def test_broken_file_gives_a_one_line_message(tmp_path, kind, text):
     path = tmp_path / "file.json"
     path.write_text(text, encoding="utf-8")
     with pytest.raises(InputError) as caught:
@@ -18,11 +18,11 @@ def test_a_broken_file_is_told_in_one_line(tmp_path, kind, text):
     assert "http" not in str(caught.value)
 
 
-def test_what_a_file_is_quoted_with_neither_breaks_the_line_nor_moves_the_cursor():
+def test_control_characters_in_messages_are_escaped():
     text = str(InputError("There is no town 'a\r\nb\x1b[2J\ud800' in Zürich."))
 
     assert text == r"There is no town 'a b\x1b[2J\ud800' in Zürich."
 
 
-def test_a_message_is_cut_where_it_quotes_too_much():
+def test_long_quotes_in_messages_are_truncated():
     assert len(str(InputError("x" * 100_000))) < 2100

@@ -1,4 +1,4 @@
-"""What is kept on the disk as machine code depends on its own file alone."""
+"""Cached machine code depends on its own source file alone."""
 
 import ast
 import importlib.util
@@ -31,7 +31,7 @@ def names_in(node: ast.AST) -> set[str]:
 
 
 def foreign_names(source: str) -> set[str]:
-    """Names from other files of ours, and what is made of them, in compiled functions' bodies."""
+    """Return names from other modules, or derived from them, used in compiled functions."""
     tree = ast.parse(source)
     ours: set[str] = set()
     for line in tree.body:
@@ -47,7 +47,7 @@ def foreign_names(source: str) -> set[str]:
     return set().union(*map(names_in, bodies)) & ours
 
 
-def test_foreign_names_are_found() -> None:
+def test_names_from_other_modules_are_found() -> None:
     source = (
         "from plant_bench.x import A, B\nimport plant_bench.y as y\nC = 1\nD = 2 * A\n"
         "@compiled(REAL)\ndef f(x):\n    return x + A + C + D + y.E\ndef g(x):\n    return B\n"
@@ -55,8 +55,8 @@ def test_foreign_names_are_found() -> None:
     assert foreign_names(source) == {"A", "D", "y"}
 
 
-def test_compiled_functions_use_nothing_of_other_files() -> None:
-    """Numba would not notice when it changes, and go on with what it has compiled."""
+def test_compiled_functions_use_no_names_from_other_modules() -> None:
+    """Numba would not detect a change there and would use stale code."""
     files = [path for path in PACKAGE.rglob("*.py") if "@compiled" in path.read_text("utf-8")]
     assert len(files) > 5
     found = {
@@ -99,14 +99,14 @@ def kept_by(source: Path) -> list[Path]:
     return [path for path in source.parent.rglob("*.nb?") if path.is_file()]
 
 
-def test_what_was_compiled_is_found_again(source: Path) -> None:
+def test_compiled_code_is_cached(source: Path) -> None:
     assert not load(source).stats.cache_hits
     assert load(source).stats.cache_hits
 
 
 @pytest.mark.parametrize("suffix", [".nbi", ".nbc"])
 @pytest.mark.parametrize("harm", [lambda path: path.write_bytes(b"\x80"), Path.unlink])
-def test_what_was_kept_and_broken_is_compiled_anew(source: Path, suffix: str, harm) -> None:
+def test_broken_cache_is_recompiled(source: Path, suffix: str, harm) -> None:
     load(source)
     for path in kept_by(source):
         if path.suffix == suffix:
@@ -116,7 +116,7 @@ def test_what_was_kept_and_broken_is_compiled_anew(source: Path, suffix: str, ha
     assert load(source).stats.cache_hits
 
 
-def test_another_content_is_compiled_anew_even_if_time_and_size_are_the_same(source: Path) -> None:
+def test_changed_source_of_equal_time_and_size_is_recompiled(source: Path) -> None:
     load(source)
     data = {path: path.read_bytes() for path in kept_by(source) if path.suffix == ".nbc"}
     then = source.stat().st_mtime_ns
@@ -126,7 +126,7 @@ def test_another_content_is_compiled_anew_even_if_time_and_size_are_the_same(sou
     assert not [path for path in data if path.exists()]
 
 
-def test_where_nothing_can_be_kept_it_compiles_all_the_same(
+def test_functions_compile_without_a_writable_cache(
     source: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(room.os, "access", lambda *_: False)
@@ -134,7 +134,7 @@ def test_where_nothing_can_be_kept_it_compiles_all_the_same(
     assert kept_by(source) == []
 
 
-def test_an_installation_that_must_not_be_written_to_keeps_elsewhere(
+def test_read_only_installation_caches_in_the_user_cache_folder(
     source: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (source.parent / "__pycache__").write_text("no folder")
@@ -144,13 +144,13 @@ def test_an_installation_that_must_not_be_written_to_keeps_elsewhere(
     assert list((tmp_path / "home").rglob("*.nbc"))
 
 
-def test_beyond_the_end_of_an_array_is_an_error(source: Path) -> None:
+def test_index_out_of_bounds_raises_an_error(source: Path) -> None:
     with pytest.raises(IndexError):
         load(source)(np.arange(1.0))
 
 
 @pytest.mark.parametrize(("person", "kept"), [(True, False), (True, True), (False, False)])
-def test_a_person_is_told_once_why_the_start_takes_longer(
+def test_compiling_is_announced_once_on_a_terminal(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture, person: bool, kept: bool
 ) -> None:
     monkeypatch.setattr(room.sys.stderr, "isatty", lambda: person, raising=False)

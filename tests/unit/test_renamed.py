@@ -30,14 +30,14 @@ def test_each_new_option_exists_and_no_old_one_does(old):
 
 def test_an_old_option_is_refused_with_the_new_name():
     done = subprocess.run(
-        [sys.executable, "-m", "plant_bench", "rescore", "reports/none", "--law", "lb2.1"],
+        [sys.executable, "-m", "plant_bench", "rescore", "reports/none", "--penalties", "lb2.1"],
         capture_output=True,
         text=True,
         check=False,
     )
     assert done.returncode == 2
     assert done.stderr.strip() == (
-        "plant-bench: The option '--law' of `plant-bench rescore` is now '--penalties'."
+        "plant-bench: The option '--penalties' of `plant-bench rescore` is now '--penalties'."
     )
 
 

@@ -1,4 +1,4 @@
-"""How the careful driver enters, crosses and merges: rules about time lost and who reacts."""
+"""How the careful driver enters, crosses and merges."""
 
 import math
 from dataclasses import replace
@@ -24,7 +24,7 @@ def straight_ahead(limits: np.ndarray | None = None) -> RouteAhead:
 
 
 def car(x: float, y: float, yaw: float, speed: float) -> tuple[Actors, Forecast]:
-    """One car that goes straight on at its speed, and its forecast."""
+    """Return one car that drives straight ahead at its speed, and its forecast."""
     actors = Actors(
         np.array([1]),
         np.array([[x, y, yaw]], dtype=np.float32),
@@ -45,13 +45,13 @@ def car(x: float, y: float, yaw: float, speed: float) -> tuple[Actors, Forecast]
 
 
 def chosen(speed: float, pulls: list[float], forecast: Forecast) -> float:
-    """Return which of some accelerations is chosen on a straight road."""
+    """Return which of the given accelerations is chosen on a straight road."""
     choices = np.array(pulls)
     poses = ego_poses(straight_ahead(), rollout(speed, choices, LIMIT))
     return float(choices[clearest(poses, forecast, 0.0)])
 
 
-def test_a_slower_pace_meets_the_limits_ahead() -> None:
+def test_slower_profile_respects_the_limits_ahead() -> None:
     limits = np.concatenate((np.full(15, LIMIT), np.full(86, 4.0)))
     travel = rollout(5.0, np.array([2.5]), LIMIT)[0]
     slow = at_slower_pace(travel, 5.0, straight_ahead(limits), math.inf, 0.0)
@@ -59,8 +59,8 @@ def test_a_slower_pace_meets_the_limits_ahead() -> None:
     assert (slow[-1] - slow[-2]) / STEP == pytest.approx(0.85 * 4.0, abs=0.1)
 
 
-def test_a_slower_pace_of_one_who_stands_beyond_the_first_points() -> None:
-    """The ego may be a little more than a metre beyond the first point: points lie unevenly."""
+def test_slower_profile_is_finite_past_the_first_route_point() -> None:
+    """The ego may be more than 1 m past the first point, as points are spaced unevenly."""
     travel = rollout(0.0, np.array([2.5]), LIMIT)[0]
     slow = at_slower_pace(travel, 0.0, replace(straight_ahead(), past=1.3), math.inf, 0.0)
     assert np.isfinite(slow).all()
@@ -68,26 +68,26 @@ def test_a_slower_pace_of_one_who_stands_beyond_the_first_points() -> None:
     assert 0.5 * travel[-1] < slow[-1] < travel[-1]
 
 
-def test_a_slower_pace_stays_behind_the_leader() -> None:
+def test_slower_profile_stays_behind_the_leader() -> None:
     travel = rollout(5.0, np.array([2.5]), LIMIT)[0]
     slow = at_slower_pace(travel, 5.0, straight_ahead(), 6.0, 1.0)
     assert slow[-1] == pytest.approx(6.0 + TIMES[-1])
 
 
-def test_a_slower_pace_brakes_no_less() -> None:
+def test_slower_profile_brakes_as_hard() -> None:
     travel = rollout(8.0, np.array([-8.0]), LIMIT)[0]
     slow = at_slower_pace(travel, 8.0, straight_ahead(), math.inf, 0.0)
     assert slow[-1] == pytest.approx(travel[-1])
 
 
-def test_within_the_margins_the_hardest_braking_is_chosen() -> None:
+def test_hardest_braking_is_chosen_within_the_margins() -> None:
     """It passes the standing ego's front by less than the margin."""
     _, passing = car(3.5, -12.0, math.pi / 2, 8.0)
     assert chosen(0.3, [2.5, 0.5, 0.0, -2.0, -8.0], passing) == -8.0
 
 
-def test_in_a_crossing_path_going_on_is_chosen_where_that_is_clear() -> None:
-    """To stop is to be hit, and to brake is to stay."""
+def test_ego_clears_a_crossing_path_if_it_can() -> None:
+    """Stopping would mean being hit, and braking would mean staying in the path."""
     _, crossing = car(1.0, -30.0, math.pi / 2, 8.0)
     assert chosen(1.0, [2.5, -2.0, -8.0], crossing) == 2.5
     _, nearer = car(9.0, -14.0, math.pi / 2, 8.0)
@@ -104,7 +104,7 @@ def test_in_a_crossing_path_going_on_is_chosen_where_that_is_clear() -> None:
         (0.0, -12.0, math.pi / 2, 2.0, False),  # it crosses
     ],
 )
-def test_a_follower_is_trusted_only_if_it_can_fall_in(
+def test_follower_is_trusted_only_if_it_can_stay_behind(
     x: float, y: float, yaw: float, speed: float, falls_in: bool
 ) -> None:
     ego = EgoState(0.0, 0.0, 0.0, 5.0)

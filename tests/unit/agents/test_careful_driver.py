@@ -1,4 +1,4 @@
-"""What the careful driver answers to single situations, made by hand on a straight road."""
+"""The careful driver in single hand-made situations on a straight road."""
 
 import math
 
@@ -47,7 +47,7 @@ def straight_route(*passages: Passage) -> Route:
 
 
 def cars(*rows: tuple[float, float, float, float]) -> Actors:
-    """x, y, yaw, speed of each."""
+    """Return cars with the given x, y, yaw and speed."""
     table = np.array(rows, dtype=np.float32).reshape(-1, 4)
     count = len(table)
     return Actors(
@@ -60,7 +60,7 @@ def cars(*rows: tuple[float, float, float, float]) -> Actors:
 
 
 def facts(actors: Actors, *, stop: float = math.inf, acceleration: float = 0.0) -> Privileged:
-    """All go straight on."""
+    """Return facts: all actors go straight ahead."""
     along = np.arange(121.0)
     yaw = actors.poses[:, 2].astype(float)
     x = actors.poses[:, 0, None] + along * np.cos(yaw)[:, None]
@@ -110,28 +110,28 @@ def reason(observation: Observation, *passages: Passage) -> Reason:
     return driver.explain()
 
 
-def test_a_free_road_is_driven_at_the_limit() -> None:
+def test_free_road_is_driven_at_the_speed_limit() -> None:
     assert pull(observe(cars())) == pytest.approx(0.0, abs=0.01)
     assert pull(observe(cars(), speed=2.0)) > 2.0
 
 
-def test_a_standing_car_ahead_is_braked_for_and_one_beside_is_not() -> None:
+def test_ego_brakes_for_a_stationary_car_ahead_but_not_beside() -> None:
     assert pull(observe(cars((45.0, 0.0, 0.0, 0.0)))) < -2.0
     assert pull(observe(cars((45.0, 3.5, 0.0, 0.0)))) == pytest.approx(0.0, abs=0.01)
 
 
-def test_a_car_from_the_side_is_braked_for_and_one_that_must_stop_is_not() -> None:
+def test_ego_brakes_for_a_crossing_car_unless_it_must_stop() -> None:
     crossing = cars((50.0, -30.0, math.pi / 2, LIMIT))
     assert pull(observe(crossing)) < -0.5
     yields = facts(crossing, stop=20.0)
     assert pull(observe(crossing, privileged=yields)) == pytest.approx(0.0, abs=0.01)
 
 
-def test_a_follower_is_no_reason_to_brake() -> None:
+def test_ego_does_not_brake_for_a_follower() -> None:
     assert pull(observe(cars((10.0, 0.0, 0.0, 14.0)))) == pytest.approx(0.0, abs=0.01)
 
 
-def test_a_junction_that_cannot_be_cleared_is_not_entered() -> None:
+def test_ego_does_not_enter_a_junction_it_cannot_clear() -> None:
     passage = Passage("j", 40.0, 60.0, "straight", "signal")
     queue = observe(cars((65.0, 0.0, 0.0, 0.0)), speed=5.0)
     assert pull(queue, passage) < pull(queue) - 0.5
@@ -149,11 +149,13 @@ def test_a_junction_that_cannot_be_cleared_is_not_entered() -> None:
         (Light.RED, -3.0, 8.0, False),
     ],
 )
-def test_lights(state: Light, distance: float, speed: float, stops: bool) -> None:
+def test_ego_stops_for_red_and_for_yellow_if_it_can(
+    state: Light, distance: float, speed: float, stops: bool
+) -> None:
     assert (light_limit(speed, NextLight(state, distance)) < 0.0) is stops
 
 
-def test_slows_down_in_time_for_a_lower_limit() -> None:
+def test_ego_slows_down_in_time_for_a_lower_limit() -> None:
     limits = np.concatenate((np.full(50, 13.9), np.full(51, 4.0)))
     points = np.stack((np.arange(101.0), np.zeros(101)), axis=1)
     route = RouteAhead(0.0, 0.0, 0.0, points, np.zeros(101), limits)
@@ -162,7 +164,7 @@ def test_slows_down_in_time_for_a_lower_limit() -> None:
     assert allowed**2 - 4.0**2 == pytest.approx(2.0 * 1.8 * 49.0, rel=0.03)
 
 
-def test_the_leader_is_the_nearest_in_the_lane() -> None:
+def test_leader_is_the_nearest_vehicle_in_the_lane() -> None:
     actors = cars((60.0, 0.0, 0.0, 5.0), (40.0, 0.2, 0.0, 3.0), (30.0, 3.5, 0.0, 1.0))
     observation = observe(actors)
     assert observation.route is not None
@@ -172,7 +174,7 @@ def test_the_leader_is_the_nearest_in_the_lane() -> None:
     assert leader.speed == pytest.approx(3.0)
 
 
-def test_forecasts_agree_on_a_car_that_drives_straight_at_constant_speed() -> None:
+def test_forecasts_agree_for_a_car_at_constant_velocity() -> None:
     actors = cars((0.0, 3.5, 0.0, LIMIT))
     observation = observe(actors)
     keep = np.array([0])
@@ -188,13 +190,13 @@ def test_the_privileged_forecast_follows_the_lane_and_stops_at_the_line() -> Non
     assert true.poses[0, -1, 0] == pytest.approx(12.0, abs=1e-6)
 
 
-def test_what_stands_is_forecast_to_stand() -> None:
+def test_stationary_actors_are_forecast_to_stay() -> None:
     actors = cars((30.0, -3.0, math.pi / 2, 0.0))
     true = along_true_lanes(observe(actors), np.array([0]))
     assert np.ptp(true.poses[0], axis=0) == pytest.approx([0.0, 0.0, 0.0], abs=1e-6)
 
 
-def test_without_its_inputs_a_driver_says_so() -> None:
+def test_missing_inputs_are_reported() -> None:
     with pytest.raises(AgentError, match="route"):
         Expert().reset(None)
     observation = observe(cars((45.0, 5.0, 0.0, 3.0)))
@@ -205,19 +207,19 @@ def test_without_its_inputs_a_driver_says_so() -> None:
         driver.act(blind)
 
 
-def test_actions_are_controls() -> None:
+def test_act_returns_a_control() -> None:
     driver = RuleBased()
     driver.reset(straight_route())
     assert isinstance(driver.act(observe(cars((45.0, 0.0, 0.0, 3.0)))), Control)
 
 
-def test_who_comes_too_near_is_not_raced() -> None:
-    """Within the margins of a moving car every choice is in conflict: then brake, never go."""
+def test_ego_does_not_race_an_actor_that_comes_too_close() -> None:
+    """Within the margins of a moving car every choice is in conflict: the driver must brake."""
     beside = cars((22.0, -3.5, math.pi / 2, 2.5))
     assert pull(observe(beside, speed=0.5)) <= -1.0
 
 
-def test_who_stands_in_contact_with_the_side_is_driven_away_from() -> None:
+def test_ego_drives_off_from_a_vehicle_touching_its_side() -> None:
     assert pull(observe(cars((20.0, 1.5, 0.0, 0.0)), speed=0.0)) > 2.0
     assert pull(observe(cars((23.0, 1.5, 0.0, 0.0)), speed=0.0)) < 0.0
 
@@ -238,23 +240,25 @@ def test_who_stands_in_contact_with_the_side_is_driven_away_from() -> None:
         ),
     ],
 )
-def test_the_one_that_binds_is_the_reason(scene: Observation, cause: Cause, actor: int) -> None:
+def test_reason_is_the_actor_that_limits_the_acceleration(
+    scene: Observation, cause: Cause, actor: int
+) -> None:
     assert reason(scene) == Reason(cause, actor)
 
 
-def test_of_two_conflicts_the_first_is_the_reason() -> None:
+def test_reason_is_the_earlier_of_two_conflicts() -> None:
     far, near = (55.0, -35.0, math.pi / 2, LIMIT), (40.0, -20.0, math.pi / 2, LIMIT)
     assert reason(observe(cars(far, near))) == Reason(Cause.CONFLICT, 2)
     assert reason(observe(cars(near, far))) == Reason(Cause.CONFLICT, 1)
 
 
-def test_who_leaves_no_room_beyond_a_junction_is_the_reason() -> None:
+def test_reason_is_the_vehicle_that_blocks_the_junction_exit() -> None:
     passage = Passage("j", 30.0, 50.0, "straight", "signal")
     scene = observe(cars((50.0, 3.5, 0.0, 0.0), (55.0, 0.0, 0.0, 0.0)), speed=5.0)
     assert reason(scene, passage) == Reason(Cause.JUNCTION, 2)
 
 
-def test_a_reason_is_forgotten_on_reset() -> None:
+def test_reset_clears_the_reason() -> None:
     driver = CarefulDriver(along_true_lanes)
     driver.reset(straight_route())
     driver.act(observe(cars((45.0, 0.0, 0.0, 0.0))))
@@ -262,20 +266,20 @@ def test_a_reason_is_forgotten_on_reset() -> None:
     assert driver.explain() == Reason(Cause.FREE)
 
 
-def test_a_stream_across_a_junction_is_waited_for_at_its_line() -> None:
+def test_ego_waits_for_crossing_traffic_at_the_stop_line() -> None:
     stream = observe(cars(*((35.0, -y, math.pi / 2, 8.0) for y in (20, 32, 44))), speed=1.0)
     assert pull(stream) == pytest.approx(0.0)
     assert pull(stream, Passage("j", 23.5, 45.0, "left", "priority")) < -1.0
 
 
-def test_to_pass_before_somebody_needs_time_in_reserve() -> None:
-    """At full pace the ego is past before the other comes, at a slower one it is not."""
+def test_passing_before_another_vehicle_needs_a_time_margin() -> None:
+    """At full acceleration the ego passes before the other vehicle, with less it does not."""
     early, late = cars((40.0, -26.0, math.pi / 2, 8.0)), cars((40.0, -40.0, math.pi / 2, 8.0))
     assert pull(observe(early)) < -0.5
     assert pull(observe(late)) == pytest.approx(0.0, abs=0.01)
 
 
-def test_a_wish_is_not_exceeded() -> None:
+def test_requested_acceleration_is_not_exceeded() -> None:
     driver = CarefulDriver(straight_on)
     driver.reset(straight_route())
     assert driver.act(observe(cars(), speed=5.0), 0.3).acceleration == pytest.approx(0.3)

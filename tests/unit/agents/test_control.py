@@ -20,14 +20,14 @@ def ahead(points: np.ndarray, ego: EgoState) -> RouteAhead:
     return RouteAhead(float(index), 0.0, 0.0, part, yaw, np.full(len(part), 10.0))
 
 
-def test_free_road_reaches_the_target_speed_and_holds_it() -> None:
+def test_controller_reaches_and_holds_the_target_speed() -> None:
     speed = 0.0
     for _ in range(600):
         speed += TICK * idm(speed, 10.0)
     assert speed == pytest.approx(10.0, abs=0.05)
 
 
-def test_stops_behind_a_standing_leader_without_touching_it() -> None:
+def test_controller_stops_behind_a_stationary_leader() -> None:
     place, speed, leader = 0.0, 13.9, 80.0
     for _ in range(800):
         speed = max(0.0, speed + TICK * idm(speed, 13.9, leader - place, 0.0))
@@ -37,7 +37,7 @@ def test_stops_behind_a_standing_leader_without_touching_it() -> None:
 
 
 @pytest.mark.parametrize("speed", [3.0, 8.0, 13.9])
-def test_stops_before_the_line_and_not_far_from_it(speed: float) -> None:
+def test_controller_stops_shortly_before_the_line(speed: float) -> None:
     place, line = 0.0, speed * speed / 4.0 + 5.0
     for _ in range(800):
         speed = max(0.0, speed + TICK * stop_within(speed, line - place))
@@ -46,7 +46,7 @@ def test_stops_before_the_line_and_not_far_from_it(speed: float) -> None:
 
 
 @pytest.mark.parametrize(("radius", "speed"), [(7.0, 4.0), (15.0, 6.0), (60.0, 12.0)])
-def test_follows_a_curve_within_a_third_of_a_metre(radius: float, speed: float) -> None:
+def test_controller_follows_a_curve_within_a_third_of_a_metre(radius: float, speed: float) -> None:
     turn = np.arange(0.0, math.pi / 2, 1.0 / radius)
     curve = np.stack((radius * np.sin(turn), radius * (1.0 - np.cos(turn))), axis=1)
     straight = np.stack((np.arange(-40.0, 0.0), np.zeros(40)), axis=1)
@@ -60,12 +60,12 @@ def test_follows_a_curve_within_a_third_of_a_metre(radius: float, speed: float) 
     assert worst < 0.33 + 0.5  # the points are a metre apart: half of that is no error
 
 
-def test_a_plan_that_stands_brakes() -> None:
+def test_stationary_plan_brakes() -> None:
     control = follow_plan(Plan(np.zeros((4, 2))), EgoState(0.0, 0.0, 0.0, 5.0))
     assert control.acceleration < -1.0
 
 
-def test_a_plan_sets_speed_and_side() -> None:
+def test_plan_determines_acceleration_and_steering() -> None:
     plan = Plan(np.array([[4.0, 0.5], [8.0, 2.0], [12.0, 4.5], [16.0, 8.0]]))
     control = follow_plan(plan, EgoState(0.0, 0.0, 0.0, 5.0))
     assert control.acceleration > 1.0

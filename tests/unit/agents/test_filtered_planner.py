@@ -1,4 +1,4 @@
-"""A planner that is shown only who ranks highest."""
+"""A planner that is shown only the highest-ranked actors."""
 
 from dataclasses import replace
 
@@ -25,7 +25,7 @@ PLACES = ((30.0, 0.0), (5.0, 5.0), (-2.0, 0.0))
 
 
 class Listener:
-    """Remembers what it is shown."""
+    """Records its observations."""
 
     inputs = frozenset({Input.OBJECTS, Input.LIGHT, Input.PRIVILEGED})
     interval = 3
@@ -72,7 +72,7 @@ def observe() -> Observation:
     )
 
 
-def test_the_nearest_alone_is_shown_with_its_facts() -> None:
+def test_only_the_nearest_actor_is_shown_with_its_facts() -> None:
     listener = Listener()
     assert Filtered(listener, Nearest()).act(observe()) == Control(0.5, 0.1)
     (seen,) = listener.seen
@@ -83,7 +83,7 @@ def test_the_nearest_alone_is_shown_with_its_facts() -> None:
     assert (seen.ego, seen.light) == (observe().ego, observe().light)
 
 
-def test_the_first_few_are_shown_in_their_order() -> None:
+def test_only_the_first_ranked_actors_are_shown_in_order() -> None:
     listener = Listener()
     Filtered(listener, Judge(), most=2).act(observe())
     assert listener.seen[0].actors is not None
@@ -91,14 +91,14 @@ def test_the_first_few_are_shown_in_their_order() -> None:
 
 
 @pytest.mark.parametrize("most", [0, 3, 10])
-def test_none_and_all_can_be_shown(most: int) -> None:
+def test_filter_can_show_no_actor_or_all(most: int) -> None:
     listener = Listener()
     Filtered(listener, Nearest(), most).act(observe())
     assert listener.seen[0].actors is not None
     assert len(listener.seen[0].actors) == min(most, 3)
 
 
-def test_planner_and_ranker_see_their_own_inputs() -> None:
+def test_planner_and_ranker_receive_their_own_inputs() -> None:
     listener, judge = Listener(), Judge()
     filtered = Filtered(listener, judge)
     assert filtered.inputs == listener.inputs | judge.inputs
@@ -109,7 +109,7 @@ def test_planner_and_ranker_see_their_own_inputs() -> None:
     assert judge.seen[0].light is None
 
 
-def test_ties_go_to_the_lower_id() -> None:
+def test_ties_are_broken_by_the_lower_id() -> None:
     ids = np.array([4, 2, 3])
     assert highest(np.array([1.0, 1.0, 1.0]), ids, 1).tolist() == [1]
     assert highest(np.array([1.0, 0.0, 1.0]), ids, 1).tolist() == [2]
@@ -117,7 +117,7 @@ def test_ties_go_to_the_lower_id() -> None:
 
 
 @pytest.mark.parametrize("ranks", [np.zeros(2), np.array([1.0, np.nan, 0.0])])
-def test_bad_ranks_are_an_error(ranks: np.ndarray) -> None:
+def test_invalid_ranks_raise_an_error(ranks: np.ndarray) -> None:
     with pytest.raises(AgentError, match="finite values are wanted"):
         highest(ranks, np.arange(3), 1)
 
@@ -130,12 +130,12 @@ def test_a_planner_without_objects_cannot_be_filtered() -> None:
         Filtered(Blind(), Nearest())
 
 
-def test_a_planner_that_does_not_explain_itself_gives_no_reason() -> None:
+def test_planner_without_explain_gives_no_reason() -> None:
     assert Filtered(Listener(), Nearest()).explain() is None
     assert isinstance(expert_nearest().explain(), Reason)
 
 
-def test_pedestrians_stay_in_view_where_vehicles_alone_are_filtered() -> None:
+def test_vehicles_only_filter_keeps_pedestrians() -> None:
     listener = Listener()
     seen = observe()
     assert seen.actors is not None

@@ -1,4 +1,4 @@
-"""A guard brakes where it must, and does nothing else."""
+"""The rule-based safety layer brakes where it must, and does nothing else."""
 
 from dataclasses import replace
 
@@ -15,7 +15,7 @@ GO_ON = Plan(np.stack((np.arange(1, 5) * 0.5 * SPEED, np.zeros(4)), axis=1))
 
 
 class Fixed:
-    """Always answers the same."""
+    """Always returns the same action."""
 
     inputs = frozenset({Input.ROUTE})
     interval = 3
@@ -33,7 +33,7 @@ class Fixed:
 
 
 def observe(*ahead: float, speed: float = SPEED) -> Observation:
-    """A straight road with a standing car at each of some distances ahead."""
+    """A straight road with a stationary car at each given distance ahead."""
     count = len(ahead)
     actors = Actors(
         np.arange(count),
@@ -71,14 +71,14 @@ def guarded(action: Plan | Control, route: Route) -> Guarded:
     return agent
 
 
-def test_on_a_free_road_the_planner_decides(route: Route) -> None:
+def test_planner_decides_on_a_free_road(route: Route) -> None:
     agent = guarded(GO_ON, route)
     assert agent.act(observe()) is GO_ON
     assert agent.explain() is None
     assert agent.interval == 3
 
 
-def test_it_brakes_for_whom_the_planner_overlooks(route: Route) -> None:
+def test_safety_layer_brakes_for_an_actor_the_planner_ignores(route: Route) -> None:
     agent = guarded(Control(1.0, 0.05), route)
     action = agent.act(observe(18.0))
     assert isinstance(action, Control)
@@ -89,22 +89,22 @@ def test_it_brakes_for_whom_the_planner_overlooks(route: Route) -> None:
     assert (reason.cause, reason.actor) == (Cause.LEADER, 0)
 
 
-def test_gentle_braking_is_left_to_the_planner(route: Route) -> None:
+def test_safety_layer_leaves_gentle_braking_to_the_planner(route: Route) -> None:
     agent = guarded(GO_ON, route)
     assert agent.act(observe(45.0)) is GO_ON
 
 
-def test_a_planner_that_brakes_harder_is_not_held(route: Route) -> None:
+def test_harder_braking_of_the_planner_is_kept(route: Route) -> None:
     stop = Control(-8.0, 0.0)
     assert guarded(stop, route).act(observe(18.0)) is stop
 
 
-def test_who_stands_and_stays_is_left_alone(route: Route) -> None:
+def test_safety_layer_does_not_act_on_a_stationary_ego(route: Route) -> None:
     stay = Control(0.0, 0.0)
     assert guarded(stay, route).act(observe(4.0, speed=0.0)) is stay
 
 
-def test_the_planner_sees_what_it_asked_for_only(route: Route) -> None:
+def test_guarded_planner_receives_only_its_declared_inputs(route: Route) -> None:
     planner = Fixed(GO_ON)
     agent = Guarded(planner)
     agent.reset(route)
@@ -113,8 +113,8 @@ def test_the_planner_sees_what_it_asked_for_only(route: Route) -> None:
     assert planner.route is route
 
 
-def test_one_who_pulls_out_is_seen_by_how_it_speeds_up(route: Route) -> None:
-    """A car that has just begun to cross will be in the way, though at its speed it is not yet."""
+def test_safety_layer_predicts_a_car_that_pulls_out(route: Route) -> None:
+    """A car that has just started to cross is predicted by its acceleration, not by its speed."""
     agent = guarded(GO_ON, route)
     before, now = observe(20.0), replace(observe(20.0), time=0.5)
     for observation, speed in ((before, 0.2), (now, 1.7)):
@@ -136,17 +136,17 @@ def crossing(x: float, y: float, speed: float, ego_speed: float) -> Observation:
     return seen
 
 
-def test_it_does_not_let_the_planner_speed_up_into_a_conflict(route: Route) -> None:
+def test_safety_layer_prevents_acceleration_into_a_conflict(route: Route) -> None:
     scene = crossing(20.0, -16.0, 8.0, 6.0)
     action = guarded(Control(2.0, 0.0), route).act(scene)
     assert isinstance(action, Control)
     assert action.acceleration < 1.0
-    keep = Control(0.0, 0.0)  # behind whom it passes at its present speed
+    keep = Control(0.0, 0.0)  # it passes behind the car at its current speed
     assert guarded(keep, route).act(scene) is keep
 
 
-def test_a_calm_guard_looks_again_after_a_while(route: Route) -> None:
-    """Half the cost on a free road; what appears is seen a fifth of a second later at the most."""
+def test_safety_layer_checks_less_often_on_a_free_road(route: Route) -> None:
+    """This halves the cost on a free road; a new actor is seen at most 0.2 s later."""
     agent = guarded(Control(0.0, 0.0), route)
     agent.act(observe())
     sudden = [replace(observe(12.0), time=time) for time in (0.1, 0.2)]

@@ -49,25 +49,25 @@ def package(tmp_path, monkeypatch):
         del sys.modules[name]
 
 
-def test_a_planner_is_found_by_its_name(package):
+def test_installed_planner_is_found_by_its_name(package):
     assert isinstance(load_agent("theirs"), Agent)
     assert installed_planners()["theirs"].distribution == "their-planners 1.5"
     with pytest.raises(InputError, match="Did you mean 'theirs'"):
         load_agent("theris")
 
 
-def test_plant_bench_s_own_planner_comes_before_one_of_its_name(package):
+def test_built_in_planner_takes_precedence_over_an_installed_one(package):
     assert agent_factory("expert").__module__ == "plant_bench.agents.expert"
 
 
-def test_the_checksum_covers_the_whole_package(package):
+def test_checksum_covers_the_whole_package(package):
     before = agent_checksum("theirs")
     (package / "unused.py").write_text("SPEED = 2\n")
 
     assert agent_checksum("theirs") != before
 
 
-def test_what_cannot_be_loaded_breaks_nothing_else(package):
+def test_broken_installed_planner_does_not_affect_the_others(package):
     from typer.testing import CliRunner
 
     from plant_bench.cli import app

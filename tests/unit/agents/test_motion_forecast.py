@@ -1,4 +1,4 @@
-"""Forecasts from half a second of watching."""
+"""Forecasts from half a second of observed motion."""
 
 import math
 
@@ -26,20 +26,20 @@ def seen(time: float, speed: float, yaw: float = 0.0, kind: int = CAR) -> Observ
 
 
 def forecast_after(*observations: Observation) -> Forecast:
-    """Return the forecast of whom one has watched."""
+    """Return the forecast after the given observations."""
     forecast = MotionForecast()
     for observation in observations:
         forecast.watch(observation)
     return forecast(observations[-1], np.array([0]))
 
 
-def test_who_was_not_seen_before_goes_straight_on() -> None:
+def test_newly_seen_actor_is_forecast_straight_ahead() -> None:
     found = forecast_after(seen(0.0, 5.0))
     assert found.poses[0, :, 0] == pytest.approx(5.0 * TIMES)
     assert found.lengths[0] == pytest.approx(np.full(len(TIMES), 4.0))
 
 
-def test_who_speeds_up_may_get_farther() -> None:
+def test_accelerating_actor_is_forecast_farther() -> None:
     found = forecast_after(seen(0.0, 4.0), seen(0.5, 5.0))
     front = found.poses[0, :, 0] + 0.5 * found.lengths[0]
     rear = found.poses[0, :, 0] - 0.5 * found.lengths[0]
@@ -48,20 +48,20 @@ def test_who_speeds_up_may_get_farther() -> None:
     assert rear[at] == pytest.approx(-2.0 + 5.0 * HELD)  # or it goes on as it does
 
 
-def test_who_turns_goes_on_turning() -> None:
+def test_turning_actor_is_forecast_to_keep_turning() -> None:
     found = forecast_after(seen(0.0, 5.0), seen(0.5, 5.0, yaw=0.25))
     assert found.poses[0, 4, 2] == pytest.approx(0.25 + 0.5, abs=1e-3)
     assert found.poses[0, 4, 1] > 5.0 * math.sin(0.25)
 
 
-def test_people_are_taken_to_walk_straight_on() -> None:
+def test_pedestrians_are_forecast_straight_ahead() -> None:
     kind = int(ActorKind.PEDESTRIAN)
     found = forecast_after(seen(0.0, 0.5, kind=kind), seen(0.5, 1.5, yaw=1.0, kind=kind))
     assert found.poses[0, :, 2] == pytest.approx(np.full(len(TIMES), 1.0))
     assert found.lengths[0] == pytest.approx(np.full(len(TIMES), 4.0))
 
 
-def test_what_was_watched_before_is_forgotten() -> None:
+def test_reset_clears_the_observed_motion() -> None:
     forecast = MotionForecast()
     forecast.watch(seen(0.0, 0.0))
     forecast.forget()

@@ -36,7 +36,7 @@ def straight_route() -> Route:
 
 
 def scene(*places: tuple[int, float, float]) -> Observation:
-    """At 8 m/s on a straight road among who stands: id, x and y of each."""
+    """Return an observation at 8 m/s among stationary actors of the given id, x and y."""
     count = len(places)
     poses = np.array([(x, y, 0.0) for _, x, y in places], np.float32).reshape(-1, 3)
     ids = np.array([name for name, _, _ in places], np.int64)
@@ -71,20 +71,20 @@ class Brakes:
         return Control(-1.0 * int(ahead.sum()) - 0.1 * self.asked, 0.0)
 
 
-def test_the_oracle_puts_first_whom_the_expert_brakes_for() -> None:
+def test_oracle_ranks_the_actor_the_expert_brakes_for_first() -> None:
     oracle = Oracle()
     oracle.reset(straight_route())
     assert np.argsort(-oracle.rank(BUSY)).tolist() == [0, 1, 2]
 
 
-def test_the_oracle_goes_by_distance_where_nobody_is_braked_for() -> None:
+def test_oracle_ranks_by_distance_if_the_expert_does_not_brake() -> None:
     oracle = Oracle()
     oracle.reset(straight_route())
     free = scene((LEADER, -30.0, 20.0), (ASIDE, 2.0, 25.0))
     assert np.argsort(-oracle.rank(free)).tolist() == [1, 0]
 
 
-def test_chance_is_the_same_for_the_same_scene_and_else_another() -> None:
+def test_random_ranking_depends_only_on_the_scene() -> None:
     first, again = Random().rank(BUSY), Random().rank(BUSY)
     np.testing.assert_array_equal(first, again)
     assert (first != Random().rank(replace(BUSY, time=0.1))).all()
@@ -98,7 +98,7 @@ def test_masking_measures_the_change_of_the_plan_in_metres() -> None:
     assert ranks[1:].tolist() == pytest.approx([-math.hypot(2, 6), -math.hypot(12, 8)])
 
 
-def test_masking_leaves_the_memory_of_a_planner_alone() -> None:
+def test_masking_does_not_change_the_memory_of_the_planner() -> None:
     planner = Brakes()
     ranker = Masking(planner)
     ranker.rank(BUSY)
@@ -106,7 +106,7 @@ def test_masking_leaves_the_memory_of_a_planner_alone() -> None:
     assert planner.asked == 2
 
 
-def test_a_planner_that_cannot_be_copied_is_told_of() -> None:
+def test_masking_refuses_a_planner_that_cannot_be_copied() -> None:
     class Locked(Brakes):
         def __deepcopy__(self, memo: object) -> "Locked":
             raise TypeError("cannot pickle")
@@ -115,7 +115,7 @@ def test_a_planner_that_cannot_be_copied_is_told_of() -> None:
         Masking(Locked()).rank(BUSY)
 
 
-def test_a_held_control_leads_along_an_arc() -> None:
+def test_constant_control_leads_along_an_arc() -> None:
     ego = EgoState(3.0, 4.0, 1.0, 10.0)
     straight = expected_waypoints(Control(0.0, 0.0), ego)
     assert straight == pytest.approx(np.array([(5.0 * n, 0.0) for n in range(1, 5)]))
@@ -126,7 +126,7 @@ def test_a_held_control_leads_along_an_arc() -> None:
 @pytest.mark.parametrize(
     ("ranking", "brakes"), [("oracle", True), ("masking:expert", True), ("none", False)]
 )
-def test_the_filtered_expert_brakes_for_whom_it_is_shown(ranking: str, brakes: bool) -> None:
+def test_filtered_expert_brakes_for_shown_actors(ranking: str, brakes: bool) -> None:
     agent = FilteredExpert(ranking)
     agent.reset(straight_route())
     action = agent.act(scene((LEADER, 14.0, 0.0), (ASIDE, 2.0, 6.0)))
@@ -151,7 +151,7 @@ def planner(tmp_path: Path) -> Path:
     return path
 
 
-def test_the_checksum_covers_who_ranks(planner: Path) -> None:
+def test_checksum_covers_the_ranker(planner: Path) -> None:
     spec = f"expert-filtered@masking:{planner}:Mine"
     before = agent_checksum(spec)
     planner.write_text(PLANNER + "CHANGED = 1\n")
@@ -171,6 +171,6 @@ def test_the_checksum_covers_who_ranks(planner: Path) -> None:
         ("masking:command:./my_planner", "cannot be ranked by masking"),
     ],
 )
-def test_unknown_rankings_are_input_errors(spec: str, message: str) -> None:
+def test_unknown_ranker_raises_input_error(spec: str, message: str) -> None:
     with pytest.raises(InputError, match=message):
         load_agent(f"expert-filtered@{spec}")

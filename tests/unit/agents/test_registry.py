@@ -41,7 +41,7 @@ def test_all_registered_agents_load(name: str) -> None:
     assert isinstance(load_agent(name), Agent)
 
 
-def test_a_file_is_loaded_and_hashed_by_content(planner: Path) -> None:
+def test_planner_file_is_loaded_and_hashed_by_content(planner: Path) -> None:
     spec = f"{planner}:Mine"
     assert isinstance(load_agent(spec), Agent)
     before = agent_checksum(spec)
@@ -49,7 +49,7 @@ def test_a_file_is_loaded_and_hashed_by_content(planner: Path) -> None:
     assert agent_checksum(spec) != before
 
 
-def test_a_file_that_has_been_edited_is_loaded_again(planner: Path) -> None:
+def test_edited_planner_file_is_loaded_again(planner: Path) -> None:
     spec = f"{planner}:Mine"
     assert type(load_agent(spec)) is type(load_agent(spec))
     planner.write_text(PLANNER + "Mine.edited = True\n")
@@ -66,12 +66,12 @@ def test_a_file_that_has_been_edited_is_loaded_again(planner: Path) -> None:
         ("missing.py:Agent", "There is no file"),
     ],
 )
-def test_typos_get_one_clear_message(spec: str, message: str) -> None:
+def test_misspelt_planner_gives_one_message(spec: str, message: str) -> None:
     with pytest.raises(InputError, match=message):
         load_agent(spec)
 
 
-def test_what_follows_the_at_sign_is_given_to_the_class(planner: Path) -> None:
+def test_text_after_the_at_sign_is_passed_to_the_class(planner: Path) -> None:
     with planner.open("a") as file:
         file.write("class Told(Mine):\n    def __init__(self, what='a@b:c'): self.what = what\n")
     assert vars(load_agent(f"{planner}:Told@models/mine"))["what"] == "models/mine"
@@ -91,17 +91,17 @@ def test_what_follows_the_at_sign_is_given_to_the_class(planner: Path) -> None:
         ("Mien", "Mine"),
     ],
 )
-def test_classes_that_are_no_agents(planner: Path, name: str, message: str) -> None:
+def test_class_that_is_not_an_agent_is_refused(planner: Path, name: str, message: str) -> None:
     with pytest.raises(InputError, match=message):
         load_agent(f"{planner}:{name}")
 
 
-def test_what_planners_are_told_is_part_of_them() -> None:
+def test_checksum_covers_the_modules_that_make_inputs() -> None:
     assert {"inputs.py", "tokens.py"} <= {path.name for path in agent_files("plant")}
     assert {"driver.py", "limits.py"} <= {path.name for path in agent_files("expert")}
 
 
-def test_a_helper_that_is_imported_late_is_part_of_a_planner(tmp_path: Path) -> None:
+def test_checksum_covers_helpers_imported_late(tmp_path: Path) -> None:
     (tmp_path / "late.py").write_text("GAIN = 1\n")
     (tmp_path / "beside.py").write_text("GAIN = 1\n")
     source = PLANNER + "\n\ndef later():\n    from late import GAIN\n    return GAIN\n"
@@ -115,7 +115,7 @@ def test_a_helper_that_is_imported_late_is_part_of_a_planner(tmp_path: Path) -> 
     assert agent_checksum(spec) != before
 
 
-def test_relative_imports_of_a_package_are_followed(tmp_path: Path) -> None:
+def test_checksum_follows_relative_imports(tmp_path: Path) -> None:
     package = tmp_path / "relatively"
     package.mkdir()
     (package / "__init__.py").write_text("")

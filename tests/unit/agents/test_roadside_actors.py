@@ -1,4 +1,4 @@
-"""How both careful drivers meet people, parked cars, riders and buses, on a straight road.
+"""Both careful drivers among pedestrians, parked cars, cyclists and buses on a straight road.
 
 The road is y = 0, the ego's lane 3.2 m wide, the kerb 1.6 m to the right of it.
 """
@@ -47,7 +47,7 @@ def route(*passages: Passage) -> Route:
 
 
 def street(*rows: Row) -> Actors:
-    """Kind, x, y, yaw, speed of each."""
+    """Return actors of the given kind, x, y, yaw and speed."""
     return Actors(
         np.arange(len(rows)),
         np.array([row[1:4] for row in rows], np.float32).reshape(-1, 3),
@@ -58,7 +58,7 @@ def street(*rows: Row) -> Actors:
 
 
 def facts(actors: Actors) -> Privileged:
-    """All go straight on; who stands is to stand."""
+    """Return facts: all actors go straight ahead, stationary ones stay."""
     yaw = actors.poses[:, 2].astype(float)[:, None]
     x = actors.poses[:, 0, None] + np.arange(121.0) * np.cos(yaw)
     y = actors.poses[:, 1, None] + np.arange(121.0) * np.sin(yaw)
@@ -84,7 +84,7 @@ def observe(actors: Actors, ego: EgoState) -> Observation:
 def drive(
     driver: CarefulDriver, actors: Actors, seconds: float, speed: float = LIMIT, wobble: float = 0.0
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Drive on among actors at constant velocity; return the ego's places and accelerations."""
+    """Drive among actors at constant velocity; return the ego's positions and accelerations."""
     driver.reset(route())
     place, places, pulls = 20.0, [], []
     control = Control(0.0, 0.0)
@@ -120,7 +120,7 @@ def drive(
     ],
     ids=["parked", "parked bus", "at the kerb", "walks along", "walks back", "rider", "bus"],
 )
-def test_who_keeps_beside_the_lane_is_passed_at_speed(forecaster, row: Row) -> None:
+def test_actors_beside_the_lane_are_passed_at_full_speed(forecaster, row: Row) -> None:
     places, pulls = drive(CarefulDriver(forecaster), street(row), 6.0)
     assert places[-1] > 20.0 + 5.9 * LIMIT
     assert pulls.min() > -0.5
@@ -134,7 +134,7 @@ def test_a_row_of_parked_cars_is_passed(forecaster) -> None:
 
 
 @BOTH
-def test_who_walks_over_the_crossing_is_waited_for_and_then_it_goes_on(forecaster) -> None:
+def test_ego_waits_for_a_crossing_pedestrian_and_drives_on(forecaster) -> None:
     walker = street((ActorKind.PEDESTRIAN, 50.0, -4.5, math.pi / 2, 1.3))
     places, _ = drive(CarefulDriver(forecaster), walker, 15.0)
     ticks = np.arange(len(places)) * TICK
@@ -146,14 +146,14 @@ def test_who_walks_over_the_crossing_is_waited_for_and_then_it_goes_on(forecaste
 
 
 @BOTH
-def test_who_stands_on_the_crossing_is_waited_for(forecaster) -> None:
+def test_ego_waits_for_a_pedestrian_standing_on_the_crossing(forecaster) -> None:
     walker = street((ActorKind.PEDESTRIAN, 50.0, 0.3, math.pi / 2, 0.0))
     places, _ = drive(CarefulDriver(forecaster), walker, 20.0)
     assert 44.0 < places[-1] + 2.45 < 49.5
 
 
 @BOTH
-def test_a_junction_is_entered_though_somebody_walks_beyond_it(forecaster) -> None:
+def test_ego_enters_a_junction_with_a_pedestrian_beyond_it(forecaster) -> None:
     passage = Passage("j", 40.0, 55.0, "right", "priority")
     walker = street((ActorKind.PEDESTRIAN, 54.0, -1.0, math.pi / 2, 1.3))
     driver = CarefulDriver(forecaster)
@@ -164,7 +164,7 @@ def test_a_junction_is_entered_though_somebody_walks_beyond_it(forecaster) -> No
 
 @BOTH
 @pytest.mark.parametrize("kind", [ActorKind.BICYCLE, ActorKind.MOTORCYCLE, ActorKind.BUS])
-def test_who_rides_ahead_is_followed_calmly(forecaster, kind: ActorKind) -> None:
+def test_ego_follows_a_cyclist_without_hard_braking(forecaster, kind: ActorKind) -> None:
     rider = street((kind, 45.0, -0.9 if kind is ActorKind.BICYCLE else 0.0, 0.0, 4.5))
     places, pulls = drive(CarefulDriver(forecaster), rider, 22.0, wobble=0.08)
     gap = 45.0 + 4.5 * 22.0 - places[-1]
@@ -175,13 +175,13 @@ def test_who_rides_ahead_is_followed_calmly(forecaster, kind: ActorKind) -> None
 
 
 @BOTH
-def test_a_long_bus_across_the_road_stops_the_ego(forecaster) -> None:
+def test_ego_stops_for_a_long_bus_across_the_road(forecaster) -> None:
     bus = street((ActorKind.BUS, 60.0, 1.0, math.pi / 2, 0.0))
     places, _ = drive(CarefulDriver(forecaster), bus, 15.0)
     assert places[-1] + 2.45 < 60.0 - 1.25
 
 
-def test_people_are_forecast_to_stop_where_they_are_to_wait_and_not_to_run() -> None:
+def test_forecast_pedestrians_stop_where_they_wait() -> None:
     walker = street((ActorKind.PEDESTRIAN, 50.0, -4.0, math.pi / 2, 1.4))
     observation = observe(walker, EgoState(20.0, 0.0, 0.0, LIMIT))
     assert observation.privileged is not None

@@ -9,7 +9,7 @@ from plant_bench.runner.ray.executor import RayExecutor
 from plant_bench.runner.run.score_run import ScoreRequest
 
 
-def test_a_cluster_that_is_not_there_leaves_no_run_behind(tmp_path):
+def test_unreachable_cluster_leaves_no_run_folder(tmp_path):
     how = Driving(workers=1, executor=RayExecutor("ray://127.0.0.1:1"))
 
     with pytest.raises(InputError, match="Nobody answers"):
@@ -18,8 +18,8 @@ def test_a_cluster_that_is_not_there_leaves_no_run_behind(tmp_path):
     assert not list(tmp_path.iterdir())
 
 
-def test_workers_load_what_they_need_while_the_request_is_read(tmp_path, monkeypatch):
-    """A mistyped request ends them again."""
+def test_workers_start_while_the_request_is_checked(tmp_path, monkeypatch):
+    """An invalid request ends them."""
     standing_by = []
 
     def open_run(*_, **__):

@@ -5,17 +5,17 @@ from plant_bench.api.execution import chosen_executor, isolation_for
 from plant_bench.errors import InputError
 
 
-def test_this_machine_drives_unless_asked_otherwise():
+def test_local_executor_is_the_default():
     assert chosen_executor("local", None, 3) is None
 
 
-def test_ray_drives_where_it_is_asked_for():
+def test_ray_executor_is_used_on_request():
     executor = chosen_executor("ray", "ray://head:10001", 3)
 
     assert str(executor) == "3 workers of the Ray cluster at ray://head:10001"
 
 
-def test_without_ray_one_line_says_what_to_install(monkeypatch):
+def test_missing_ray_says_what_to_install(monkeypatch):
     monkeypatch.setattr(execution, "find_spec", lambda name: None)
 
     with pytest.raises(InputError, match=r"pip install 'plant-bench\[ray\]'"):
@@ -36,6 +36,6 @@ def test_workers_load_a_planner_unless_it_is_isolated():
     assert isolation_for("cruise", isolate=False) is None
 
 
-def test_limits_need_isolation():
+def test_limits_without_isolation_are_refused():
     with pytest.raises(InputError, match="--tick-limit .* give --isolate"):
         isolation_for("cruise", isolate=False, limits={"tick": 1.0, "memory": None})

@@ -1,4 +1,4 @@
-"""Fingerprints: equal for equal code in every process, others for all that changes the driving."""
+"""Fingerprints: equal for equal code in every process, different for any change in driving."""
 
 import json
 import os
@@ -71,7 +71,7 @@ SAME = [
 
 
 def run(cells: str) -> dict[str, Any]:
-    """Run code as a notebook does, in the module `__main__` of no file."""
+    """Run code as a notebook does, in a module `__main__` without a file."""
     names: dict[str, Any] = {"__name__": "__main__"}
     exec(cells, names)  # noqa: S102
     return names
@@ -83,7 +83,7 @@ def marks(cells: str) -> tuple[str, str]:
 
 
 @pytest.mark.parametrize(("old", "new"), CHANGES)
-def test_all_that_changes_the_driving_changes_it(old: str, new: str) -> None:
+def test_fingerprint_changes_with_anything_that_affects_driving(old: str, new: str) -> None:
     assert old in CELLS
     before, after = marks(CELLS), marks(CELLS.replace(old, new))
 
@@ -92,12 +92,12 @@ def test_all_that_changes_the_driving_changes_it(old: str, new: str) -> None:
 
 
 @pytest.mark.parametrize(("old", "new"), SAME)
-def test_what_changes_no_driving_does_not(old: str, new: str) -> None:
+def test_fingerprint_ignores_what_does_not_affect_driving(old: str, new: str) -> None:
     assert marks(CELLS) == marks(CELLS.replace(old, new))
 
 
 @pytest.mark.parametrize("seed", ["1", "2"])
-def test_it_is_the_same_in_every_process(seed: str) -> None:
+def test_fingerprint_is_equal_in_every_process(seed: str) -> None:
     code = (
         "import json, sys\nfrom plant_bench.api.fingerprint import fingerprint\n"
         f"exec({CELLS!r})\nprint(json.dumps([fingerprint(Mine), fingerprint(Mine())]))"
@@ -113,20 +113,20 @@ def test_it_is_the_same_in_every_process(seed: str) -> None:
     assert tuple(json.loads(done.stdout)) == marks(CELLS)
 
 
-def test_values_that_refer_to_themselves_come_to_an_end() -> None:
+def test_self_referencing_values_have_a_fingerprint() -> None:
     ring: list[object] = [1]
     ring.append(ring)
 
     assert fingerprint(ring) == fingerprint(ring) != fingerprint([1, [1]])
 
 
-def test_arrays_of_other_types_differ() -> None:
+def test_arrays_of_different_types_have_different_fingerprints() -> None:
     kinds = [np.zeros(2), np.zeros(2, np.float32), np.zeros((1, 2)), np.float64(0.0)]
 
     assert len(set(map(fingerprint, kinds))) == len(kinds)
 
 
-def test_weights_are_told_by_their_values_not_by_where_they_lie() -> None:
+def test_fingerprint_of_weights_depends_on_their_values() -> None:
     import torch
 
     one = torch.nn.Linear(2, 3)
@@ -140,7 +140,7 @@ def test_weights_are_told_by_their_values_not_by_where_they_lie() -> None:
     assert fingerprint(one) != fingerprint(one.to(torch.bfloat16))
 
 
-def test_compiled_functions_are_told_by_their_code() -> None:
+def test_fingerprint_of_compiled_functions_depends_on_their_code() -> None:
     cells = "import numba\n@numba.njit\ndef f(x): return x + 1"
 
     assert fingerprint(run(cells)["f"]) == fingerprint(run(cells)["f"])

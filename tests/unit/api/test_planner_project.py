@@ -11,7 +11,7 @@ from plant_bench.errors import InputError
 
 
 @pytest.mark.parametrize("kind", list(Kind))
-def test_a_project_is_whole_and_its_planner_loads(tmp_path, kind):
+def test_new_project_is_complete_and_its_planner_loads(tmp_path, kind):
     project = write_project(f"my_{kind}_planner", tmp_path, kind)
 
     assert isinstance(load_agent(project.spec), Agent)
@@ -25,7 +25,7 @@ def test_a_project_is_whole_and_its_planner_loads(tmp_path, kind):
 
 
 @pytest.mark.parametrize("name", ["control", "plan", "network", "light"])
-def test_a_planner_called_as_a_word_of_the_contract_hides_none(tmp_path, name):
+def test_planner_named_like_a_contract_class_does_not_shadow_it(tmp_path, name):
     kind = Kind.TORCH if name in ("plan", "network") else Kind.RULES
 
     project = write_project(name, tmp_path, kind)
@@ -47,13 +47,13 @@ def test_a_planner_called_as_a_word_of_the_contract_hides_none(tmp_path, name):
         ("rule_based", "plant-bench's own"),
     ],
 )
-def test_names_that_cannot_be_used_are_refused(tmp_path, name, words):
+def test_unusable_project_names_are_refused(tmp_path, name, words):
     with pytest.raises(InputError, match=words):
         write_project(name, tmp_path, Kind.RULES)
     assert list(tmp_path.iterdir()) == []
 
 
-def test_what_is_there_is_left_as_it_is(tmp_path):
+def test_existing_files_are_not_overwritten(tmp_path):
     (tmp_path / "kept_planner").mkdir()
     (tmp_path / "kept_planner" / "work.py").write_text("years")
 

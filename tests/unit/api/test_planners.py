@@ -26,7 +26,7 @@ class Mine:
 
 
 class Steady:
-    """Of a module that only this process finds, as pytest has loaded it."""
+    """A planner of a module that only this process can import, as loaded by pytest."""
 
     inputs = frozenset({Input.ROUTE})
 
@@ -46,16 +46,16 @@ def elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
 
 
-def test_texts_are_left_as_they_are() -> None:
+def test_planner_given_as_text_is_unchanged() -> None:
     assert resolve("plant@models/mine").spec == "plant@models/mine"
     assert not list(Path().iterdir())
 
 
-def test_a_class_of_ours_has_its_name() -> None:
+def test_built_in_class_resolves_to_its_name() -> None:
     assert resolve(Cruise).spec == "cruise"
 
 
-def test_a_class_of_a_module_is_named_there(
+def test_class_of_a_module_resolves_to_module_and_class(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (tmp_path / "my_module.py").write_text(SOURCE)
@@ -66,7 +66,7 @@ def test_a_class_of_a_module_is_named_there(
     assert isinstance(load_agent(resolve(module.Mine).spec), module.Mine)
 
 
-def test_a_class_of_a_file_is_named_there(tmp_path: Path) -> None:
+def test_class_of_a_file_resolves_to_file_and_class(tmp_path: Path) -> None:
     file = tmp_path / "my_file.py"
     file.write_text(SOURCE)
     made = load_agent(f"{file}:Mine")
@@ -76,7 +76,7 @@ def test_a_class_of_a_file_is_named_there(tmp_path: Path) -> None:
     assert spec == f"{file}:Mine"
 
 
-def test_each_load_of_an_object_is_a_fresh_copy() -> None:
+def test_each_load_of_a_planner_object_is_a_new_copy() -> None:
     mine = Steady(7.0)
     spec = resolve(mine).spec
     first = load_agent(spec)
@@ -89,14 +89,14 @@ def test_each_load_of_an_object_is_a_fresh_copy() -> None:
     assert vars(second) == {"speed": 7.0, "driven": [0.0]}
 
 
-def test_an_object_loads_where_its_module_is_not_found(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_planner_object_loads_without_its_module(monkeypatch: pytest.MonkeyPatch) -> None:
     spec = resolve(Steady(3.0)).spec
     monkeypatch.delitem(sys.modules, __name__)
 
     assert vars(load_agent(spec))["speed"] == 3.0
 
 
-def test_what_a_planner_holds_makes_another_one_of_it() -> None:
+def test_different_attributes_make_different_planners() -> None:
     specs = [resolve(planner).spec for planner in (Steady(1.0), Steady(1.0), Steady(2.0), Steady)]
 
     assert specs[0] == specs[1]
@@ -104,19 +104,19 @@ def test_what_a_planner_holds_makes_another_one_of_it() -> None:
     assert len({agent_checksum(spec) for spec in specs}) == 3
 
 
-def test_a_factory_is_called_for_each_episode() -> None:
+def test_factory_is_called_for_each_episode() -> None:
     spec = resolve(partial(Steady, 9.0)).spec
 
     assert vars(load_agent(spec))["speed"] == 9.0
 
 
 @pytest.mark.parametrize("planner", [7, object(), None, {"inputs": ()}])
-def test_what_is_no_planner_is_told(planner: object) -> None:
+def test_value_that_is_not_a_planner_is_refused(planner: object) -> None:
     with pytest.raises(InputError, match=r"expected a name, a class or an object .*, got a "):
         resolve(planner)
 
 
-def test_a_class_that_wants_arguments_is_told() -> None:
+def test_class_that_requires_arguments_is_refused() -> None:
     class Wants(Steady):
         def __init__(self, speed: float) -> None:
             super().__init__(speed)
@@ -125,7 +125,7 @@ def test_a_class_that_wants_arguments_is_told() -> None:
         load_agent(resolve(Wants).spec)
 
 
-def test_what_cannot_be_copied_is_told() -> None:
+def test_planner_that_cannot_be_copied_is_refused() -> None:
     mine = Steady()
     mine.log = Path("log").open("w")  # type: ignore[attr-defined]  # noqa: SIM115
 
@@ -134,7 +134,7 @@ def test_what_cannot_be_copied_is_told() -> None:
     mine.log.close()  # type: ignore[attr-defined]
 
 
-def test_where_only_texts_can_be_kept_an_object_is_refused() -> None:
+def test_planner_object_is_refused_where_a_name_is_required() -> None:
     assert spec_of(Cruise, "rfds") == "cruise"
     with pytest.raises(InputError, match=r"rfds: expected a name .*, got Steady-"):
         spec_of(Steady(), "rfds")

@@ -1,4 +1,4 @@
-"""What a notebook calls says nothing by itself and ends no process: commands do both."""
+"""API functions neither print nor exit; only commands do."""
 
 import ast
 from pathlib import Path
@@ -10,7 +10,7 @@ LOUD = {"print", "exit", "quit", "input", "echo", "secho"}
 COMMAND_LINE = {"typer", "click", "rich", "sys.exit"}
 
 
-def test_the_api_neither_prints_nor_exits() -> None:
+def test_api_neither_prints_nor_exits() -> None:
     found = []
     for file in FILES:
         for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):

@@ -1,11 +1,11 @@
-"""What `plant-bench rfds` is asked for."""
+"""Requests of `plant-bench rfds`."""
 
 from plant_bench.agents.loading.checksum import agent_checksum
 from plant_bench.api.rfds import RelevanceRequest
 from plant_bench.runner.run.score_run import ScoreRequest
 
 
-def test_an_rfds_tells_the_checksum_of_who_ranks():
+def test_rfds_request_holds_the_checksum_of_the_ranker():
     drives = ScoreRequest("expert", "longest6", None, 1, 0, "dense", hazards=True)
     request = RelevanceRequest("rule-based", ("masking", "distance"), drives, None)
     assert request.checksum("masking") == agent_checksum("rule-based")

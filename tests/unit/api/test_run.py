@@ -1,4 +1,4 @@
-"""A run as `load_run` gives it, against what the command line says of the same folder."""
+"""A run from `load_run`, compared with the command line's output for the same folder."""
 
 from pathlib import Path
 
@@ -15,7 +15,7 @@ COLUMNS = ["agent", "town", "route", "repetition", "seed", "status", "driving_sc
 COLUMNS += ["route_completion", "infraction_score", "collision_vehicle", "red_light", "reason"]
 
 
-def test_the_summary_is_that_of_the_records(tmp_path: Path, write_run: RunWriter) -> None:
+def test_summary_is_computed_from_the_records(tmp_path: Path, write_run: RunWriter) -> None:
     run = pb.load_run(write_run(tmp_path / "a", "mine"))
 
     summary = run.summary
@@ -25,7 +25,7 @@ def test_the_summary_is_that_of_the_records(tmp_path: Path, write_run: RunWriter
     assert "whole" not in repr(summary)
 
 
-def test_episodes_have_a_row_each(tmp_path: Path, write_run: RunWriter) -> None:
+def test_episodes_have_one_row_each(tmp_path: Path, write_run: RunWriter) -> None:
     run = pb.load_run(str(write_run(tmp_path / "a")))
 
     frame = run.episodes
@@ -35,7 +35,7 @@ def test_episodes_have_a_row_each(tmp_path: Path, write_run: RunWriter) -> None:
 
 
 @pytest.mark.parametrize("penalties", ["lb1.0", "lb2.1"])
-def test_compare_gives_the_numbers_of_the_command(
+def test_compare_equals_the_command(
     tmp_path: Path, write_run: RunWriter, monkeypatch: pytest.MonkeyPatch, penalties: str
 ) -> None:
     base = write_run(tmp_path / "a", "base", routes=12)
@@ -55,7 +55,7 @@ def test_compare_gives_the_numbers_of_the_command(
     assert said[0].mean > 0
 
 
-def test_a_report_is_written_of_several_runs(tmp_path: Path, write_run: RunWriter) -> None:
+def test_report_covers_several_runs(tmp_path: Path, write_run: RunWriter) -> None:
     runs = [write_run(tmp_path / name, name, checksum=name * 64) for name in ("a", "b")]
 
     page = pb.load_run(runs[0]).report(runs[1], out=tmp_path / "out")
@@ -64,9 +64,7 @@ def test_a_report_is_written_of_several_runs(tmp_path: Path, write_run: RunWrite
     assert page.is_file()
 
 
-def test_there_is_nothing_to_explain_without_infractions(
-    tmp_path: Path, write_run: RunWriter
-) -> None:
+def test_why_is_empty_without_infractions(tmp_path: Path, write_run: RunWriter) -> None:
     run = pb.load_run(write_run(tmp_path / "a", worse=100, routes=2))
     for path in (run.path / "episodes").glob("*_r0_00000000.json"):
         path.unlink()  # the only one with a collision
@@ -74,24 +72,24 @@ def test_there_is_nothing_to_explain_without_infractions(
     assert run.why() == []
 
 
-def test_what_was_not_recorded_cannot_be_explained(tmp_path: Path, write_run: RunWriter) -> None:
+def test_why_refuses_an_episode_without_a_recording(tmp_path: Path, write_run: RunWriter) -> None:
     run = pb.load_run(write_run(tmp_path / "a"))
 
     with pytest.raises(pb.InputError, match="has no recording of"):
         run.why()
 
 
-def test_what_is_no_run_is_told(tmp_path: Path, write_run: RunWriter) -> None:
+def test_unusable_run_folder_is_refused(tmp_path: Path, write_run: RunWriter) -> None:
     with pytest.raises(pb.InputError, match=r"nowhere is no run of plant-bench: it has no run\.js"):
         pb.load_run(tmp_path / "nowhere")
-    with pytest.raises(pb.InputError, match=r"There is no penalties 'lb9'"):
+    with pytest.raises(pb.InputError, match=r"There is no penalty scheme 'lb9'"):
         pb.load_run(write_run(tmp_path / "a"), penalties="lb9")
     empty = write_run(tmp_path / "b", routes=0)
     with pytest.raises(pb.InputError, match=r"no finished episode: .*plant-bench score --agent"):
         pb.load_run(empty)
 
 
-def test_a_broken_record_is_told(tmp_path: Path, write_run: RunWriter) -> None:
+def test_broken_record_is_refused(tmp_path: Path, write_run: RunWriter) -> None:
     run = pb.load_run(write_run(tmp_path / "a"))
     next((run.path / "episodes").iterdir()).write_text("{")
 

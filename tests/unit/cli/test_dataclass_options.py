@@ -44,7 +44,7 @@ class Outer:
     hidden: dict[str, int] = field(default_factory=dict, metadata={"option": None})
 
 
-def test_fields_become_options() -> None:
+def test_dataclass_fields_become_options() -> None:
     found = {item.name: item for item in option_fields(Outer)}
     assert list(found) == ["data", "depth", "bits", "pair"]
     assert found["data"].default is REQUIRED
@@ -56,14 +56,14 @@ def test_fields_become_options() -> None:
     assert found["data"].value([Path("a")]) == (Path("a"),)
 
 
-def test_values_become_objects() -> None:
+def test_option_values_are_converted_to_the_field_types() -> None:
     made = built(Outer, {("data",): (Path("a"),), ("inner", "bits"): 32})
     assert made == Outer((Path("a"),), Inner(2.0, 32))
     again = built(Outer, {("inner", "deep"): 3.0}, made)
     assert again == Outer((Path("a"),), Inner(3.0, 32))
 
 
-def test_what_cannot_be_an_option_is_an_input_error() -> None:
+def test_unsupported_field_type_raises_input_error() -> None:
     @dataclass(frozen=True)
     class Odd:
         table: Any = None
@@ -79,7 +79,7 @@ def test_what_cannot_be_an_option_is_an_input_error() -> None:
         option_fields(Twice)
 
 
-def test_every_option_of_plant_has_a_help_text_and_todays_name() -> None:
+def test_every_plant_option_has_a_help_text_and_a_stable_name() -> None:
     found = option_fields(
         TrainingRun, inside={"options": PlanTOptions}, without=frozenset({"learner"})
     )
@@ -89,7 +89,7 @@ def test_every_option_of_plant_has_a_help_text_and_todays_name() -> None:
         "data", "out", "share", "size", "epochs", "drop_after", "batch", "rate", "auxiliary",
         "overshoot_weight", "seed", "stationary_fraction", "held_out", "reach", "horizon",
         "segments", "vulnerable", "stop_line", "conflicts", "motion", "view", "rear", "speeds",
-        "speed_input", "speed_dropout", "limit_input", "targets", "start", "full_precision", "validate_every",
-        "patience", "validate_suite", "validate_routes", "hazards", "onnx", "weights_bits",
-        "accelerator", "devices", "threads", "workers", "work", "overwrite",
+        "speed_input", "speed_dropout", "limit_input", "targets", "start", "full_precision",
+        "validate_every", "patience", "validate_suite", "validate_routes", "hazards", "onnx",
+        "weights_bits", "accelerator", "devices", "threads", "workers", "work", "overwrite",
     }  # fmt: skip

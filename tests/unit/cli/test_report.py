@@ -18,7 +18,7 @@ def report(*arguments):
     return CliRunner().invoke(app, ["report", *map(str, arguments)])
 
 
-def test_all_files_are_written_and_the_order_is_said(tmp_path, write_run):
+def test_report_writes_all_files_and_prints_the_order(tmp_path, write_run):
     runs = [
         write_run(tmp_path / name, name, worse=worse, routes=12, checksum=name * 64)
         for name, worse in (("a", 1), ("b", 40))
@@ -30,7 +30,7 @@ def test_all_files_are_written_and_the_order_is_said(tmp_path, write_run):
     assert {path.name for path in (tmp_path / "out").iterdir()} == FILES
 
 
-def test_without_runs_those_of_the_working_folder_are_taken(tmp_path, write_run, monkeypatch):
+def test_report_without_arguments_uses_the_working_folder(tmp_path, write_run, monkeypatch):
     write_run(tmp_path / "reports" / "a", "a")
     monkeypatch.chdir(tmp_path)
     assert report("--no-replays").exit_code == 0
@@ -38,14 +38,14 @@ def test_without_runs_those_of_the_working_folder_are_taken(tmp_path, write_run,
     assert report("--no-replays").exit_code == 0, "the leaderboard itself is no run"
 
 
-def test_what_is_no_run_is_an_input_error(tmp_path):
+def test_folder_that_is_not_a_run_raises_input_error(tmp_path):
     done = report(tmp_path, "--out", tmp_path / "out")
     assert isinstance(done.exception, InputError)
     assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.parametrize("penalties", ["lb1.0", "lb2.1"])
-def test_the_law_is_told(tmp_path, write_run, penalties):
+def test_penalty_scheme_is_named_in_the_report(tmp_path, write_run, penalties):
     done = report(
         write_run(tmp_path / "a"),
         "--no-replays",

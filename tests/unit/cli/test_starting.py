@@ -1,4 +1,4 @@
-"""How a command begins: what it loads before its workers begin, and what they load of it."""
+"""The start of a command: modules loaded before its workers start, and by the workers."""
 
 import subprocess
 import sys
@@ -35,12 +35,12 @@ def said(code: str, *words: str) -> str:
     return done.stdout.strip()
 
 
-def test_workers_begin_before_the_command_loads_what_it_needs_itself():
+def test_workers_start_before_the_command_loads_its_modules():
     assert said(COMMAND) == "100000"
 
 
-def test_workers_do_not_load_the_command_line(tmp_path):
-    """A spawned process runs once more the script that its parent began with."""
+def test_workers_do_not_import_the_command_line(tmp_path):
+    """A spawned process runs the main script of its parent again."""
     scripts = tomllib.loads(PYPROJECT.read_text("utf-8"))["project"]["scripts"]
     module, _, function = scripts["plant-bench"].partition(":")
     script = tmp_path / "plant-bench"  # as pip writes it

@@ -1,4 +1,4 @@
-"""Recordings read by others than us: what docs/learning.md promises."""
+"""Recordings read by other libraries, as docs/learning.md documents."""
 
 import json
 from pathlib import Path
@@ -18,7 +18,7 @@ POSES = np.array([[10.0, 1.5, 0.0], [20.0, -2.0, 3.0]], np.float32)
 
 @pytest.fixture
 def file(tmp_path: Path) -> Path:
-    """Three frames of two actors; an answer at every second tick, disturbed from tick 10 on."""
+    """Three frames of two actors, a response at every second tick, perturbed from tick 10 on."""
     actors = Actors(
         np.array([4, 500_002]),
         POSES,
@@ -50,7 +50,7 @@ def check(columns: dict[str, list]) -> None:
     assert [bool(mark) for mark in columns["disturbed"]] == [False] * 10 + [True] * 11
 
 
-def test_pandas(file: Path) -> None:
+def test_pandas_reads_a_recording(file: Path) -> None:
     frame = pd.read_parquet(file)
     check({str(name): list(column) for name, column in frame.items()})
     one_a_row = frame.loc[::EVERY].explode(["actor_id", "actor_x", "actor_y"])
@@ -58,7 +58,7 @@ def test_pandas(file: Path) -> None:
     assert np.isnan(frame["acceleration_asked"][1])
 
 
-def test_polars(file: Path) -> None:
+def test_polars_reads_a_recording(file: Path) -> None:
     polars = pytest.importorskip("polars")
     frame = polars.read_parquet(file)
     check(frame.to_dict(as_series=False))
@@ -66,7 +66,7 @@ def test_polars(file: Path) -> None:
     assert frame["acceleration_asked"][1] is None
 
 
-def test_duckdb(file: Path) -> None:
+def test_duckdb_reads_a_recording(file: Path) -> None:
     duckdb = pytest.importorskip("duckdb")
     with duckdb.connect() as base:
         answer = base.execute("select * from read_parquet(?) order by tick", [str(file)])
@@ -76,6 +76,6 @@ def test_duckdb(file: Path) -> None:
         assert base.execute(query, [str(file)]).fetchall() == [(6,)]
 
 
-def test_the_metadata_is_json_under_one_key(file: Path) -> None:
+def test_metadata_is_json_under_one_key(file: Path) -> None:
     metadata = json.loads(pq.read_schema(file).metadata[b"plant_bench.metadata"])
     assert metadata == {"route": "town01-long-0"}

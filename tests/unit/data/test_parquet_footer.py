@@ -1,4 +1,4 @@
-"""What a Parquet file says of itself, also where arrow would end the process over it."""
+"""Parquet footers, including those that make arrow abort the process."""
 
 import random
 
@@ -23,7 +23,7 @@ def path(tmp_path):
     return tmp_path / "t.parquet"
 
 
-def test_counts_are_those_that_arrow_tells(path):
+def test_footer_counts_equal_those_of_arrow(path):
     facts = pq.ParquetFile(path).metadata
     groups = [facts.row_group(place) for place in range(facts.num_row_groups)]
 
@@ -31,7 +31,7 @@ def test_counts_are_those_that_arrow_tells(path):
     assert value_counts(path) == [4, 3, 3, 1, 1, 1]
 
 
-def test_a_file_that_contradicts_itself_is_refused_and_ends_nothing(path):
+def test_contradictory_parquet_file_is_refused_without_a_crash(path):
     content = path.read_bytes()
     assert OPTIONAL in content
     path.write_bytes(content.replace(OPTIONAL, REQUIRED))  # its sizes tell of optional ones
@@ -40,7 +40,7 @@ def test_a_file_that_contradicts_itself_is_refused_and_ends_nothing(path):
         Recording.load(path)
 
 
-def test_a_broken_footer_is_a_value_error(path):
+def test_broken_footer_raises_value_error(path):
     content, chance = path.read_bytes(), random.Random(1)
     (length,) = (int.from_bytes(content[-8:-4], "little"),)
     refused = 0
@@ -57,14 +57,14 @@ def test_a_broken_footer_is_a_value_error(path):
 
 
 @pytest.mark.parametrize("content", [b"", b"PAR1", b"\xff" * 12, b"\x7f\0\0\0PAR1", b"a" * 99])
-def test_what_is_no_parquet_file_is_a_value_error(tmp_path, content):
+def test_file_that_is_not_parquet_raises_value_error(tmp_path, content):
     (tmp_path / "x").write_bytes(content)
 
     with pytest.raises(ValueError, match="footer"):
         value_counts(tmp_path / "x")
 
 
-def test_structs_inside_structs_without_end_are_refused(tmp_path):
+def test_deeply_nested_structs_are_refused(tmp_path):
     footer = b"\x1c" * 100_000
     (tmp_path / "x").write_bytes(footer + len(footer).to_bytes(4, "little") + b"PAR1")
 

@@ -58,7 +58,7 @@ def same(one, other):
     return one is other if None in (one, other) else same_action(one, other)
 
 
-def test_scenes_come_back_bit_for_bit(tmp_path):
+def test_scenes_are_read_back_bit_for_bit(tmp_path):
     scenes = some_scenes()
     recording = Recording.load(write(tmp_path / "episode.parquet", scenes))
     assert len(recording) == len(scenes)
@@ -69,7 +69,7 @@ def test_scenes_come_back_bit_for_bit(tmp_path):
         recording[len(scenes)]
 
 
-def test_actions_come_back(tmp_path):
+def test_actions_are_read_back(tmp_path):
     plan = Plan(np.random.default_rng(0).normal(size=(4, 2)))
     actions = [Control(0.1, -0.2), plan, None, Control(0.0, 0.0)]
     recording = Recording.load(write(tmp_path / "episode.parquet", some_scenes(), actions))
@@ -77,7 +77,7 @@ def test_actions_come_back(tmp_path):
         assert same(read, written)
 
 
-def test_reasons_come_back(tmp_path):
+def test_reasons_are_read_back(tmp_path):
     reasons = [Reason(Cause.FREE), None, Reason(Cause.LEADER, 2**40), Reason(Cause.CONFLICT, 0)]
     recorder = Recorder(tmp_path / "episode.parquet", METADATA)
     for scene, reason in zip(some_scenes(), reasons, strict=True):
@@ -86,7 +86,7 @@ def test_reasons_come_back(tmp_path):
     assert Recording.load(tmp_path / "episode.parquet").reasons == reasons
 
 
-def test_a_recording_of_format_1_is_read_and_has_no_reasons(tmp_path):
+def test_format_1_recording_is_read_without_reasons(tmp_path):
     scenes = some_scenes()
     path = write(tmp_path / "episode.parquet", scenes)
     table = pq.ParquetFile(path).read()
@@ -98,7 +98,7 @@ def test_a_recording_of_format_1_is_read_and_has_no_reasons(tmp_path):
     assert_same(recording[2], scenes[2])
 
 
-def test_metadata_comes_back_with_the_outcome(tmp_path):
+def test_metadata_is_read_back_with_the_outcome(tmp_path):
     recorder = Recorder(tmp_path / "new" / "episode.parquet", METADATA)
     recorder.close(status="Failed - Agent crashed", reason="no plan")
     assert Recording.load(tmp_path / "new" / "episode.parquet").metadata == {
@@ -109,25 +109,25 @@ def test_metadata_comes_back_with_the_outcome(tmp_path):
 
 
 @pytest.mark.parametrize("counts", [(), (0,), (0, 0), (1,)])
-def test_few_scenes(tmp_path, counts):
+def test_recordings_with_few_or_no_actors_are_read_back(tmp_path, counts):
     scenes = some_scenes(counts)
     recording = Recording.load(write(tmp_path / "episode.parquet", scenes))
     for read, written in zip(recording, scenes, strict=True):
         assert_same(read, written)
 
 
-def test_equal_episodes_give_equal_bytes(tmp_path):
+def test_equal_episodes_give_identical_files(tmp_path):
     actions = [Control(0.1, -0.2), Plan(np.zeros((4, 2))), None, None]
     one = write(tmp_path / "one.parquet", some_scenes(), actions).read_bytes()
     assert write(tmp_path / "other.parquet", some_scenes(), actions).read_bytes() == one
 
 
-def test_nothing_unfinished_is_left(tmp_path):
+def test_no_partial_file_is_left(tmp_path):
     write(tmp_path / "episode.parquet", some_scenes())
     assert [path.name for path in tmp_path.iterdir()] == ["episode.parquet"]
 
 
-def test_a_file_is_replaced_whole(tmp_path):
+def test_existing_recording_is_replaced_atomically(tmp_path):
     path = write(tmp_path / "episode.parquet", some_scenes())
     before = path.read_bytes()
     recorder = Recorder(path, METADATA)
@@ -137,7 +137,7 @@ def test_a_file_is_replaced_whole(tmp_path):
     assert len(Recording.load(path)) == 1
 
 
-def test_actors_are_of_the_types_that_recordings_hold_whatever_they_were_made_of(tmp_path):
+def test_actor_arrays_are_converted_to_the_recorded_types(tmp_path):
     scene = some_scenes((2,))[0]
     given = scene.actors
     wide = Actors(
@@ -155,26 +155,26 @@ def test_actors_are_of_the_types_that_recordings_hold_whatever_they_were_made_of
     recorder.close()
 
 
-def test_a_missing_file_is_an_input_error(tmp_path):
+def test_missing_recording_raises_input_error(tmp_path):
     with pytest.raises(InputError, match=r"Not a recording: .*nowhere\.parquet"):
         Recording.load(tmp_path / "nowhere.parquet")
 
 
-def test_a_cut_file_is_an_input_error(tmp_path):
+def test_truncated_recording_raises_input_error(tmp_path):
     path = write(tmp_path / "episode.parquet", some_scenes())
     path.write_bytes(path.read_bytes()[:-100])
     with pytest.raises(InputError, match="Not a recording"):
         Recording.load(path)
 
 
-def test_a_foreign_parquet_file_is_an_input_error(tmp_path):
+def test_other_parquet_file_raises_input_error(tmp_path):
     path = write(tmp_path / "episode.parquet", some_scenes())
     pq.write_table(pq.ParquetFile(path).read().replace_schema_metadata({}), path)
     with pytest.raises(InputError, match="format 1 or 2 or 3 is wanted"):
         Recording.load(path)
 
 
-def test_many_values_in_few_bytes_are_refused_before_they_are_unpacked(tmp_path, monkeypatch):
+def test_decompression_bomb_is_refused_before_unpacking(tmp_path, monkeypatch):
     path = write(tmp_path / "episode.parquet", some_scenes())
     table = pq.ParquetFile(path).read()
     lights = pa.array([[0] * 100_000] * len(table), table.schema.field("lights").type)

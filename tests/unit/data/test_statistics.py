@@ -1,4 +1,4 @@
-"""A tiny made-up folder of data, counted by hand."""
+"""Statistics of a small hand-made data folder, counted by hand."""
 
 import json
 
@@ -42,7 +42,7 @@ HAZARDS = [{"kind": "cut_in", "phase": "done"}, {"kind": "crossing", "phase": "v
 
 
 def record(path, route, *, speed, **told):
-    """21 ticks, 3 frames: two actors near the ego, one out of reach; disturbed from tick 10 on."""
+    """21 ticks, 3 frames: two actors near the ego, one out of reach; perturbed from tick 10 on."""
     about = {"route": route, "town": "town01", "hazards": HAZARDS} | told
     recorder = Recorder(path, about, every=10)
     for tick in range(21):
@@ -69,7 +69,7 @@ def folder(tmp_path):
     return data
 
 
-def test_it_counts_what_is_there(folder):
+def test_statistics_count_frames_actors_and_hazards(folder):
     data = describe_data(folder)
     assert (data.episodes, data.frames) == (2, 6)
     assert data.hours == pytest.approx(3 / 3600, abs=1e-3)
@@ -86,7 +86,7 @@ def test_it_counts_what_is_there(folder):
     assert data.disturbed_share == pytest.approx(4 / 6, abs=1e-4)
 
 
-def test_the_card_tells_whose_drives_they_are(folder):
+def test_data_card_says_that_the_expert_drove(folder):
     data, notes = describe_data(folder), [EpisodeNote(route="a", status="Completed", collisions=3)]
     card = data_card(data, CollectRequest(6, seed=2, perturb=0.3), notes, "mine")
     command = "`plant-bench collect --out mine --frames 6 --seed 2 --density dense --perturb 0.3`"
@@ -97,7 +97,7 @@ def test_the_card_tells_whose_drives_they_are(folder):
     assert "frames during a perturbation" in card
 
 
-def test_the_card_of_answers_tells_who_drove(folder):
+def test_data_card_names_the_driver_of_a_dagger_collection(folder):
     data, notes = describe_data(folder), [EpisodeNote(route="a", status="Completed", collisions=3)]
     request = CollectRequest(6, driver="plant@/home/me/models/mine")
     card = data_card(data, request, notes, "own")
@@ -111,17 +111,17 @@ def test_the_card_of_answers_tells_who_drove(folder):
         assert word not in card
 
 
-def test_plots_are_saved(folder, tmp_path):
+def test_plots_of_the_statistics_are_saved(folder, tmp_path):
     paths = save_data_plots(describe_data(folder), tmp_path / "plots")
     assert len(paths) == 6
     assert all(path.stat().st_size > 2000 for path in paths)
 
 
-def test_sound_data_has_no_faults(folder):
+def test_check_of_sound_data_finds_no_faults(folder):
     assert find_data_faults(folder) == []
 
 
-def test_a_cut_file_is_found_and_named(folder):
+def test_check_names_a_truncated_file(folder):
     path = folder / "episodes" / "b.parquet"
     path.write_bytes(path.read_bytes()[:-200])
     assert [str(path) in fault for fault in find_data_faults(folder)] == [True]
@@ -129,7 +129,7 @@ def test_a_cut_file_is_found_and_named(folder):
         describe_data(folder)
 
 
-def test_an_episode_on_an_unknown_route_is_found(folder):
+def test_check_finds_an_episode_on_an_unknown_route(folder):
     record(folder / "episodes" / "c.parquet", "town09-long-0", speed=1.0)
     assert ["town09-long-0 is in none" in fault for fault in find_data_faults(folder)] == [True]
 
@@ -137,7 +137,7 @@ def test_an_episode_on_an_unknown_route_is_found(folder):
 @pytest.mark.parametrize(
     "told", [{"hazards": 5}, {"hazards": [["cut_in"]]}, {"hazards": "ab"}, {"town": []}]
 )
-def test_a_recording_that_does_not_say_what_it_is_of_is_named(folder, told):
+def test_recording_with_incomplete_metadata_is_refused_by_name(folder, told):
     record(folder / "episodes" / "c.parquet", "town01-left-0", speed=1.0, **told)
 
     with pytest.raises(InputError, match=r"Not a recording: .*c\.parquet") as caught:
@@ -147,13 +147,13 @@ def test_a_recording_that_does_not_say_what_it_is_of_is_named(folder, told):
 
 
 @pytest.mark.parametrize(("speed", "place"), [(-3.0, 0), (1e30, -1)])
-def test_speeds_that_no_car_has_are_counted_in_the_outer_bins(folder, speed, place):
+def test_out_of_range_speeds_are_counted_in_the_outer_bins(folder, speed, place):
     record(folder / "episodes" / "a.parquet", "town01-long-0", speed=speed)
 
     assert describe_data(folder).speeds[place] >= 3
 
 
-def test_an_empty_folder_is_an_input_error(tmp_path):
+def test_empty_folder_raises_input_error(tmp_path):
     for look in (describe_data, find_data_faults):
         with pytest.raises(InputError, match="There is no data in"):
             look(tmp_path)

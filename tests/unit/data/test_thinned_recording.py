@@ -1,4 +1,4 @@
-"""Recordings as `plant-bench collect` writes them: actors at every 10th tick alone."""
+"""Recordings as `plant-bench collect` writes them: actors only at every 10th tick."""
 
 import numpy as np
 import pandas as pd
@@ -49,7 +49,7 @@ def path(tmp_path, scenes):
     return tmp_path / "episode.parquet"
 
 
-def test_every_10th_scene_comes_back_whole(path, scenes):
+def test_thinned_recording_keeps_every_10th_scene(path, scenes):
     recording = Recording.load(path)
     assert recording.whole == [0, 10, 20]
     for row in recording.whole:
@@ -60,7 +60,7 @@ def test_every_10th_scene_comes_back_whole(path, scenes):
         np.testing.assert_array_equal(read.lights, written.lights)
 
 
-def test_ego_actions_and_marks_are_there_at_each_tick(path, scenes):
+def test_thinned_recording_keeps_ego_actions_and_marks_at_each_tick(path, scenes):
     recording = Recording.load(path)
     assert len(recording) == TICKS
     np.testing.assert_array_equal(recording.egos[:, 0], [scene.ego.x for scene in scenes])
@@ -68,19 +68,19 @@ def test_ego_actions_and_marks_are_there_at_each_tick(path, scenes):
     assert np.flatnonzero(recording.disturbed).tolist() == [4, 5, 6, 7]
 
 
-def test_reasons_are_there_at_each_decision(path):
+def test_thinned_recording_keeps_the_reason_of_each_decision(path):
     reasons = Recording.load(path).reasons
     assert reasons[6] == Reason(Cause.LEADER, 46)
     assert [reason is None for reason in reasons[:4]] == [False, True, False, True]
 
 
-def test_a_scene_that_was_thinned_out_cannot_be_had(path):
+def test_reading_a_thinned_out_scene_raises_input_error(path):
     recording = Recording.load(path)
     with pytest.raises(InputError, match="Tick 7 of a thinned recording has no actors"):
         recording[7]
 
 
-def test_pandas_reads_it_without_us(path):
+def test_pandas_reads_a_thinned_recording(path):
     frame = pd.read_parquet(path)
     assert frame["tick"].tolist() == list(range(TICKS))
     assert frame["actor_x"].notna().to_numpy().nonzero()[0].tolist() == [0, 10, 20]
@@ -90,7 +90,7 @@ def test_pandas_reads_it_without_us(path):
     assert int(frame["disturbed"].to_numpy().sum()) == 4
 
 
-def test_pyarrow_reads_it_without_us(path):
+def test_pyarrow_reads_a_thinned_recording(path):
     table = pq.read_table(path)
     assert table["actor_kind"].null_count == TICKS - 3
     assert table.schema.metadata[FORMAT_KEY] == b"3"
@@ -100,7 +100,7 @@ def test_pyarrow_reads_it_without_us(path):
     )
 
 
-def test_a_recording_that_is_not_thinned_is_as_it_was(tmp_path, scenes):
+def test_recording_without_thinning_is_unchanged(tmp_path, scenes):
     recorder = Recorder(tmp_path / "full.parquet", {})
     for scene in scenes:
         recorder.add(scene)
@@ -113,7 +113,7 @@ def test_a_recording_that_is_not_thinned_is_as_it_was(tmp_path, scenes):
     assert "disturbed" not in schema.names
 
 
-def test_an_empty_thinned_recording_is_read(tmp_path):
+def test_empty_thinned_recording_is_read(tmp_path):
     Recorder(tmp_path / "empty.parquet", {}, every=10).close()
     recording = Recording.load(tmp_path / "empty.parquet")
     assert (len(recording), recording.whole) == (0, [])

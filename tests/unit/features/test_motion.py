@@ -1,4 +1,4 @@
-"""What changes between two observations, and what a planner remembers of the first."""
+"""Rates of change between two observations, and the memory of the first."""
 
 import math
 
@@ -21,7 +21,7 @@ def cars(*rows: tuple[int, float, float]) -> Actors:
     )
 
 
-def test_rates_are_matched_by_id_and_wrapped() -> None:
+def test_motion_rates_match_actors_by_id_and_wrap_angles() -> None:
     before = cars((3, 5.0, 3.1), (7, 2.0, 0.0))
     now = cars((7, 3.0, 0.1), (9, 8.0, 1.0), (3, 5.0, -3.1))
 
@@ -33,7 +33,7 @@ def test_rates_are_matched_by_id_and_wrapped() -> None:
 
 
 @pytest.mark.parametrize("pause", [0.1, 0.2])
-def test_half_a_second_is_remembered(pause: float) -> None:
+def test_motion_rates_use_the_last_half_second(pause: float) -> None:
     tracks = MotionTracker()
     for place in range(30):
         time = place * pause
@@ -42,7 +42,7 @@ def test_half_a_second_is_remembered(pause: float) -> None:
         assert rates.accelerations[0] == pytest.approx(wanted, abs=1e-4), time
 
 
-def test_asking_twice_changes_nothing_and_copies_go_their_own_way() -> None:
+def test_motion_rates_are_repeatable_and_copies_independent() -> None:
     tracks = MotionTracker()
     tracks.rates(0.0, cars((1, 0.0, 0.0)))
     other = tracks.copied()

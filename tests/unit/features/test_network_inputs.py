@@ -21,7 +21,7 @@ def observation(light: NextLight | None = None, metres: int = 40) -> Observation
     return Observation(0.0, EGO, 9.0, Actors.none(), route, light)
 
 
-def test_the_target_lies_on_the_route_in_the_ego_frame() -> None:
+def test_target_point_is_on_the_route_in_the_ego_frame() -> None:
     assert scene_input(observation(), TokenSpec()).target == pytest.approx((2.0, 20.0))
     assert scene_input(observation(metres=6), TokenSpec()).target == pytest.approx((2.0, 5.0))
 
@@ -30,11 +30,11 @@ def test_the_target_lies_on_the_route_in_the_ego_frame() -> None:
     ("light", "red"),
     [(None, 0.0), (Light.GREEN, 0.0), (Light.YELLOW, 1.0), (Light.RED, 1.0)],
 )
-def test_red_and_yellow_stop(light: Light | None, red: float) -> None:
+def test_red_flag_is_set_for_red_and_yellow_lights(light: Light | None, red: float) -> None:
     seen = None if light is None else NextLight(light, 12.0)
     assert scene_input(observation(seen), TokenSpec()).red == red
 
 
-def test_what_is_not_given_is_asked_for() -> None:
+def test_missing_inputs_raise_agent_error() -> None:
     with pytest.raises(AgentError, match="'objects' and 'route'"):
         scene_input(Observation(0.0, EGO, 9.0), TokenSpec())

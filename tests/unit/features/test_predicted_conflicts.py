@@ -1,4 +1,4 @@
-"""Where and when others get into the way, by hand: the ego drives east along the x axis."""
+"""Predicted conflicts in hand-made scenes: the ego drives east along the x axis."""
 
 import math
 
@@ -25,7 +25,7 @@ def route(metres: int = 100) -> RouteAhead:
 def met(
     x: float, y: float, yaw: float, speed: float, pull: float = 0.0, turn: float = 0.0
 ) -> list[float]:
-    """Return the meeting with one car of 4.5 m by 1.8 m that speeds up and turns so."""
+    """Return the predicted conflict with a car of the given acceleration and turn rate."""
     actors = Actors(
         np.array([7], np.int64),
         np.array([[x, y, yaw]], np.float32),
@@ -37,7 +37,7 @@ def met(
     return predicted_conflicts(EGO, actors, np.array([0]), route(), rates)[0].tolist()
 
 
-def test_who_crosses_is_met_where_and_while_it_crosses() -> None:
+def test_crossing_actor_conflicts_where_and_while_it_crosses() -> None:
     along, first, last, ego = met(40.5, -30.0, NORTH, 10.0)
 
     assert along == pytest.approx(40.0, abs=3.0)
@@ -47,7 +47,7 @@ def test_who_crosses_is_met_where_and_while_it_crosses() -> None:
     assert ego == pytest.approx(along / 8.0)
 
 
-def test_who_stands_on_the_route_is_met_at_once_and_for_good() -> None:
+def test_actor_stationary_on_the_route_conflicts_permanently() -> None:
     along, first, last, _ = met(20.5, 0.5, 0.0, 0.0)
 
     assert along == pytest.approx(20.0 - 2.25 - 2.7, abs=2.0)
@@ -63,11 +63,11 @@ def test_who_stands_on_the_route_is_met_at_once_and_for_good() -> None:
         (-20.0, 0.0, 0.0, 0.0),  # behind
     ],
 )
-def test_who_never_gets_in_the_way_has_the_greatest_values(car) -> None:
+def test_actor_without_a_conflict_has_the_maximum_values(car) -> None:
     assert met(*car) == [VIEW, NEVER, NEVER, LATEST]
 
 
-def test_who_pulls_away_comes_earlier_and_who_brakes_never() -> None:
+def test_acceleration_advances_a_conflict_and_braking_avoids_it() -> None:
     steady, starting = met(40.5, -20.0, NORTH, 2.5), met(40.5, -20.0, NORTH, 2.5, pull=2.5)
 
     assert steady == [VIEW, NEVER, NEVER, LATEST]
@@ -75,7 +75,7 @@ def test_who_pulls_away_comes_earlier_and_who_brakes_never() -> None:
     assert met(40.5, -20.0, NORTH, 8.0, pull=-3.0) == [VIEW, NEVER, NEVER, LATEST]
 
 
-def test_who_turns_is_met_where_its_curve_leads() -> None:
+def test_turning_actor_conflicts_along_its_curve() -> None:
     oncoming = (60.0, 4.0, math.pi, 8.0)
 
     assert met(*oncoming) == [VIEW, NEVER, NEVER, LATEST]
@@ -83,7 +83,7 @@ def test_who_turns_is_met_where_its_curve_leads() -> None:
     assert 35.0 < along < 60.0
 
 
-def test_only_actors_have_meetings() -> None:
+def test_only_actor_tokens_have_predicted_conflicts() -> None:
     actors = Actors(
         np.array([7], np.int64),
         np.array([[20.0, 0.0, 0.0]], np.float32),

@@ -38,7 +38,7 @@ def seen(
     light: NextLight | None = None,
     time: float = 0.0,
 ) -> Observation:
-    """What an ego at (100, 0) sees that heads east on its route."""
+    """The observation of an ego at (100, 0) that heads east on its route."""
     ahead = np.arange(61.0)
     points = np.stack((100.0 + ahead, np.zeros(61)), axis=1)
     actors = Actors(
@@ -56,20 +56,20 @@ def drawn(observation: Observation, layer: Layer, spec: RasterSpec = SPEC) -> np
     return Rasteriser(straight_town(), replace(spec, layers=(layer,))).draw(observation)[-1]
 
 
-def test_a_car_ahead_on_the_left_is_above_the_ego_on_the_left() -> None:
+def test_car_ahead_on_the_left_is_drawn_above_on_the_left() -> None:
     rows, columns = np.nonzero(drawn(seen((110.0, 5.0)), Layer.VEHICLES))
     assert rows.mean() == pytest.approx(EGO_ROW - 20 - 0.5, abs=0.5)
     assert columns.mean() == pytest.approx(EGO_COLUMN - 10 - 0.5, abs=0.5)
     assert len(rows) == pytest.approx(8 * 4, rel=0.5)  # 4 m x 2 m at 2 pixels a metre
 
 
-def test_the_ego_is_where_the_spec_says() -> None:
+def test_ego_is_drawn_at_the_specified_pixel() -> None:
     rows, columns = np.nonzero(drawn(seen(), Layer.EGO))
     assert rows.mean() == pytest.approx(EGO_ROW - 0.5, abs=0.5)
     assert columns.mean() == pytest.approx(EGO_COLUMN - 0.5, abs=0.5)
 
 
-def test_road_and_lines_are_where_the_lanes_are() -> None:
+def test_road_and_markings_are_drawn_at_the_lanes() -> None:
     road = drawn(seen(), Layer.ROAD)[EGO_ROW] > 0  # from 1.75 m right to 5.25 m left of the ego
     assert np.flatnonzero(road).tolist() == list(range(EGO_COLUMN - 11, EGO_COLUMN + 4)) or (
         np.flatnonzero(road)[[0, -1]] == pytest.approx([EGO_COLUMN - 11, EGO_COLUMN + 3], abs=1)
@@ -79,7 +79,7 @@ def test_road_and_lines_are_where_the_lanes_are() -> None:
     assert lines[EGO_COLUMN + 2 : EGO_COLUMN + 5].max() == 255  # the kerb
 
 
-def test_the_picture_turns_with_the_ego() -> None:
+def test_raster_rotates_with_the_ego() -> None:
     town = load_town("town03")
     route = load_suite("longest6")[14]
     assert route.town == "town03"
@@ -95,18 +95,18 @@ def test_the_picture_turns_with_the_ego() -> None:
         assert np.mean(road[way > 0] > 0) > 0.99  # the route lies on the road
 
 
-def test_walkers_are_vulnerable_and_not_vehicles() -> None:
+def test_pedestrians_are_drawn_as_vulnerable_not_as_vehicles() -> None:
     walker = seen((105.0, 0.0), kind=ActorKind.PEDESTRIAN)
     assert drawn(walker, Layer.VULNERABLE).any()
     assert not drawn(walker, Layer.VEHICLES).any()
 
 
-def test_speeds_are_told_by_brightness() -> None:
+def test_speed_is_encoded_as_brightness() -> None:
     assert drawn(seen((110.0, 0.0), speed=10.0), Layer.SPEEDS).max() == brightness(10.0) == 155
 
 
 @pytest.mark.parametrize(("state", "value"), [(Light.GREEN, 80), (Light.YELLOW, 170)])
-def test_the_next_light_is_a_stop_line_of_its_colour(state: Light, value: int) -> None:
+def test_next_light_is_drawn_as_a_coloured_stop_line(state: Light, value: int) -> None:
     line = drawn(seen(light=NextLight(state, 7.55)), Layer.LIGHTS)  # 10 m from the ego's centre
     rows, _ = np.nonzero(line)
     assert line.max() == value
@@ -114,7 +114,7 @@ def test_the_next_light_is_a_stop_line_of_its_colour(state: Light, value: int) -
     assert not drawn(seen(), Layer.LIGHTS).any()
 
 
-def test_the_past_shows_where_others_were() -> None:
+def test_past_layers_show_earlier_positions() -> None:
     spec = replace(SPEC, layers=(Layer.VEHICLES,), past=(0.5,))
     rasteriser = Rasteriser(straight_town(), spec)
     for time, x in ((0.0, 105.0), (0.25, 107.0), (0.5, 109.0), (0.75, 111.0)):
@@ -123,13 +123,13 @@ def test_the_past_shows_where_others_were() -> None:
     assert np.nonzero(before)[0].mean() == pytest.approx(EGO_ROW - 14 - 0.5, abs=0.5)
 
 
-def test_roach_has_fifteen_channels() -> None:
+def test_roach_raster_has_15_channels() -> None:
     assert len(ROACH.channels) == 15
     assert ROACH.channels[3:7] == ("vehicles-1.5", "vehicles-1", "vehicles-0.5", "vehicles")
     assert Rasteriser(straight_town(), ROACH).draw(seen()).shape == (15, 192, 192)
 
 
-def test_what_cannot_be_drawn_is_refused() -> None:
+def test_invalid_raster_specs_are_refused() -> None:
     with pytest.raises(InputError, match="positive"):
         RasterSpec(scale=0.0)
     with pytest.raises(InputError, match="past"):
@@ -138,7 +138,7 @@ def test_what_cannot_be_drawn_is_refused() -> None:
         drawn(replace(seen(), actors=None), Layer.EGO)
 
 
-def test_a_full_turn_gives_the_same_picture() -> None:
+def test_full_turn_gives_the_same_raster() -> None:
     one = seen((110.0, 5.0))
     turned = replace(one, ego=replace(one.ego, yaw=2.0 * math.pi))
     assert np.array_equal(drawn(one, Layer.VEHICLES), drawn(turned, Layer.VEHICLES))

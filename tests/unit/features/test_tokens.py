@@ -1,4 +1,4 @@
-"""Objects as tokens: who is told, in what order, in which frame."""
+"""Objects as tokens: which actors, in what order, in which frame."""
 
 import math
 from dataclasses import replace
@@ -34,7 +34,7 @@ def actors_at(*places: tuple[float, float], kinds: tuple[ActorKind, ...] = ()) -
     )
 
 
-def test_actors_come_nearest_first_in_the_ego_frame() -> None:
+def test_actor_tokens_are_nearest_first_in_the_ego_frame() -> None:
     actors = actors_at((100.0, 70.0), (97.0, 50.0), (100.0, 90.0))
     tokens = tokens_of(NORTH, actors, straight_north(), TokenSpec())
     assert tokens.places.tolist() == [1, 0, NOWHERE, NOWHERE]
@@ -43,7 +43,7 @@ def test_actors_come_nearest_first_in_the_ego_frame() -> None:
     assert tokens.attributes[1] == pytest.approx([1.0, 20.0, 0.0, 0.0, 1.8, 4.5], abs=1e-5)
 
 
-def test_foresight_shows_who_will_be_near_and_nobody_else() -> None:
+def test_horizon_adds_only_actors_that_will_come_near() -> None:
     ego = EgoState(0.0, 0.0, 0.5 * math.pi, 10.0)  # northwards
     actors = replace(
         actors_at((0.0, 90.0), (0.0, 95.0), (90.0, 0.0), (-90.0, 50.0)),
@@ -66,13 +66,13 @@ def test_foresight_shows_who_will_be_near_and_nobody_else() -> None:
     assert (nearby.places == NOWHERE).all()
 
 
-def test_a_straight_route_is_cut_into_pieces() -> None:
+def test_straight_route_is_split_into_segments() -> None:
     tokens = tokens_of(NORTH, Actors.none(), straight_north(), TokenSpec(segments=3))
     expected = [[place, 5.0 + 10.0 * place, 0.0, 0.0, EGO_WIDTH, 10.0] for place in range(3)]
     assert tokens.attributes == pytest.approx(np.array(expected), abs=1e-5)
 
 
-def test_a_corner_starts_a_new_segment() -> None:
+def test_corner_starts_a_new_segment() -> None:
     up = [(100.0, 50.0 + step) for step in range(7)]
     left = [(100.0 - step, 56.0) for step in range(1, 50)]
     tokens = tokens_of(NORTH, Actors.none(), route_of(np.array(up + left)), TokenSpec())
@@ -83,13 +83,13 @@ def test_a_corner_starts_a_new_segment() -> None:
 
 
 @pytest.mark.parametrize(("metres", "segments"), [(0, 0), (1, 1), (7, 1), (12, 2)])
-def test_near_its_end_the_route_has_fewer_segments(metres: int, segments: int) -> None:
+def test_route_has_fewer_segments_near_its_end(metres: int, segments: int) -> None:
     tokens = tokens_of(NORTH, Actors.none(), straight_north(metres), TokenSpec())
     assert len(tokens) == segments
     assert tokens.attributes[:, 5].sum() == pytest.approx(metres)
 
 
-def test_switches_hide_what_they_say() -> None:
+def test_token_options_select_actors_and_attributes() -> None:
     kinds = (ActorKind.CAR, ActorKind.PEDESTRIAN, ActorKind.BICYCLE, ActorKind.STATIC)
     actors = actors_at((100.0, 40.0), (100.0, 55.0), (100.0, 60.0), (100.0, 65.0), kinds=kinds)
     route = straight_north()
@@ -107,7 +107,7 @@ def test_switches_hide_what_they_say() -> None:
     ]
 
 
-def test_angles_are_wrapped() -> None:
+def test_token_angles_are_wrapped() -> None:
     west = EgoState(0.0, 0.0, math.pi - 0.1, 0.0)
     actors = actors_at((-5.0, 0.0))
     actors.poses[0, 2] = -math.pi + 0.1
@@ -127,7 +127,7 @@ def test_angles_are_wrapped() -> None:
         (None, False),
     ],
 )
-def test_the_line_of_a_light_that_stops_is_a_box_across_the_route(light, told) -> None:
+def test_stop_line_of_a_red_light_is_a_token_across_the_route(light, told) -> None:
     spec = TokenSpec(stop_line=True)
     route = replace(straight_north(), headings=np.full(61, math.pi / 2))
     tokens = tokens_of(NORTH, Actors.none(), route, spec, light)

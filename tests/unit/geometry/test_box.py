@@ -36,12 +36,12 @@ def test_corners_turn_with_the_box():
         ((0.0, 0.0, 1.0), True),
     ],
 )
-def test_overlap(pose, expected):
+def test_overlap_of_two_boxes_is_symmetric(pose, expected):
     one = boxes((0.0, 0.0, 0.0))
     assert overlap(one, CAR, boxes(pose), CAR).tolist() == [expected]
     assert overlap(boxes(pose), CAR, one, CAR).tolist() == [expected]
     assert overlap_one((0.0, 0.0, 0.0), (4.0, 2.0), boxes(pose), CAR).tolist() == [expected]
 
 
-def test_overlap_with_nothing():
+def test_overlap_with_no_boxes_is_empty():
     assert overlap_one((0.0, 0.0, 0.0), (4.0, 2.0), np.zeros((0, 3)), np.zeros((0, 2))).size == 0

@@ -21,11 +21,11 @@ def circle(radius, spacing=1.0, share=0.5):
     return radius * np.stack((np.cos(angles), np.sin(angles)), axis=1)
 
 
-def test_arc_lengths():
+def test_arc_lengths_accumulate_the_segments():
     assert arc_lengths(CORNER).tolist() == [0.0, 3.0, 7.0]
 
 
-def test_headings_repeat_the_last():
+def test_last_heading_is_repeated():
     np.testing.assert_allclose(headings(CORNER), [0.0, math.pi / 2, math.pi / 2])
 
 
@@ -33,7 +33,7 @@ def test_headings_are_unwrapped():
     assert np.abs(np.diff(headings(circle(5.0, share=0.95)))).max() < 0.5
 
 
-def test_resample_keeps_the_ends_and_divides_the_length():
+def test_resampling_keeps_the_ends_and_divides_the_length():
     points = resample(CORNER, 1.5)
     np.testing.assert_allclose(points[[0, -1]], CORNER[[0, -1]])
     np.testing.assert_allclose(np.diff(arc_lengths(points)), 1.4, atol=0.45)
@@ -49,13 +49,13 @@ def test_curvature_of_two_points_is_zero():
     assert curvatures(CORNER[:2]).tolist() == [0.0, 0.0]
 
 
-def test_distance_to_the_inside_and_beyond_the_ends():
+def test_distance_along_the_line_and_past_its_ends():
     assert distance_to(CORNER, 1.0, 2.0) == pytest.approx(2.0)
     assert distance_to(CORNER, -3.0, 4.0) == pytest.approx(5.0)
     assert distance_to(CORNER, 3.0, 5.0) == pytest.approx(1.0)
 
 
-def test_cursor_follows_and_tells_the_side():
+def test_cursor_follows_the_line_and_signs_the_offset():
     cursor = Cursor(CORNER)
     cursor.advance(1.0, 0.5)
     assert (cursor.progress, cursor.offset, cursor.heading) == (1.0, 0.5, 0.0)
@@ -64,7 +64,7 @@ def test_cursor_follows_and_tells_the_side():
     assert cursor.heading == pytest.approx(math.pi / 2)
 
 
-def test_cursor_never_goes_back():
+def test_cursor_does_not_move_backwards():
     cursor = Cursor(CORNER)
     cursor.advance(2.0, 0.0)
     cursor.advance(1.0, 0.0)
@@ -77,14 +77,14 @@ def test_cursor_stops_at_the_end():
     assert cursor.progress == cursor.length == 7.0
 
 
-def test_cursor_goes_no_farther_than_asked():
+def test_cursor_advances_at_most_the_given_number_of_points():
     line = np.stack((np.arange(50.0), np.zeros(50)), axis=1)
     cursor = Cursor(line)
     cursor.advance(40.0, 0.0, most=8)
     assert cursor.index <= 9
 
 
-def test_cursor_is_placed_forward_and_back():
+def test_cursor_can_be_placed_anywhere_on_the_line():
     cursor = Cursor(CORNER)
     for at, index in ((6.0, 1), (1.0, 0), (99.0, 1), (-1.0, 0)):
         cursor.place(at)
@@ -92,7 +92,7 @@ def test_cursor_is_placed_forward_and_back():
         assert cursor.progress == min(max(at, 0.0), 7.0)
 
 
-def test_a_value_at_one_place_is_numpy_s_bit_for_bit():
+def test_interpolated_value_equals_numpy_bit_for_bit():
     rng = np.random.default_rng(0)
     for count in (1, 2, 3, 200):
         along = np.cumsum(rng.uniform(0.01, 3.0, count))

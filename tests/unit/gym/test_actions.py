@@ -1,4 +1,4 @@
-"""Actions as numbers: scaled to the vehicle's limits, and nothing else gets through."""
+"""Actions as arrays: scaled to the vehicle's limits; anything else is refused."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from plant_bench.gym.actions import ControlAction, action_kind, inside
 from plant_bench.sim.ego import ACCELERATION_LIMIT, BRAKING_LIMIT, STEERING_LIMIT
 
 
-def test_a_control_reaches_the_vehicles_limits() -> None:
+def test_control_action_spans_the_vehicle_limits() -> None:
     kind = ControlAction()
     full = kind.decode(np.array([1.0, -1.0], np.float32))
     hard = kind.decode(np.array([-1.0, 0.0], np.float32))
@@ -18,14 +18,14 @@ def test_a_control_reaches_the_vehicles_limits() -> None:
 
 
 @pytest.mark.parametrize("control", [Control(1.5, 0.2), Control(-6.0, -0.3), Control(0.0, 0.0)])
-def test_a_control_comes_back_from_its_action(control: Control) -> None:
+def test_control_action_round_trip(control: Control) -> None:
     kind = ControlAction()
     again = kind.decode(kind.encode(control))
     assert again.acceleration == pytest.approx(control.acceleration, abs=1e-6)
     assert again.steering == pytest.approx(control.steering, abs=1e-6)
 
 
-def test_a_plan_is_its_waypoints() -> None:
+def test_plan_action_is_its_waypoints() -> None:
     kind = action_kind("plan")
     points = np.arange(8, dtype=np.float32).reshape(4, 2)
     plan = kind.decode(inside(points, kind.space))
@@ -33,17 +33,17 @@ def test_a_plan_is_its_waypoints() -> None:
     assert np.array_equal(plan.waypoints, points)
 
 
-def test_actions_beyond_the_bounds_are_cut_off() -> None:
+def test_actions_beyond_the_bounds_are_clipped() -> None:
     space = action_kind("control").space
     assert inside([3.0, -2.0], space).tolist() == [1.0, -1.0]
 
 
 @pytest.mark.parametrize("action", [[np.nan, 0.0], [0.0], "fast", None])
-def test_what_is_no_action_is_refused(action: object) -> None:
+def test_invalid_actions_are_refused(action: object) -> None:
     with pytest.raises(InputError, match="wanted"):
         inside(action, action_kind("control").space)
 
 
-def test_an_unknown_kind_is_refused() -> None:
+def test_unknown_action_kind_is_refused() -> None:
     with pytest.raises(InputError, match="control, plan"):
         action_kind("controls")

@@ -33,7 +33,7 @@ def seen(count: int, light: NextLight | None = None) -> Observation:
     return Observation(1.0, EgoState(50.0, 20.0, north, 5.0), 10.0, actors, route, light)
 
 
-def test_tokens_are_the_numbers_that_plant_is_told() -> None:
+def test_token_observation_equals_the_input_of_plant() -> None:
     red = NextLight(Light.RED, 12.0)
     given = scene_input(seen(4, red), PLAIN_TOKENS)
     encoded = TokenEncoder().encode(seen(4, red))
@@ -46,14 +46,14 @@ def test_tokens_are_the_numbers_that_plant_is_told() -> None:
     assert encoded["target"] == pytest.approx(given.target)
 
 
-def test_the_farthest_actors_give_way_when_tokens_do_not_fit() -> None:
+def test_farthest_actors_are_dropped_when_tokens_do_not_fit() -> None:
     encoded = TokenEncoder(most=6).encode(seen(9, NextLight(Light.RED, 12.0)))
     kinds = [TokenKind.VULNERABLE] * 3 + [TokenKind.ROUTE] * 2 + [TokenKind.STOP_LINE]
     assert encoded["kinds"].tolist() == kinds
     assert encoded["tokens"][:3, 2] == pytest.approx([-3.0, -6.0, -9.0], abs=1e-5)  # to the right
 
 
-def test_objects_are_in_the_ego_frame_nearest_first() -> None:
+def test_object_observation_is_nearest_first_in_the_ego_frame() -> None:
     encoded = ObjectEncoder(most=2).encode(seen(3, NextLight(Light.RED, 12.0)))
     assert encoded["actors"][0] == pytest.approx([0.0, -3.0, 0.0, 4.0, 4.5, 1.8], abs=1e-5)
     assert encoded["actors"][1, 1] == pytest.approx(-6.0, abs=1e-5)
@@ -74,14 +74,14 @@ def test_objects_are_in_the_ego_frame_nearest_first() -> None:
     ],
     ids=["tokens", "all tokens", "objects", "raster"],
 )
-def test_what_is_encoded_is_in_the_space(make: Callable, count: int) -> None:
+def test_encoded_observation_is_in_its_space(make: Callable, count: int) -> None:
     encoder = make()
     encoder.reset(load_town("town03"))
     encoded = encoder.encode(seen(count))
     assert encoder.space.contains(encoded)
 
 
-def test_what_is_no_observation_is_refused() -> None:
+def test_unusable_encoders_and_observations_are_refused() -> None:
     with pytest.raises(InputError, match="tokens, objects, raster"):
         encoder_of("pixels")
     with pytest.raises(InputError, match="space, reset and encode"):

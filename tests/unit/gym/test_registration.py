@@ -9,7 +9,7 @@ import pytest
 from plant_bench.errors import InputError
 
 
-def test_registering_starts_no_simulator() -> None:
+def test_registering_does_not_start_the_simulator() -> None:
     code = (
         "import sys, plant_bench.gym, gymnasium; "
         "print('PlantBench-v0' in gymnasium.registry, "
@@ -19,7 +19,7 @@ def test_registering_starts_no_simulator() -> None:
     assert done.stdout.split(maxsplit=1) == ["True", "[]\n"]
 
 
-def test_without_gymnasium_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_missing_gymnasium_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     importlib.import_module("plant_bench.gym")
     monkeypatch.setitem(sys.modules, "gymnasium", None)
     monkeypatch.delitem(sys.modules, "plant_bench.gym")

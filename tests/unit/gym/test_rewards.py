@@ -1,4 +1,4 @@
-"""Rewards: what each term is made of."""
+"""Rewards and their terms."""
 
 import math
 from dataclasses import replace
@@ -49,7 +49,7 @@ def hit(kind: InfractionKind = InfractionKind.COLLISION_PEDESTRIAN) -> Infractio
     return Infraction(kind=kind, time=1.0, x=0.0, y=0.0, progress=1.0)
 
 
-def test_on_a_free_route_at_roachs_speed_the_reward_is_one() -> None:
+def test_reward_is_one_on_a_free_route_at_the_desired_speed() -> None:
     terms = RoachReward()(step(seen()))
     assert sum(terms.values()) == pytest.approx(1.0)
     assert list(terms) == ["speed", "position", "rotation", "action", "terminal"]
@@ -72,7 +72,7 @@ def test_vehicles_ahead_lower_the_desired_speed(
     assert desired_speed(seen(other), TOP) == pytest.approx(wanted, abs=1e-4)
 
 
-def test_who_is_parked_or_walks_beside_the_route_does_not() -> None:
+def test_actors_beside_the_route_do_not_lower_the_desired_speed() -> None:
     beside, on_it = (7.0, 2.5, 0.0), (7.0, 0.5, 0.0)
     assert desired_speed(seen(beside, first=PARKED.start), TOP) == TOP
     assert desired_speed(seen(on_it, first=PARKED.start), TOP) == 0.0
@@ -80,14 +80,14 @@ def test_who_is_parked_or_walks_beside_the_route_does_not() -> None:
     assert desired_speed(seen(on_it, kind=ActorKind.PEDESTRIAN), TOP) < 2.0
 
 
-def test_a_red_light_is_to_be_stopped_at_and_a_green_one_is_not() -> None:
+def test_red_light_lowers_the_desired_speed_and_green_does_not() -> None:
     distance = 7.5 - 0.5 * EGO_LENGTH  # the line is 7.5 m from the centre, which may go 2.5 m
     assert desired_speed(seen(light=NextLight(Light.RED, distance)), TOP) == pytest.approx(3.0)
     assert desired_speed(seen(light=NextLight(Light.GREEN, distance)), TOP) == TOP
     assert desired_speed(seen(light=NextLight(Light.RED, -1.5)), TOP) == TOP  # crossed
 
 
-def test_position_rotation_and_steering_cost() -> None:
+def test_position_heading_and_steering_errors_are_penalised() -> None:
     turned = EgoState(0.0, 1.0, 0.3, TOP)
     given = step(seen(ego=turned, offset=1.0), control=Control(0.0, 0.1))
     terms = RoachReward()(given)
@@ -96,19 +96,19 @@ def test_position_rotation_and_steering_cost() -> None:
     assert terms["action"] == -0.1
 
 
-def test_fatal_infractions_cost_one_and_the_speed_and_failures_one() -> None:
+def test_terminal_reward_is_minus_one_and_less_after_a_collision() -> None:
     assert RoachReward()(step(seen(), infractions=(hit(),)))["terminal"] == -1.0 - TOP
     assert RoachReward()(step(seen(), status=Status.DEVIATED))["terminal"] == -1.0
     assert RoachReward()(step(seen(), status=Status.COMPLETED))["terminal"] == 0.0
 
 
-def test_progress_is_metres_less_penalties() -> None:
+def test_progress_reward_is_metres_minus_penalties() -> None:
     light = hit(InfractionKind.RED_LIGHT)
     terms = ProgressReward(lost=100.0)(step(seen(), infractions=(hit(), light), outside=0.25))
     assert terms == pytest.approx({"progress": 0.5, "outside": -0.25, "infractions": -80.0})
 
 
-def test_a_reward_of_ones_own_is_taken_as_it_is() -> None:
+def test_custom_reward_is_used_unchanged() -> None:
     def mine(transition: Transition) -> dict[str, float]:
         return {"mine": transition.progress}
 

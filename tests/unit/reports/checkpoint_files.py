@@ -37,7 +37,7 @@ def episode(route: str = "town01-0", repetition: int = 0, **changes: Any) -> Epi
 
 
 def carla_record(route_id: str, **infractions: list[str]) -> dict[str, Any]:
-    """A record as leaderboard 1.0 writes it: 1 km, of it three quarters driven."""
+    """A record as leaderboard 1.0 writes it: 1 km long, three quarters driven."""
     return {
         "index": 0,
         "infractions": {name: [] for name in NINE} | infractions,
@@ -49,7 +49,7 @@ def carla_record(route_id: str, **infractions: list[str]) -> dict[str, Any]:
 
 
 def carla_file(records: list[dict[str, Any]], labels: int = 12, **top: Any) -> dict[str, Any]:
-    """A file as leaderboard 1.0 writes it; its global figures are the known wrong ones."""
+    """A file as leaderboard 1.0 writes it, with its known wrong global rates."""
     return {
         "_checkpoint": {
             "global_record": {"infractions": dict.fromkeys(NINE, 123.0), "index": -1},

@@ -1,4 +1,4 @@
-"""Checkpoint files of other worlds: right figures from good ones, one clear error from bad ones."""
+"""Checkpoint files of CARLA: correct figures from valid ones, one error from broken ones."""
 
 from pathlib import Path
 from typing import Any
@@ -14,7 +14,7 @@ HIT = "Agent collided with type=vehicle.x and id=3 at (x=1.0, y=2.0, z=0.1)"
 OUTSIDE = "Agent was off its lanes for about 15.5 meters (1.2% of the completed route)"
 
 
-def test_rates_are_all_counts_over_all_kilometres_whatever_the_file_says(tmp_path: Path):
+def test_rates_are_recomputed_from_total_counts_and_kilometres(tmp_path: Path):
     one = carla_record("RouteScenario_0", collisions_vehicle=[HIT, HIT])
     other = carla_record("RouteScenario_1", outside_route_lanes=[OUTSIDE], stop_infraction=["x"])
 
@@ -33,7 +33,7 @@ def test_rates_are_all_counts_over_all_kilometres_whatever_the_file_says(tmp_pat
     assert first.counts["collisions_vehicle"] == 2
 
 
-def test_repetitions_are_counted_where_the_route_id_does_not_tell_them(tmp_path: Path):
+def test_repetitions_are_counted_if_the_route_id_lacks_them(tmp_path: Path):
     ids = ["RouteScenario_4", "RouteScenario_5", "RouteScenario_4"]
 
     run = load_checkpoint(written(tmp_path, carla_file([carla_record(name) for name in ids])))
@@ -43,7 +43,7 @@ def test_repetitions_are_counted_where_the_route_id_does_not_tell_them(tmp_path:
     ]  # fmt: skip
 
 
-def test_leaderboard_2_is_another_protocol_with_more_infractions(tmp_path: Path):
+def test_leaderboard_2_files_are_another_protocol(tmp_path: Path):
     more = {"min_speed_infractions": ["slow"], "scenario_timeouts": []}
     record = carla_record("RouteScenario_7_rep2", **more) | {"num_infractions": 1}
 
@@ -54,7 +54,7 @@ def test_leaderboard_2_is_another_protocol_with_more_infractions(tmp_path: Path)
     assert run.infractions_per_km["min_speed_infractions"] == pytest.approx(1 / 0.75)
 
 
-def test_bench2drive_and_forks_with_more_keys_are_read(tmp_path: Path):
+def test_files_of_bench2drive_and_forks_are_read(tmp_path: Path):
     more = {"scenario_name": "Accident_1", "weather_id": 3, "town_name": "Town12", "save_name": "s"}
     record = carla_record("RouteScenario_7_rep0") | more
 
@@ -101,7 +101,7 @@ BROKEN: dict[str, tuple[object, str]] = {
 
 
 @pytest.mark.parametrize("name", BROKEN)
-def test_a_broken_file_is_one_line_of_error(name: str, tmp_path: Path):
+def test_broken_checkpoint_file_gives_one_line(name: str, tmp_path: Path):
     content, words = BROKEN[name]
 
     with pytest.raises(InputError) as raised:
@@ -113,7 +113,7 @@ def test_a_broken_file_is_one_line_of_error(name: str, tmp_path: Path):
     assert len(message) < 600
 
 
-def test_what_is_no_file_is_one_line_of_error(tmp_path: Path):
+def test_path_that_is_not_a_file_gives_one_line(tmp_path: Path):
     for path in (tmp_path, tmp_path / "absent.json"):
         with pytest.raises(InputError, match="Not a checkpoint"):
             load_checkpoint(path)
@@ -122,7 +122,7 @@ def test_what_is_no_file_is_one_line_of_error(tmp_path: Path):
         load_checkpoint(tmp_path / "bytes.json")
 
 
-def test_long_and_hostile_names_are_kept_as_they_are_and_cut_in_messages(tmp_path: Path):
+def test_long_untrusted_names_are_kept_and_truncated_in_messages(tmp_path: Path):
     name = "<script>alert(1)</script>\U0001f697" * 400
 
     kept = load_checkpoint(written(tmp_path, bad(route_id=name, town_name=name)))
@@ -133,7 +133,7 @@ def test_long_and_hostile_names_are_kept_as_they_are_and_cut_in_messages(tmp_pat
     assert len(str(raised.value)) < 600
 
 
-def test_scores_that_were_changed_after_the_export_are_refused(tmp_path: Path):
+def test_exported_file_with_changed_scores_is_refused(tmp_path: Path):
     content: Any = checkpoint([episode()], numbers={"town01-0": 0}, expected=1, walls={})
     record = content["_checkpoint"]["records"][0]
     record["scores"] = {"score_composed": 50.0, "score_penalty": 1.0, "score_route": 50.0}
@@ -142,7 +142,7 @@ def test_scores_that_were_changed_after_the_export_are_refused(tmp_path: Path):
         load_checkpoint(written(tmp_path, content))
 
 
-def test_our_records_are_never_mixed_with_those_of_another_world(tmp_path: Path):
+def test_file_with_plant_bench_and_carla_records_is_refused(tmp_path: Path):
     content: Any = checkpoint([episode()], numbers={"town01-0": 0}, expected=1, walls={})
     content["_checkpoint"]["records"].append(carla_record("RouteScenario_9"))
 

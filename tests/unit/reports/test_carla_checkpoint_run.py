@@ -1,4 +1,4 @@
-"""A run folder's checkpoint: which episodes it should have, and what is not finished."""
+"""The checkpoint of a run folder: expected and unfinished episodes."""
 
 from pathlib import Path
 
@@ -39,13 +39,15 @@ RESULTS = [episode("town01-0", 0), episode("town02-0", 0), episode("town02-0", 1
         ("plant-bench score --agent plant --routes=town02-0 --repetitions 2", 3),
     ],
 )
-def test_what_the_last_command_asked_for_is_expected(command: str, expected: int, tmp_path: Path):
+def test_expected_episodes_follow_from_the_last_command(
+    command: str, expected: int, tmp_path: Path
+):
     made = run_checkpoint(folder(tmp_path, command, RESULTS))
 
     assert (made.episodes, made.expected) == (3, expected)
 
 
-def test_routes_are_numbered_by_their_place_in_the_suite(tmp_path: Path):
+def test_routes_are_numbered_by_their_position_in_the_suite(tmp_path: Path):
     made = run_checkpoint(folder(tmp_path, "plant-bench score", RESULTS))
 
     checkpoint = made.content["_checkpoint"]
@@ -55,7 +57,7 @@ def test_routes_are_numbered_by_their_place_in_the_suite(tmp_path: Path):
     ]  # fmt: skip
 
 
-def test_one_repetition_alone_is_written_and_one_that_is_not_there_is_refused(tmp_path: Path):
+def test_single_repetition_is_exported_and_a_missing_one_refused(tmp_path: Path):
     run = folder(tmp_path, "plant-bench score", RESULTS)
 
     assert (run_checkpoint(run, 1).episodes, run_checkpoint(run, 1).expected) == (1, 3)

@@ -1,4 +1,4 @@
-"""A run as checkpoint JSON: the field's parsing rules read it, and nothing is lost on the way."""
+"""A run as checkpoint JSON: CARLA's parsers read it, and the round trip loses nothing."""
 
 import json
 import re
@@ -35,7 +35,7 @@ RESULTS = [
 
 
 def parsed(document: dict[str, Any]) -> dict[str, float]:
-    """Rates as PlanT's and TransFuser's parsers find them: all counts over all kilometres."""
+    """Return the rates that PlanT's and TransFuser's parsers find: total counts per total km."""
     done, total = document["_checkpoint"]["progress"]
     assert done == total == len(document["_checkpoint"]["records"])
     km, counts = 0.0, dict.fromkeys(document["_checkpoint"]["global_record"]["infractions"], 0.0)
@@ -52,7 +52,7 @@ def parsed(document: dict[str, Any]) -> dict[str, float]:
     return {name: count / km for name, count in counts.items()}
 
 
-def test_the_fields_parsing_rules_find_counts_kilometres_and_metres_outside(tmp_path: Path):
+def test_carla_parsing_rules_recover_counts_and_distances(tmp_path: Path):
     document = made(RESULTS, 2, tmp_path)
 
     rates = parsed(document)
@@ -64,7 +64,7 @@ def test_the_fields_parsing_rules_find_counts_kilometres_and_metres_outside(tmp_
     assert told == pytest.approx(rates, abs=1e-6)
 
 
-def test_places_type_and_id_stand_where_parsers_look_for_them(tmp_path: Path):
+def test_infraction_text_has_place_type_and_id_where_parsers_look(tmp_path: Path):
     [hit] = made(RESULTS, 2, tmp_path)["_checkpoint"]["records"][0]["infractions"][
         "collisions_vehicle"
     ]
@@ -74,7 +74,7 @@ def test_places_type_and_id_stand_where_parsers_look_for_them(tmp_path: Path):
     assert "type=vehicle.bus and id=17 at " in hit
 
 
-def test_labels_values_scores_and_meta_are_the_schemas(tmp_path: Path):
+def test_labels_values_scores_and_meta_match_the_schema(tmp_path: Path):
     document = made(RESULTS, 2, tmp_path)
 
     assert document["labels"] == LABELS
@@ -93,7 +93,7 @@ def test_labels_values_scores_and_meta_are_the_schemas(tmp_path: Path):
     assert (document["entry_status"], document["eligible"]) == ("Finished", True)
 
 
-def test_an_unfinished_run_says_so(tmp_path: Path):
+def test_unfinished_run_is_marked_as_unfinished(tmp_path: Path):
     document = made(RESULTS, 3, tmp_path)
 
     assert document["_checkpoint"]["progress"] == [2, 3]
@@ -101,7 +101,7 @@ def test_an_unfinished_run_says_so(tmp_path: Path):
     assert load_checkpoint(tmp_path / "run.json").expected == 3
 
 
-def test_crashes_of_the_agent_show_in_the_entry_status(tmp_path: Path):
+def test_agent_crashes_set_the_entry_status(tmp_path: Path):
     crashed = episode(status=Status.AGENT_CRASHED, reason="<b>\U0001f697\n" * 999, infractions=())
 
     document = made([crashed], 1, tmp_path)
@@ -112,7 +112,7 @@ def test_crashes_of_the_agent_show_in_the_entry_status(tmp_path: Path):
 
 
 @pytest.mark.parametrize("kind", list(InfractionKind))
-def test_the_round_trip_gives_equal_records_for_every_kind(kind: InfractionKind, tmp_path: Path):
+def test_export_round_trip_keeps_every_kind_of_record(kind: InfractionKind, tmp_path: Path):
     share = 0.1 if kind is InfractionKind.OUTSIDE_LANES else None
     note = Infraction(kind=kind, time=1.05, x=0.1, y=0.2, progress=0.3, share=share)
     results = [
@@ -132,7 +132,7 @@ def test_the_round_trip_gives_equal_records_for_every_kind(kind: InfractionKind,
     assert [item.wall for item in run.records] == [4.5, 0.0]
 
 
-def test_a_checkpoint_that_cannot_be_written_leaves_nothing_behind(tmp_path):
+def test_failed_export_leaves_no_file(tmp_path):
     (tmp_path / "there").mkdir()
     with pytest.raises(OSError, match="there"):
         write_checkpoint({}, tmp_path / "there")

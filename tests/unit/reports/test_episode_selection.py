@@ -1,4 +1,4 @@
-"""Which episodes are meant, and what is said where there are none."""
+"""The choice of episodes, and the messages if there are none."""
 
 from pathlib import Path
 
@@ -20,7 +20,7 @@ def folder(tmp_path: Path) -> RunFolder:
     return run
 
 
-def test_a_routes_episodes_come_by_repetition(folder: RunFolder):
+def test_episodes_of_a_route_are_sorted_by_repetition(folder: RunFolder):
     found = episodes_of(folder, "town01-0", None)
 
     assert [(name, item.repetition) for name, item in found] == [
@@ -37,6 +37,6 @@ def test_a_routes_episodes_come_by_repetition(folder: RunFolder):
         ("0,1", None, "names 2 routes: one is wanted"),
     ],
 )
-def test_what_is_not_there_is_named(folder: RunFolder, route: str, repetition: int, words: str):
+def test_missing_route_is_named(folder: RunFolder, route: str, repetition: int, words: str):
     with pytest.raises(InputError, match=words.replace("?", r"\?")):
         episodes_of(folder, route, repetition)

@@ -47,7 +47,7 @@ def suite_file():
 
 @pytest.fixture
 def script(monkeypatch, tmp_path):
-    """Let workers find the scripted modules; the fixture is the file that lists what ran."""
+    """Let workers import the scripted modules; the fixture is the file that lists what ran."""
     monkeypatch.syspath_prepend(str(Path(__file__).parent))
     log = tmp_path / "script.log"
     log.touch()

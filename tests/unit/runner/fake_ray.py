@@ -1,4 +1,4 @@
-"""A cluster in this process: actors are ordinary objects, and their calls are made when asked for.
+"""A fake Ray cluster in this process: actors are ordinary objects, calls run on request.
 
 What is real: the actors' worker processes. What is not: Ray, its nodes, and their loss.
 """
@@ -12,7 +12,7 @@ from ray.exceptions import RayActorError
 
 @dataclass(eq=False)
 class Answer:
-    """The result of a call, had when it is asked for."""
+    """The result of a call, computed on request."""
 
     call: Callable[[], Any]
 

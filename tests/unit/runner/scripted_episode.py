@@ -1,4 +1,4 @@
-"""Episodes as the tests want them, told by the route's id; imported by the workers by this name."""
+"""Scripted episodes, selected by the route's id; workers import this module by name."""
 
 import os
 import time

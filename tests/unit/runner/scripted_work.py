@@ -1,4 +1,4 @@
-"""Work for worker processes, as the tests want it; imported by the workers by this name."""
+"""Scripted work for worker processes; workers import this module by name."""
 
 import os
 import signal
@@ -14,7 +14,7 @@ from plant_bench.runner.ray.payload import NodePaths, Requirements
 
 @dataclass(frozen=True)
 class Step:
-    """One task: what to do, and a file that tells whether it was tried before."""
+    """One task: its action, and a file that exists if it was tried before."""
 
     act: str
     value: int = 0

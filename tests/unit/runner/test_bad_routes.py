@@ -1,4 +1,4 @@
-"""Routes that cannot be driven are refused before anything runs."""
+"""Undrivable routes are refused before anything runs."""
 
 import json
 
@@ -38,7 +38,7 @@ def test_a_route_that_does_not_fit_its_town_is_refused(change, message, tmp_path
     assert not (tmp_path / "run").exists()
 
 
-def test_two_routes_of_one_name_are_refused(tmp_path):
+def test_two_routes_with_one_name_are_refused(tmp_path):
     route = load_suite("longest6")[0].to_payload()
     path = tmp_path / "routes.json"
     path.write_text(json.dumps({"format": 1, "routes": [route, route]}))

@@ -1,4 +1,4 @@
-"""Collecting until there is enough, with episodes that are only pretended."""
+"""Collection until the requested number of frames, with simulated episode results."""
 
 import json
 import random
@@ -77,13 +77,13 @@ def files(tmp_path, out="data"):
     return sorted(path.name for path in (tmp_path / out).glob("*/*.*"))
 
 
-def test_it_stops_when_there_are_enough_frames(tmp_path, pretend):
+def test_collection_stops_at_the_requested_frames(tmp_path, pretend):
     notes, _ = go(tmp_path, 300)
     frames = sum(note.frames for note in notes if not note.left_out)
     assert 300 <= frames <= 340
 
 
-def test_failed_episodes_are_no_data_and_are_counted(tmp_path, pretend):
+def test_failed_episodes_are_counted_but_not_kept_as_data(tmp_path, pretend):
     notes, _ = go(tmp_path, 100)
     left_out = [note for note in notes if note.left_out]
     assert left_out
@@ -92,7 +92,7 @@ def test_failed_episodes_are_no_data_and_are_counted(tmp_path, pretend):
     assert len(DataFolder(tmp_path / "data").notes()) == len(notes)
 
 
-def test_the_same_command_again_drives_nothing(tmp_path, pretend):
+def test_repeating_a_finished_command_drives_nothing(tmp_path, pretend):
     go(tmp_path, 200)
     before = files(tmp_path)
     pretend.clear()
@@ -102,7 +102,7 @@ def test_the_same_command_again_drives_nothing(tmp_path, pretend):
     assert files(tmp_path) == before
 
 
-def test_what_is_missing_is_driven_again_and_nothing_else(tmp_path, pretend):
+def test_only_missing_episodes_are_driven_again(tmp_path, pretend):
     go(tmp_path, 200)
     before = files(tmp_path)
     gone = min((tmp_path / "data" / "episodes").iterdir())
@@ -115,7 +115,7 @@ def test_what_is_missing_is_driven_again_and_nothing_else(tmp_path, pretend):
     assert files(tmp_path) == before
 
 
-def test_more_frames_add_to_what_is_there(tmp_path, pretend):
+def test_requesting_more_frames_extends_the_data(tmp_path, pretend):
     go(tmp_path, 100)
     first = set(pretend)
     pretend.clear()
@@ -124,26 +124,26 @@ def test_more_frames_add_to_what_is_there(tmp_path, pretend):
     assert first.isdisjoint(pretend)
 
 
-def test_the_data_does_not_depend_on_the_workers(tmp_path, pretend):
+def test_data_does_not_depend_on_the_number_of_workers(tmp_path, pretend):
     go(tmp_path, 300, out="one", workers=1)
     go(tmp_path, 300, out="three", workers=3)
     assert files(tmp_path, "one") == files(tmp_path, "three")
 
 
-def test_routes_are_driven_again_with_other_seeds(tmp_path, pretend):
+def test_repeated_routes_use_other_seeds(tmp_path, pretend):
     go(tmp_path, 600)  # 20 good routes of 20 frames
     again = [name for name in pretend if "_r1_" in name]
     assert again
     assert len(set(pretend)) == len(pretend)
 
 
-def test_a_folder_of_other_data_is_refused(tmp_path, pretend):
+def test_folder_with_other_data_is_refused(tmp_path, pretend):
     go(tmp_path, 40)
     with pytest.raises(InputError, match="holds data of another origin .seed 0, perturb 0.0."):
         go(tmp_path, 40, seed=1, perturb=0.5)
 
 
-def test_another_drivers_data_is_another_origin(tmp_path, pretend):
+def test_data_of_another_driver_has_another_origin(tmp_path, pretend):
     go(tmp_path, 40, driver="idm")
     kept = DataFolder(tmp_path / "data").origin()
     assert kept is not None
@@ -156,7 +156,7 @@ def test_another_drivers_data_is_another_origin(tmp_path, pretend):
 
 
 @pytest.mark.parametrize("known", ["0123456789abcdef0123", None])
-def test_data_of_changed_drives_is_read_but_not_added_to(tmp_path, pretend, known):
+def test_data_of_changed_code_is_readable_but_not_extended(tmp_path, pretend, known):
     go(tmp_path, 40)
     kept = tmp_path / "data" / "collect.json"
     facts = json.loads(kept.read_text())
@@ -181,7 +181,7 @@ def test_data_of_changed_drives_is_read_but_not_added_to(tmp_path, pretend, know
         "plant_bench.towns.training_routes",
     ],
 )
-def test_what_decides_the_drives_is_in_the_checksum(monkeypatch, module):
+def test_collection_checksum_covers_everything_that_affects_driving(monkeypatch, module):
     before = collecting_checksum()
     real, changed = source_code.source_of, module_file(module)
     other = source_code.source_in(changed.read_bytes() + b"ADDED = 1\n")
@@ -191,21 +191,21 @@ def test_what_decides_the_drives_is_in_the_checksum(monkeypatch, module):
     assert collecting_checksum.__wrapped__() != before
 
 
-def test_another_name_for_the_same_driver_is_no_other_origin(tmp_path, pretend):
+def test_another_name_for_the_same_driver_has_the_same_origin(tmp_path, pretend):
     go(tmp_path, 40, driver="idm")
     kept = DataFolder(tmp_path / "data").origin()
     assert kept is not None
     assert not kept.differences(kept.model_copy(update={"driver": "plant_bench.agents:Idm"}))
 
 
-def test_leftovers_are_cleared_away(tmp_path, pretend):
+def test_unfinished_files_are_removed(tmp_path, pretend):
     go(tmp_path, 40)
     (tmp_path / "data" / "unfinished" / "x.parquet").write_text("half")
     go(tmp_path, 40)
     assert not list((tmp_path / "data" / "unfinished").iterdir())
 
 
-def test_an_expert_that_never_arrives_ends_it(tmp_path, pretend, monkeypatch):
+def test_collection_ends_if_the_expert_finishes_no_episode(tmp_path, pretend, monkeypatch):
     monkeypatch.setattr(collecting, "training_towns", lambda: TOWNS[:1])
     monkeypatch.setattr(collecting._Collection, "_frames", lambda self: 0)
     with pytest.raises(SimulationError, match="finished none of"):
@@ -228,14 +228,14 @@ def test_impossible_requests_are_refused(request_, words, tmp_path):
     assert not (tmp_path / "data").exists()
 
 
-def test_seeds_are_never_the_benchmarks(monkeypatch):
+def test_collection_seeds_never_equal_benchmark_seeds(monkeypatch):
     first = training_seed(0, "town01-long-0", 0)
     assert first not in benchmark_seeds()
     monkeypatch.setattr(collecting_plan, "benchmark_seeds", lambda: {first})
     assert training_seed(0, "town01-long-0", 0) != first
 
 
-def test_the_share_of_disturbed_episodes_is_as_asked(route):
+def test_share_of_perturbed_episodes_is_as_requested(route):
     one = route("town01-long-0")
     visits = [[replace(one, id=f"town01-long-{v}-{i}") for i in range(80)] for v in range(5)]
     plan = planned_episodes(CollectRequest(1, perturb=0.25), TOWNS[:1], lambda _town: visits, "x")

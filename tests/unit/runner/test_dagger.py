@@ -1,4 +1,4 @@
-"""Who drives when another planner is at the wheel, with no simulator."""
+"""Driving by another planner and takeovers by the expert, without a simulator."""
 
 from typing import Any
 
@@ -53,7 +53,7 @@ def executed(wheel, answers, speed=0.0, first=0):
     return [wheel.executed(scene(tick, speed), 5.0, 0.0, answer) for tick, answer in told]
 
 
-def test_the_other_planner_drives(at_the_wheel):
+def test_driver_option_executes_the_other_planner(at_the_wheel):
     driver = Driver()
     wheel = at_the_wheel(driver)
     assert driver.resets == []  # a reset that fails is to end the episode, not the command
@@ -63,7 +63,7 @@ def test_the_other_planner_drives(at_the_wheel):
     assert driver.seen[0].route is None
 
 
-def test_it_decides_when_it_wants_to_and_its_plans_are_followed(at_the_wheel):
+def test_driver_decides_at_its_interval_and_its_plans_are_followed(at_the_wheel):
     plan = Plan(np.array([[2.0, 0.0], [4.0, 0.5], [6.0, 1.5], [8.0, 3.0]]))
     driver = Driver(plan)
     driver.interval, driver.inputs = 2, frozenset({Input.ROUTE})
@@ -74,7 +74,7 @@ def test_it_decides_when_it_wants_to_and_its_plans_are_followed(at_the_wheel):
     assert driver.seen[0].route.progress == 5.0
 
 
-def test_who_stands_against_the_experts_wish_is_relieved_for_a_while(at_the_wheel):
+def test_expert_takes_over_if_the_driver_stands_for_too_long(at_the_wheel):
     patience, relief = round(PATIENCE / TICK), round(RELIEF / TICK)
     wheel = at_the_wheel(Driver())
     done = executed(wheel, [GO] * (2 * (patience + relief)))
@@ -82,7 +82,7 @@ def test_who_stands_against_the_experts_wish_is_relieved_for_a_while(at_the_whee
     assert done == once + once
 
 
-def test_who_stands_as_the_expert_would_is_left_alone(at_the_wheel):
+def test_expert_does_not_take_over_if_it_would_stand_too(at_the_wheel):
     patience = round(PATIENCE / TICK)
     wheel = at_the_wheel(Driver())
     assert executed(wheel, [STAY] * 3 * patience) == [OWN] * 3 * patience
@@ -106,12 +106,12 @@ def raising(error):
         (Control(float("nan"), 0.0), "finite numbers are wanted"),
     ],
 )
-def test_a_driver_that_fails_is_an_agent_error(at_the_wheel, action, words):
+def test_failing_driver_raises_agent_error(at_the_wheel, action, words):
     with pytest.raises(AgentError, match=words):
         executed(at_the_wheel(Driver(action)), [GO])
 
 
-def test_a_driver_that_fails_to_reset_is_an_agent_error(at_the_wheel):
+def test_driver_failing_in_reset_raises_agent_error(at_the_wheel):
     with pytest.raises(AgentError, match="driver's reset raised KeyError"):
         executed(at_the_wheel(Driver(fails_to_reset=True)), [GO])
 
@@ -124,7 +124,7 @@ def test_a_driver_that_fails_to_reset_is_an_agent_error(at_the_wheel):
         ("plnt", "Did you mean 'plant'"),
     ],
 )
-def test_who_cannot_drive_is_refused(driver, words):
+def test_planner_that_cannot_drive_is_refused(driver, words):
     with pytest.raises(InputError, match=words):
         check_driver(driver)
     check_driver("idm")

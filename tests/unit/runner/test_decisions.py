@@ -1,4 +1,4 @@
-"""Asking a planner: when it decides, what it ranks, what it remembers, and what it raises."""
+"""Querying a planner: when it decides, its ranks, its memory and its errors."""
 
 from typing import Any
 
@@ -41,7 +41,7 @@ def ranking(session: PlannerSession) -> tuple[int, ...] | None:
 
 
 class Counts:
-    """Brakes the harder the more are in sight; remembers how often it was asked."""
+    """Brakes harder the more actors are in sight; counts its calls."""
 
     inputs = frozenset({Input.OBJECTS})
     interval = 4
@@ -62,7 +62,7 @@ class Counts:
 
 
 class Ranks(Counts):
-    """Ranks the farthest first, and forgets how often it was asked."""
+    """Ranks the farthest actor first, and changes its call counter."""
 
     def rank(self, observation: Any) -> np.ndarray:
         self.asked = -100
@@ -81,7 +81,7 @@ def test_a_planner_decides_at_its_own_interval(route):
     assert told[0].ranking is None
 
 
-def test_a_planners_own_ranking_is_asked_of_a_copy(route):
+def test_ranking_is_computed_by_a_copy_of_the_planner(route):
     session = started(agent := Ranks(), route("a"))
 
     ranks = ranking(session)
@@ -91,7 +91,7 @@ def test_a_planners_own_ranking_is_asked_of_a_copy(route):
     assert agent.asked == 1
 
 
-def test_who_cannot_rank_is_asked_by_masking_and_those_without_effect_are_left_out(route):
+def test_planner_without_ranks_is_ranked_by_masking(route):
     session = started(agent := Counts(), route("a"))
 
     ranks = ranking(session)
@@ -101,7 +101,7 @@ def test_who_cannot_rank_is_asked_by_masking_and_those_without_effect_are_left_o
     assert agent.asked == 1
 
 
-def test_who_cannot_be_copied_has_no_ranking_but_answers(route):
+def test_planner_that_cannot_be_copied_responds_without_ranking(route):
     agent = Counts()
     agent.held = (item for item in ())  # pyright: ignore[reportAttributeAccessIssue]
     session = started(agent, route("a"))
@@ -114,7 +114,7 @@ def test_who_cannot_be_copied_has_no_ranking_but_answers(route):
     ("method", "words"),
     [("act", "act raised ZeroDivisionError"), ("explain", "explain raised ZeroDivisionError")],
 )
-def test_a_planner_that_fails_is_an_agent_error(route, method, words):
+def test_failing_planner_raises_agent_error(route, method, words):
     agent = Counts()
     setattr(agent, method, lambda *_: 1 / 0)
 
@@ -142,7 +142,7 @@ def test_a_planner_with_an_unknown_input_is_refused(route):
         (None, False),
     ],
 )
-def test_a_decision_is_the_recorded_one_but_for_rounding(recorded: Any, same: bool):
+def test_decision_equals_the_recorded_one_up_to_rounding(recorded: Any, same: bool):
     decision = Decision(0, Control(1.0, 0.5), Control(1.0, 0.5), None)
 
     assert same_action(decision, recorded) is same

@@ -30,7 +30,7 @@ def contents(run):
     return {path.name: path.read_bytes() for path in run.folder.record_files()}
 
 
-def test_each_episode_has_a_record_a_timing_and_a_recording(go, route):
+def test_each_episode_has_record_timing_and_recording(go, route):
     run = go(route("a"), route("b"), repetitions=2)
 
     names = [path.stem for path in run.folder.record_files()]
@@ -49,13 +49,13 @@ def test_records_do_not_depend_on_workers_or_order(go, route):
     assert contents(one) == contents(many)
 
 
-def test_the_longest_routes_are_begun_first(go, route, script):
+def test_longest_routes_start_first(go, route, script):
     go(route("short", 20), route("long", 80), route("middle", 50), workers=1)
 
     assert script.read_text().split("\n")[:3] == ["long r0", "middle r0", "short r0"]
 
 
-def test_the_same_command_again_runs_only_what_is_missing(go, route, script):
+def test_repeated_command_runs_only_missing_episodes(go, route, script):
     first = go(route("a"), route("b"))
     before = contents(first)
     first.folder.record_files()[0].unlink()
@@ -68,20 +68,20 @@ def test_the_same_command_again_runs_only_what_is_missing(go, route, script):
     assert contents(again) == before
 
 
-def test_more_repetitions_keep_the_first_ones(go, route):
+def test_additional_repetitions_keep_the_existing_ones(go, route):
     go(route("a"))
 
     assert [job.repetition for job in go(route("a"), repetitions=3).missing] == [1, 2]
     assert go(route("a")).missing == []
 
 
-def test_overwrite_runs_everything_again(go, route):
+def test_overwrite_drives_everything_again(go, route):
     go(route("a"))
 
     assert len(go(route("a"), overwrite=True).missing) == 1
 
 
-def test_a_half_written_record_is_made_again(go, route):
+def test_half_written_record_is_driven_again(go, route):
     run = go(route("a"))
     before = contents(run)
     path = run.folder.record_files()[0]
@@ -94,7 +94,7 @@ def test_a_half_written_record_is_made_again(go, route):
     assert not list(path.parent.glob("*.part"))
 
 
-def test_a_worker_that_dies_is_recorded_and_the_others_go_on(go, route, script):
+def test_dead_worker_is_recorded_and_the_others_continue(go, route, script):
     events = []
 
     run = go(route("dies"), route("fails"), route("fine"), on_event=events.append)
@@ -114,7 +114,7 @@ def test_a_worker_that_dies_is_recorded_and_the_others_go_on(go, route, script):
     assert go(route("dies"), route("fails"), route("fine")).missing == []
 
 
-def test_ctrl_c_keeps_what_is_finished(go, route, tmp_path):
+def test_ctrl_c_keeps_finished_episodes(go, route, tmp_path):
     def stop_soon(event):
         if isinstance(event, EpisodeEnded):
             threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT)).start()
@@ -128,7 +128,7 @@ def test_ctrl_c_keeps_what_is_finished(go, route, tmp_path):
     assert [job.route.id for job in run.missing] == ["slow"]
 
 
-def test_a_changed_route_moves_its_record_aside(go, route):
+def test_changed_route_supersedes_its_record(go, route):
     go(route("a"), route("b"))
 
     run = go(route("a", 50), route("b"))
@@ -148,14 +148,14 @@ def test_a_folder_of_another_run_is_refused(go, route):
     assert len(go(route("a"), seed=1, overwrite=True).folder.results()) == 1
 
 
-def test_a_folder_that_cannot_be_written_is_refused(go, route, tmp_path):
+def test_unwritable_folder_is_refused(go, route, tmp_path):
     (tmp_path / "file").touch()
 
     with pytest.raises(InputError, match="Cannot write to"):
         go(route("a"), out="file/run")
 
 
-def test_an_unknown_density_is_refused_before_anything_runs(go, route, tmp_path):
+def test_unknown_density_is_refused_before_driving(go, route, tmp_path):
     with pytest.raises(InputError, match="density"):
         go(route("a"), density="packed")
     assert not (tmp_path / "run").exists()

@@ -41,25 +41,25 @@ def values(events: list[Event]) -> dict[int, int]:
     return {event.task: event.value for event in events if isinstance(event, Finished)}
 
 
-def test_all_tasks_give_their_values_in_warm_workers(scripted):
+def test_all_tasks_return_values_from_reused_workers(scripted):
     events = run(scripted, [scripted.Step("give", value) for value in range(5)])
 
     assert values(events) == {task: task for task in range(5)}
     assert {event.worker for event in events if isinstance(event, Started)} <= {0, 1}
 
 
-def test_tasks_are_begun_in_the_given_order(scripted):
+def test_tasks_start_in_the_given_order(scripted):
     events = run(scripted, [scripted.Step("give")] * 4, workers=1)
 
     assert [event.task for event in events if isinstance(event, Started)] == [0, 1, 2, 3]
 
 
-def test_no_tasks_start_no_workers(scripted):
+def test_no_worker_is_started_without_tasks(scripted):
     assert run(scripted, []) == []
 
 
 @pytest.mark.parametrize("act", ["exit once", "kill once", "simulation-error once", "bug once"])
-def test_what_fails_once_is_tried_again(scripted, tmp_path, act):
+def test_task_that_fails_once_is_retried(scripted, tmp_path, act):
     steps = [scripted.Step(act, 5, tmp_path / "tried"), scripted.Step("give", 6)]
 
     events = run(scripted, steps)
@@ -77,7 +77,7 @@ def test_what_fails_once_is_tried_again(scripted, tmp_path, act):
         ("bug", "ZeroDivisionError: of a bug (scripted_work.py:"),
     ],
 )
-def test_what_fails_twice_is_lost_and_the_others_go_on(scripted, tmp_path, act, reason):
+def test_task_that_fails_twice_is_lost_and_the_others_continue(scripted, tmp_path, act, reason):
     steps = [scripted.Step(act)] + [scripted.Step("give", 1)] * 3
 
     events = run(scripted, steps, logs=tmp_path)
@@ -91,7 +91,7 @@ def test_what_fails_twice_is_lost_and_the_others_go_on(scripted, tmp_path, act, 
 @pytest.mark.parametrize(
     ("act", "words"), [("input-error", "no such town"), ("disk", "No space left on device")]
 )
-def test_what_would_fail_for_every_task_ends_the_run(scripted, tmp_path, act, words):
+def test_error_common_to_all_tasks_ends_the_run(scripted, tmp_path, act, words):
     with pytest.raises(InputError, match=words):
         run(scripted, [scripted.Step(act), scripted.Step("sleep")], logs=tmp_path)
 
@@ -110,14 +110,14 @@ def test_ctrl_c_ends_all_workers_at_once(scripted):
     assert not multiprocessing.active_children()
 
 
-def test_workers_have_one_thread_and_the_parent_keeps_its_own_setting(scripted, monkeypatch):
+def test_workers_use_one_thread_and_the_parent_is_unchanged(scripted, monkeypatch):
     monkeypatch.setenv("OMP_NUM_THREADS", "3")
 
     assert values(run(scripted, [scripted.Step("threads")])) == {0: 1}
     assert os.environ["OMP_NUM_THREADS"] == "3"
 
 
-def test_what_workers_print_is_in_the_log(scripted, tmp_path):
+def test_output_of_workers_is_in_the_log(scripted, tmp_path):
     run(scripted, [scripted.Step("print")], logs=tmp_path)
 
     assert (tmp_path / "worker0.log").read_text() == "seen in the log\n"
@@ -135,7 +135,7 @@ def test_workers_that_cannot_start_end_the_run(tmp_path, monkeypatch):
     assert not multiprocessing.active_children()
 
 
-def test_processes_that_stand_by_do_the_work_and_are_gone_afterwards(scripted, tmp_path):
+def test_standby_processes_run_the_tasks_and_end_afterwards(scripted, tmp_path):
     executor = LocalExecutor(2, partial(importlib.import_module, "no_such_module"))
     events: list[Event] = []
     with executor.connected():
@@ -149,7 +149,7 @@ def test_processes_that_stand_by_do_the_work_and_are_gone_afterwards(scripted, t
     assert not waiting & {child.pid for child in multiprocessing.active_children()}
 
 
-def test_who_stands_by_has_loaded_what_it_was_to_load(scripted, tmp_path):
+def test_standby_process_has_loaded_its_modules(scripted, tmp_path):
     executor = LocalExecutor(1, partial(importlib.import_module, "http.cookies"))
     events: list[Event] = []
     with executor.connected():
@@ -160,7 +160,7 @@ def test_who_stands_by_has_loaded_what_it_was_to_load(scripted, tmp_path):
     assert (tmp_path / "told").read_text() == "True"
 
 
-def test_only_who_has_something_to_do_goes_on_standing_by(scripted, tmp_path):
+def test_standby_processes_without_a_task_are_ended(scripted, tmp_path):
     executor = LocalExecutor(8)
     begun: list[int] = []
     with executor.connected():
@@ -172,7 +172,7 @@ def test_only_who_has_something_to_do_goes_on_standing_by(scripted, tmp_path):
     assert (before, begun[0]) == (2, 1)
 
 
-def test_who_dies_while_it_stands_by_costs_nothing(scripted, tmp_path, monkeypatch):
+def test_death_of_a_standby_process_does_not_count_as_a_failure(scripted, tmp_path, monkeypatch):
     monkeypatch.setattr(executors, "STANDING_BY", executors.STARTS + 1)
     executor = LocalExecutor(executors.STARTS + 1)
     events: list[Event] = []
@@ -188,7 +188,7 @@ def test_who_dies_while_it_stands_by_costs_nothing(scripted, tmp_path, monkeypat
     assert not [event for event in events if isinstance(event, Retried)]
 
 
-def test_processes_that_stood_by_for_nothing_are_gone():
+def test_unused_standby_processes_are_ended():
     before = set(multiprocessing.active_children())
     executor = LocalExecutor(2)
     with executor.connected():

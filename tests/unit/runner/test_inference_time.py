@@ -1,4 +1,4 @@
-"""IT: what a planner tells of its forward passes reaches the timings, and no record."""
+"""IT: reported forward passes are in the timings, and in no record."""
 
 import json
 import time
@@ -20,7 +20,7 @@ def drive(*tokens: int) -> Stopwatch:
     return watch
 
 
-def test_an_episode_keeps_the_medians_of_its_own_passes() -> None:
+def test_episode_keeps_the_medians_of_its_forward_passes() -> None:
     earlier = drive(1, 1, 1)
     timing = drive(10, 12, 30).timing(1.0, 20)
     assert timing.inference_tokens == 12.0
@@ -30,14 +30,14 @@ def test_an_episode_keeps_the_medians_of_its_own_passes() -> None:
     assert len(earlier.passes) == 3
 
 
-def test_a_pass_that_fails_is_none() -> None:
+def test_failed_forward_pass_is_not_recorded() -> None:
     passes = listen_to_passes()
     with pytest.raises(ValueError, match="broken"), forward_pass(tokens=3):
         raise ValueError("broken")
     assert passes == []
 
 
-def test_a_run_tells_the_median_over_its_episodes(tmp_path, capsys) -> None:
+def test_run_reports_the_median_over_its_episodes(tmp_path, capsys) -> None:
     folder = RunFolder(tmp_path)
     folder.create()
     for name, milliseconds in (("a", 1.0), ("b", 4.0), ("c", 2.0)):
@@ -52,5 +52,5 @@ def test_a_run_tells_the_median_over_its_episodes(tmp_path, capsys) -> None:
     assert speed.processors[0][:20] in said
 
 
-def test_without_a_network_there_is_none() -> None:
+def test_planner_without_a_network_has_no_inference_time() -> None:
     assert inference_time(speed_of([drive().timing(1.0, 20)])) == "-"

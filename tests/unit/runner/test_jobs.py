@@ -23,12 +23,12 @@ def test_a_selection_names_routes_by_number_range_and_id(routes, selection, ids)
 
 
 @pytest.mark.parametrize("selection", ["6", "2-6", "3-1", "", "0,", "-1", "1-", "nine"])
-def test_a_selection_that_names_no_route_is_refused(routes, selection):
+def test_selection_of_no_route_is_refused(routes, selection):
     with pytest.raises(InputError, match="numbers 0 to 5"):
         select_routes(routes, selection)
 
 
-def test_a_mistyped_route_is_guessed(routes):
+def test_misspelt_route_gives_a_suggestion(routes):
     with pytest.raises(InputError, match="Did you mean town02-1"):
         select_routes(routes, "twon02-1")
 
@@ -43,11 +43,11 @@ def test_seeds_do_not_depend_on_the_agent_or_on_the_other_routes(routes):
     assert len(set(seeds.values())) == len(seeds)
 
 
-def test_seeds_fit_what_sumo_takes():
+def test_seeds_are_in_the_range_of_sumo():
     assert all(0 <= repetition_seed(0, f"r{n}", 0) < 2**31 for n in range(200))
 
 
-def test_a_key_depends_on_all_that_makes_a_result(routes):
+def test_key_depends_on_everything_that_affects_the_result(routes):
     def key(**changes):
         given = {"repetitions": 1, "seed": 0, "density": "dense"} | changes
         agent = given.pop("agent", "a")

@@ -1,4 +1,4 @@
-"""An episode's key covers what can change the episode, and nothing else."""
+"""An episode's key covers everything that can change the episode, and nothing else."""
 
 import json
 import subprocess
@@ -19,7 +19,7 @@ ADDED = b"\n_ADDED = 1\n"
 
 @pytest.fixture
 def edited(monkeypatch):
-    """Return a function that lets one module's file read as if it had been edited."""
+    """Return a function that makes one module's file appear edited."""
 
     def edit(module, change):
         real, path = source_code.source_of, module_file(module)
@@ -36,7 +36,7 @@ def rules():
 
 
 @pytest.mark.parametrize("module", sorted(keys.rules_modules()))
-def test_a_new_constant_in_any_module_of_the_rules_changes_them(module, edited):
+def test_change_in_any_rules_module_changes_the_rules_key(module, edited):
     before = rules()
 
     edited(module, lambda content: content + ADDED)
@@ -56,7 +56,7 @@ def test_a_new_constant_in_any_module_of_the_rules_changes_them(module, edited):
         "plant_bench.training.trainer",
     ],
 )
-def test_statistics_reports_and_planners_are_no_part_of_the_rules(module, edited):
+def test_rules_key_excludes_statistics_reports_and_planners(module, edited):
     before = rules()
 
     edited(module, lambda content: content + ADDED)
@@ -64,7 +64,7 @@ def test_statistics_reports_and_planners_are_no_part_of_the_rules(module, edited
     assert rules() == before
 
 
-def test_comments_docstrings_and_line_breaks_do_not_change_a_hash():
+def test_hash_ignores_comments_docstrings_and_line_breaks():
     plain = b"def half(x):\n    return x / 2\n"
     wordy = (
         b'"""Words."""\n\n\ndef half(x):  # halves\n    """Return half."""\n'
@@ -78,7 +78,7 @@ def test_comments_docstrings_and_line_breaks_do_not_change_a_hash():
 
 
 @pytest.mark.parametrize("package", ["libsumo", "numpy", "shapely"])
-def test_another_version_of_a_library_that_computes_changes_the_rules(package, monkeypatch):
+def test_rules_key_depends_on_versions_of_numeric_libraries(package, monkeypatch):
     before = rules()
     real = source_code.version
 
@@ -90,7 +90,7 @@ def test_another_version_of_a_library_that_computes_changes_the_rules(package, m
 
 
 @pytest.mark.parametrize("name", ["cruise", "plant", "expert-filtered@distance"])
-def test_a_further_planner_in_the_table_changes_no_planner(name, edited):
+def test_adding_a_planner_changes_no_planner_checksum(name, edited):
     before = agent_checksum(name)
 
     edited("plant_bench.agents.loading.planner_spec", lambda content: content + ADDED)
@@ -114,7 +114,7 @@ def test_a_further_planner_in_the_table_changes_no_planner(name, edited):
         ("expert-filtered@distance", "plant_bench.agents.plant.agent", False),
     ],
 )
-def test_a_planner_depends_on_what_it_imports_alone(name, module, changes, edited):
+def test_planner_checksum_covers_only_its_imports(name, module, changes, edited):
     before = agent_checksum(name)
 
     edited(module, lambda content: content + ADDED)
@@ -122,7 +122,7 @@ def test_a_planner_depends_on_what_it_imports_alone(name, module, changes, edite
     assert (agent_checksum(name) != before) is changes
 
 
-def test_a_planner_on_a_graph_depends_on_its_runtime_and_not_on_torch(monkeypatch):
+def test_onnx_planner_checksum_depends_on_onnxruntime_not_torch(monkeypatch):
     before = agent_checksum("plant")
     real = source_code.version
 
@@ -135,7 +135,7 @@ def test_a_planner_on_a_graph_depends_on_its_runtime_and_not_on_torch(monkeypatc
     assert agent_checksum("plant") != before
 
 
-def test_a_planner_of_a_file_depends_on_the_code_of_ours_that_it_imports(tmp_path, edited):
+def test_planner_file_checksum_covers_imported_plant_bench_modules(tmp_path, edited):
     (tmp_path / "mine.py").write_text(
         "from plant_bench.agents.cruise import Cruise\nclass Mine(Cruise):\n    pass\n"
     )
@@ -148,14 +148,14 @@ def test_a_planner_of_a_file_depends_on_the_code_of_ours_that_it_imports(tmp_pat
 
 
 @pytest.mark.parametrize("table", [keys.HARMLESS, checksum.HARMLESS])
-def test_every_exception_is_a_module_and_has_a_reason(table):
+def test_every_unkeyed_module_exists_and_has_a_reason(table):
     for module, reason in table.items():
         assert module_file(module).is_file()
         assert len(reason.split()) >= 3
 
 
 @pytest.mark.sumo
-def test_whatever_an_episode_loads_is_in_a_key_or_has_a_reason_not_to_be(tmp_path):
+def test_every_module_an_episode_loads_is_keyed_or_listed(tmp_path):
     code = (
         "import json, sys\n"
         "from plant_bench.runner.episode.loop import run_episode\n"
@@ -180,13 +180,13 @@ def test_whatever_an_episode_loads_is_in_a_key_or_has_a_reason_not_to_be(tmp_pat
     ] == []
 
 
-def test_all_built_in_planners_have_their_own_module_among_their_files():
+def test_files_of_built_in_planners_include_their_module():
     for name, target in AGENTS.items():
         if name != "expert-filtered":
             assert module_file(target.partition(":")[0]) in agent_files(name)
 
 
-def test_what_was_found_out_of_a_file_is_not_used_for_another_content(tmp_path):
+def test_cached_file_hash_is_not_used_after_a_change(tmp_path):
     path = tmp_path / "mine.py"
     path.write_text("x = 1\n")
     first = source_code.file_hash(path)

@@ -1,4 +1,4 @@
-"""What an agent is given, and that it cannot give anything back by stealth."""
+"""The observations of an agent, and that it cannot modify the simulation through them."""
 
 from dataclasses import replace
 
@@ -26,7 +26,7 @@ def observe(scene: Scene, progress: float, inputs: frozenset[str]) -> Observatio
     return Sensors(ROUTE, 0, inputs).observe(scene, progress, 0.0)
 
 
-def test_what_is_not_declared_is_not_given() -> None:
+def test_undeclared_inputs_are_not_given() -> None:
     observation = observe(scene_at(10.0), 10.0, frozenset())
     assert observation.actors is None
     assert observation.route is None
@@ -34,7 +34,7 @@ def test_what_is_not_declared_is_not_given() -> None:
     assert observation.privileged is None
 
 
-def test_the_route_ahead_begins_at_the_last_point_passed() -> None:
+def test_route_ahead_starts_at_the_last_point_passed() -> None:
     for progress in (0.0, 10.4, 500.9, ROUTE.length - 3.0):
         ahead = observe(scene_at(progress), progress, frozenset({Input.ROUTE})).route
         assert ahead is not None
@@ -43,7 +43,7 @@ def test_the_route_ahead_begins_at_the_last_point_passed() -> None:
         assert ahead.points[0] == pytest.approx(begin, abs=1e-6)
 
 
-def test_the_light_is_given_near_its_line_only() -> None:
+def test_light_is_given_only_near_its_stop_line() -> None:
     inputs = frozenset({Input.LIGHT})
     entry = ROUTE.signal_entries[0]
     near = observe(scene_at(0.0, Light.RED), entry - 20.0, inputs).light
@@ -55,7 +55,7 @@ def test_the_light_is_given_near_its_line_only() -> None:
     assert on_the_line.distance < 0.0
 
 
-def test_the_plan_tells_no_hazards_and_cannot_be_written() -> None:
+def test_route_plan_hides_hazards_and_is_read_only() -> None:
     hazard = Hazard(HazardKind.CROSSING, 100.0, 40.0, 1)
     route = replace(ROUTE, hazards=(hazard,))
     assert route.plan.hazards == ()
@@ -64,7 +64,7 @@ def test_the_plan_tells_no_hazards_and_cannot_be_written() -> None:
 
 
 @pytest.mark.parametrize("given", [[1.0, 2.0], None, np.array(["text"])])
-def test_a_function_that_gives_no_array_of_numbers_is_named(monkeypatch, given) -> None:
+def test_input_function_without_a_numeric_array_is_named(monkeypatch, given) -> None:
     row = InputRow("shade", Track.SENSORS, "an image", lambda moment: given)
     monkeypatch.setitem(vars(observing), "INPUTS", {"shade": row})
     monkeypatch.setitem(vars(observing), "check_inputs", lambda inputs, who: None)

@@ -38,7 +38,7 @@ class Mine:
 
 @pytest.fixture
 def mine(tmp_path, monkeypatch):
-    """A planner in two modules and a file of weights, in a folder of its own."""
+    """A planner of two modules and a weights file in its own folder."""
     folder = tmp_path / "mine"
     folder.mkdir()
     (folder / "mine.py").write_text(AGENT)
@@ -64,7 +64,7 @@ def place(tmp_path):
     return NodePaths(tmp_path / "node" / "files", tmp_path / "node" / "output")
 
 
-def test_code_and_weights_arrive_as_they_were(mine, task, place):
+def test_code_and_weights_are_unpacked_unchanged(mine, task, place):
     sent = pack([task(mine)])
     unpack(sent, place)
 
@@ -74,7 +74,7 @@ def test_code_and_weights_arrive_as_they_were(mine, task, place):
     assert sent.towns.keys() == {"town01"}
 
 
-def test_a_program_can_be_started_where_it_has_arrived(tmp_path, task, place, monkeypatch):
+def test_unpacked_program_is_executable(tmp_path, task, place, monkeypatch):
     program = Path(shutil.copy(shutil.which("true") or "", tmp_path / "planner"))
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(
@@ -86,11 +86,11 @@ def test_a_program_can_be_started_where_it_has_arrived(tmp_path, task, place, mo
     assert subprocess.run([place.found(str(program))], check=False).returncode == 0
 
 
-def test_what_plant_bench_itself_holds_does_not_travel(task):
+def test_files_of_plant_bench_are_not_packed(task):
     assert not pack([task("cruise")]).files
 
 
-def test_paths_in_a_planner_s_name_lead_to_what_has_arrived(mine, task, place):
+def test_paths_in_a_planner_name_point_to_unpacked_files(mine, task, place):
     unpack(pack([task(mine)]), place)
 
     moved = place.planner(f"expert-filtered@masking:{mine}")
@@ -101,7 +101,7 @@ def test_paths_in_a_planner_s_name_lead_to_what_has_arrived(mine, task, place):
     assert place.planner("mine.py:Mine@weights.txt") == "mine.py:Mine@weights.txt"
 
 
-def test_a_record_names_the_planner_as_it_was_asked_for(mine, task, place):
+def test_record_names_the_planner_as_requested(mine, task, place):
     one = task(mine)
     unpack(pack([one]), place)
 
@@ -113,7 +113,7 @@ def test_a_record_names_the_planner_as_it_was_asked_for(mine, task, place):
     assert task("cruise").at(place).job.planner == ""
 
 
-def test_what_changes_on_the_way_is_refused(mine, task, place):
+def test_file_changed_in_transit_is_refused(mine, task, place):
     sent = pack([task(mine)])
     path = next(path for path in sent.files if path.endswith("near.py"))
     broken = payload.replace(sent, files={**sent.files, path: b"STEERING = 1.0\n"})
@@ -122,7 +122,7 @@ def test_what_changes_on_the_way_is_refused(mine, task, place):
         unpack(broken, place)
 
 
-def test_another_planner_or_town_of_the_same_name_is_refused(mine, task, place):
+def test_different_planner_or_town_with_the_same_name_is_refused(mine, task, place):
     sent = pack([task(mine)])
     unpack(sent, place)
     payload.check_arrived(sent, place)
@@ -134,7 +134,7 @@ def test_another_planner_or_town_of_the_same_name_is_refused(mine, task, place):
         payload.check_arrived(payload.replace(sent, towns={"town01": "0"}), place)
 
 
-def test_a_town_from_elsewhere_travels(tmp_path):
+def test_town_outside_the_package_is_packed(tmp_path):
     town = tmp_path / "towns" / "mytown"
     town.mkdir(parents=True)
     for name in ("town.json", "town.net.xml"):
@@ -152,7 +152,7 @@ def test_a_town_from_elsewhere_travels(tmp_path):
     assert sent.towns_in == (str(town.parent),)
 
 
-def test_an_isolated_planner_drives_where_it_has_arrived(mine, task, place, route):
+def test_isolated_planner_drives_from_the_unpacked_files(mine, task, place, route):
     here = Profile(frozenset(), 1, ranks=False, files=(Path("mine.py"),))
     asked = LaunchCommand(mine, ("/python/of/another/machine",), agent=mine)
     unpack(pack([task(mine)]), place)
@@ -166,13 +166,13 @@ def test_an_isolated_planner_drives_where_it_has_arrived(mine, task, place, rout
         end_processes()
 
 
-def test_files_too_large_to_travel_are_refused(mine, task, monkeypatch):
+def test_files_too_large_to_pack_are_refused(mine, task, monkeypatch):
     monkeypatch.setattr(payload, "LARGEST", 10)
 
     with pytest.raises(InputError, match="travel to other machines"):
         pack([task(mine)])
 
 
-def test_equal_installations_have_no_differences():
+def test_equal_installations_do_not_differ():
     assert differences(payload.facts(), payload.facts()) == ""
     assert "unknown there" in differences({"numpy": "2"}, {})

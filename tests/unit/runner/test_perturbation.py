@@ -12,7 +12,7 @@ LIGHTS = np.zeros(0, np.uint8)
 
 
 def drive(seed, *, speed=10.0, seconds=60.0):
-    """Drive along the x axis; return states, answers and what was executed."""
+    """Drive along the x axis; return states, responses and executed controls."""
     perturbation = Perturbation(seed)
     ego, states, answers, executed = EgoState(0.0, 0.0, 0.0, speed), [], [], []
     for tick in range(int(seconds / TICK)):
@@ -31,12 +31,12 @@ def disturbed_ticks(answers, executed):
 
 
 @pytest.mark.parametrize("speed", [4.0, 8.0, 14.0, 25.0])
-def test_the_ego_is_pushed_aside_and_stays_within_a_metre(speed):
+def test_perturbation_displaces_the_ego_by_less_than_1_m(speed):
     offsets = [abs(state.y) for seed in range(4) for state in drive(seed, speed=speed)[0]]
     assert 0.1 < max(offsets) < 1.0
 
 
-def test_a_disturbance_lasts_half_a_second_to_a_second():
+def test_perturbation_lasts_0_5_to_1_s():
     _, answers, executed = drive(0, seconds=200.0)
     ticks = disturbed_ticks(answers, executed)
     runs = np.split(np.array(ticks), np.flatnonzero(np.diff(ticks) > 1) + 1)
@@ -45,7 +45,7 @@ def test_a_disturbance_lasts_half_a_second_to_a_second():
     assert 0.02 < len(ticks) / len(answers) < 0.15
 
 
-def test_speed_is_disturbed_too():
+def test_perturbation_changes_the_speed():
     _, answers, executed = drive(0, seconds=200.0)
     changed = {
         executed[i].steering != answers[i].steering for i in disturbed_ticks(answers, executed)
@@ -53,11 +53,11 @@ def test_speed_is_disturbed_too():
     assert changed == {True, False}
 
 
-def test_who_stands_is_left_alone():
+def test_stationary_ego_is_not_perturbed():
     _, answers, executed = drive(0, speed=1.0)
     assert answers == executed
 
 
-def test_equal_seeds_disturb_equally():
+def test_equal_seeds_give_equal_perturbations():
     assert drive(3)[2] == drive(3)[2]
     assert drive(3)[2] != drive(4)[2]

@@ -19,7 +19,7 @@ assert load("plant", "onnxruntime", "torch") == [True, False]
 """
 
 
-def test_only_own_planners_of_the_workers_are_loaded_beforehand():
+def test_workers_preload_only_built_in_planners():
     done = subprocess.run(
         [sys.executable, "-c", LOADED], capture_output=True, text=True, check=False
     )

@@ -1,4 +1,4 @@
-"""What becomes of tasks and nodes, on a cluster that is none; a real one: tests/end_to_end."""
+"""Tasks and nodes on a fake Ray cluster; a real one is in tests/end_to_end."""
 
 import shutil
 import socket
@@ -46,7 +46,7 @@ def cluster(scripted, monkeypatch):
 
 
 class Told:
-    """What a run has told and written."""
+    """The events and results of a run."""
 
     def __init__(self):
         self.events, self.said, self.kept = [], [], {}
@@ -70,7 +70,7 @@ def run(scripted, steps, tmp_path, told=None, **settings) -> Told:
     return told
 
 
-def test_values_and_files_come_back(cluster, scripted, tmp_path):
+def test_values_and_files_are_returned(cluster, scripted, tmp_path):
     told = run(scripted, [scripted.Step("write", number) for number in range(3)], tmp_path)
 
     assert told.values() == {0: 0, 1: 1, 2: 2}
@@ -79,7 +79,7 @@ def test_values_and_files_come_back(cluster, scripted, tmp_path):
     assert not any(actor.made._folder.exists() for actor in cluster.actors)
 
 
-def test_no_more_work_at_a_time_than_asked_for(cluster, scripted, tmp_path):
+def test_concurrency_does_not_exceed_the_request(cluster, scripted, tmp_path):
     run(scripted, [scripted.Step("give")] * 3, tmp_path, workers=1)
 
     assert len(cluster.actors) == 1
@@ -92,9 +92,7 @@ def test_no_more_work_at_a_time_than_asked_for(cluster, scripted, tmp_path):
         ("simulation-error", "the ego was lost"),
     ],
 )
-def test_what_fails_is_tried_and_lost_in_the_words_of_a_local_run(
-    cluster, scripted, tmp_path, act, reason
-):
+def test_failures_are_reported_as_in_a_local_run(cluster, scripted, tmp_path, act, reason):
     told = run(scripted, [scripted.Step(act), scripted.Step("give", 1)], tmp_path, workers=1)
 
     assert [event.reason for event in told.of(Retried)] == [reason]
@@ -103,13 +101,13 @@ def test_what_fails_is_tried_and_lost_in_the_words_of_a_local_run(
     assert not told.said
 
 
-def test_what_workers_print_is_in_the_log_here(cluster, scripted, tmp_path):
+def test_output_of_remote_workers_is_in_the_local_log(cluster, scripted, tmp_path):
     run(scripted, [scripted.Step("print")], tmp_path)
 
     assert (tmp_path / "worker0.log").read_text() == "seen in the log\n"
 
 
-def test_a_lost_node_is_no_failure_of_its_task(cluster, scripted, tmp_path):
+def test_lost_node_does_not_count_as_a_task_failure(cluster, scripted, tmp_path):
     def lose(actor, method, given):
         if actor.node == A and method == "step":
             cluster.gone.add(actor.node)
@@ -125,7 +123,7 @@ def test_a_lost_node_is_no_failure_of_its_task(cluster, scripted, tmp_path):
     assert told.said == ["A worker on node host-a (aaaaaaaa) is lost; its episode runs elsewhere."]
 
 
-def test_a_task_that_always_loses_its_worker_is_left_and_not_recorded(
+def test_task_that_always_loses_its_worker_is_dropped_unrecorded(
     cluster, scripted, tmp_path, monkeypatch
 ):
     def lose(actor, method, given):
@@ -144,9 +142,7 @@ def test_a_task_that_always_loses_its_worker_is_left_and_not_recorded(
     assert not told.of(Lost)
 
 
-def test_a_node_with_other_versions_is_refused_by_name_and_the_others_work(
-    cluster, scripted, tmp_path
-):
+def test_node_with_other_versions_is_refused_and_the_others_work(cluster, scripted, tmp_path):
     cluster.facts[A] = {**ray_node.facts(), "libsumo": "1.27.0"}
 
     told = run(scripted, [scripted.Step("give", 1)] * 2, tmp_path)
@@ -155,7 +151,7 @@ def test_a_node_with_other_versions_is_refused_by_name_and_the_others_work(
     assert told.said == ["Node host-a (aaaaaaaa) takes no part: libsumo 1.27.0 there, 1.28.0 here"]
 
 
-def test_no_node_that_gives_equal_results_ends_the_run(cluster, scripted, tmp_path):
+def test_run_ends_if_all_nodes_have_other_versions(cluster, scripted, tmp_path):
     cluster.facts |= {name: {"plant-bench": "0.0.1"} for name in cluster.cpus}
 
     with pytest.raises(InputError, match="No node of the Ray cluster can take part: host-a"):
@@ -170,17 +166,17 @@ def test_a_cluster_without_cpus_ends_the_run(cluster, scripted, tmp_path, monkey
         run(scripted, [scripted.Step("give")], tmp_path)
 
 
-def test_what_would_fail_for_every_task_ends_the_run(cluster, scripted, tmp_path):
+def test_error_common_to_all_tasks_ends_the_run(cluster, scripted, tmp_path):
     with pytest.raises(InputError, match="no such town"):
         run(scripted, [scripted.Step("input-error")], tmp_path)
 
 
-def test_no_cluster_is_told_in_one_line(cluster, scripted, tmp_path):
+def test_missing_cluster_gives_one_line(cluster, scripted, tmp_path):
     with pytest.raises(InputError, match="There is no Ray cluster at 'nowhere'"):
         run(scripted, [scripted.Step("give")], tmp_path, address="nowhere")
 
 
-def test_an_address_at_which_nobody_listens_is_told_at_once(scripted, tmp_path):
+def test_unreachable_address_is_reported_at_once(scripted, tmp_path):
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
         address = f"ray://127.0.0.1:{taken.getsockname()[1]}"
@@ -191,7 +187,7 @@ def test_an_address_at_which_nobody_listens_is_told_at_once(scripted, tmp_path):
     assert time.monotonic() - start < 5.0
 
 
-def test_ctrl_c_ends_all_workers_and_leaves_nothing_on_the_nodes(cluster, scripted, tmp_path):
+def test_ctrl_c_ends_all_workers_and_cleans_the_nodes(cluster, scripted, tmp_path):
     def interrupt(actor, method, given):
         if method == "step" and given[0] is None:
             raise KeyboardInterrupt
@@ -211,7 +207,7 @@ def node(scripted):
     worker.close()
 
 
-def test_a_town_from_elsewhere_is_found_on_a_node(node, scripted, tmp_path):
+def test_packed_town_is_found_on_the_node(node, scripted, tmp_path):
     towns = tmp_path / "towns"
     shutil.copytree(networks_dir() / "town01", towns / "mytown")
     file = towns / "mytown" / "town.json"
@@ -222,7 +218,7 @@ def test_a_town_from_elsewhere_is_found_on_a_node(node, scripted, tmp_path):
     assert isinstance(node.start(sent, scripted.do).message, Ready)
 
 
-def test_a_worker_that_does_not_start_again_is_a_failure_of_its_task(node, scripted, monkeypatch):
+def test_worker_that_does_not_restart_is_a_task_failure(node, scripted, monkeypatch):
     step = scripted.Step("give")
     node.start(pack([step]), scripted.do)
     node._end()

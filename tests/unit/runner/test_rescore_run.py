@@ -1,4 +1,4 @@
-"""Runs scored again whose recordings a stranger has written."""
+"""Rescored runs with untrusted recordings."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -20,7 +20,7 @@ from plant_bench.world.scene import Actors, EgoState, Scene
 
 
 def recorded(path: Path, step: float) -> RunFolder:
-    """A run of one episode whose ego moves so many metres a tick, until its planner crashes."""
+    """A run of one episode whose ego moves `step` metres each tick until its planner crashes."""
     suite = load_suite("longest6")
     folder = RunFolder(path)
     folder.create()
@@ -59,6 +59,6 @@ def test_a_recording_is_scored(tmp_path):
     assert episode.again.distance == pytest.approx(0.2)
 
 
-def test_a_recording_of_what_no_record_may_hold_is_refused(tmp_path):
+def test_recording_with_invalid_values_is_refused(tmp_path):
     with pytest.raises(InputError, match=r"Cannot score .*distance.*drive the episode again"):
         list(rescore_folder(recorded(tmp_path / "run", 1e30)))

@@ -1,4 +1,4 @@
-"""Scenes are equal or it is said in what they differ; who needs facts drops out without them."""
+"""Scenes are equal or the difference is named; without facts the expert is not queried."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -70,7 +70,7 @@ def result(route: Route, **changes: Any) -> EpisodeResult:
     return EpisodeResult(**(known | changes))
 
 
-def test_the_scenario_is_found_again_with_and_without_hazards(route):
+def test_scenario_is_recovered_with_and_without_hazards(route):
     one = route("a")
     bare = Scenario(one, 7, "dense", hazards=False)
 
@@ -89,7 +89,7 @@ def recorded(folder: Path, count: int = 12, every: int = 1) -> Recording:
     return Recording.load(folder / "a.parquet")
 
 
-def test_a_thinned_recording_cannot_be_simulated_again(route, tmp_path: Path):
+def test_thinned_recording_cannot_be_resimulated(route, tmp_path: Path):
     thinned = recorded(tmp_path, every=5)
 
     with pytest.raises(InputError, match="thinned"):
@@ -104,7 +104,7 @@ def facts() -> Privileged:
 
 
 def looked(monkeypatch, folder: Path, line: Route, differs_at: int | None, agent: str):
-    """Look at a recording whose simulation is told by hand."""
+    """Review a recording with a scripted simulation."""
     recording = recorded(folder)
 
     def again(recording: Recording, *_: Any, until: int):
@@ -112,7 +112,7 @@ def looked(monkeypatch, folder: Path, line: Route, differs_at: int | None, agent
             differs = differs_at is not None and row >= differs_at
             difference = "the ego" if differs else ""
             decided = row < len(recording) - 1
-            episode = object.__new__(Episode)  # nobody asks for it here
+            episode = object.__new__(Episode)  # it is not used here
             yield Tick(row, recording[row], difference, Control(2.5, 0.0), decided, facts, episode)
 
     monkeypatch.setattr(postmortem, "simulate_again", again)
@@ -120,7 +120,7 @@ def looked(monkeypatch, folder: Path, line: Route, differs_at: int | None, agent
     return postmortem.review_episode(recording, told, line, [Window(2, 11, 2)])
 
 
-def test_the_expert_is_not_asked_after_the_first_difference(monkeypatch, route, tmp_path: Path):
+def test_expert_is_not_queried_after_the_first_difference(monkeypatch, route, tmp_path: Path):
     found = looked(monkeypatch, tmp_path, route("a"), 6, "cruise")
 
     assert (found.differs_at, found.difference) == (6, "the ego")
@@ -129,7 +129,7 @@ def test_the_expert_is_not_asked_after_the_first_difference(monkeypatch, route, 
     assert "the ego differ from what was recorded" in found.expert_note
 
 
-def test_a_planner_that_answers_otherwise_is_asked_no_more(monkeypatch, route, tmp_path: Path):
+def test_planner_with_different_responses_is_no_longer_queried(monkeypatch, route, tmp_path: Path):
     found = looked(monkeypatch, tmp_path, route("a"), None, "idm")
 
     assert "answers otherwise than recorded" in found.planner_note
@@ -137,7 +137,7 @@ def test_a_planner_that_answers_otherwise_is_asked_no_more(monkeypatch, route, t
     assert found.differs_at is None
 
 
-def test_an_agent_that_is_not_there_any_more_is_said_to_be(monkeypatch, route, tmp_path: Path):
+def test_missing_agent_is_reported(monkeypatch, route, tmp_path: Path):
     found = looked(monkeypatch, tmp_path, route("a"), None, "gone.py:Agent")
 
     assert "There is no file" in found.planner_note

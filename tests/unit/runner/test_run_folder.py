@@ -32,7 +32,7 @@ def folder(tmp_path):
     return folder
 
 
-def test_a_file_is_written_whole_or_not_at_all(folder, monkeypatch):
+def test_file_is_written_completely_or_not_at_all(folder, monkeypatch):
     folder.write("summary.json", "first")
     monkeypatch.setattr("os.fsync", lambda file: (_ for _ in ()).throw(OSError(28, "Disk full")))
 
@@ -42,7 +42,7 @@ def test_a_file_is_written_whole_or_not_at_all(folder, monkeypatch):
     assert (folder.path / "summary.json").read_text() == "first"
 
 
-def test_creating_a_folder_again_clears_what_was_half_written(folder):
+def test_creating_the_folder_again_removes_partial_files(folder):
     (folder.path / "recordings" / "a.parquet.part").touch()
 
     folder.create()
@@ -50,7 +50,7 @@ def test_creating_a_folder_again_clears_what_was_half_written(folder):
     assert not list(folder.path.rglob("*.part"))
 
 
-def test_what_killed_workers_left_half_written_is_swept_away_and_nothing_else(folder):
+def test_only_partial_files_of_killed_workers_are_removed(folder):
     (folder.path / "episodes" / "a.json").touch()
     (folder.path / "episodes" / "b.json.part").touch()
 
@@ -59,19 +59,19 @@ def test_what_killed_workers_left_half_written_is_swept_away_and_nothing_else(fo
     assert [path.name for path in (folder.path / "episodes").iterdir()] == ["a.json"]
 
 
-def test_a_folder_without_run_json_is_no_run(folder):
+def test_folder_without_run_json_is_refused(folder):
     with pytest.raises(InputError, match=r"is no run of plant-bench: it has no run\.json"):
         RunFolder.open(folder.path)
 
 
-def test_a_broken_run_json_is_told(folder):
+def test_broken_run_json_is_refused(folder):
     folder.write("run.json", "{}")
 
     with pytest.raises(InputError, match=r"cannot read run\.json"):
         RunFolder.open(folder.path).provenance()
 
 
-def test_speed_weighs_latency_by_ticks():
+def test_latency_is_weighted_by_ticks():
     slow = Timing(**TIMING | {"ticks": 1000, "latency_p50_ms": 6.0, "late_share": 0.5})
 
     speed = speed_of([Timing(**TIMING), slow])
@@ -83,17 +83,17 @@ def test_speed_weighs_latency_by_ticks():
     )
 
 
-def test_no_timings_have_no_speed():
+def test_no_timings_give_no_speed():
     assert speed_of([]).episodes == 0
 
 
-def test_timings_that_cannot_be_read_are_left_out(folder):
+def test_unreadable_timings_are_left_out(folder):
     folder.write("timing/a.json", json.dumps(TIMING | {"more": 1}))
     folder.write("timing/b.json", "{")
 
     assert len(read_timings(folder, ["a", "b", "c"])) == 1
 
 
-def test_provenance_names_what_makes_the_numbers():
+def test_provenance_names_versions_checksums_and_seeds():
     assert {"plant-bench", "python", "libsumo", "numpy"} <= installed_versions().keys()
     assert processor_name()

@@ -14,7 +14,7 @@ from plant_bench.runner.run.run_lock import LockInfo, Shard, claimed
 
 @pytest.fixture
 def held(tmp_path):
-    """Put somebody else's claim into the folder."""
+    """Write the lock of another process into the folder."""
 
     def hold(**facts) -> Path:
         usual = LockInfo("whole", "v", "elsewhere", 7, 1, "2026-01-01 10:00:00", "t")
@@ -26,7 +26,7 @@ def held(tmp_path):
     return hold
 
 
-def test_two_runs_in_one_folder_are_refused_and_told_who_has_it(tmp_path):
+def test_second_run_in_a_folder_is_refused_with_the_lock_owner(tmp_path):
     with (
         claimed(tmp_path, None, "v"),
         pytest.raises(InputError, match=rf"A run \(host .*, process {os.getpid()}, since 20"),
@@ -35,14 +35,14 @@ def test_two_runs_in_one_folder_are_refused_and_told_who_has_it(tmp_path):
         pass
 
 
-def test_a_folder_is_free_again_when_the_run_has_ended(tmp_path):
+def test_lock_is_released_when_the_run_ends(tmp_path):
     for _ in range(2):
         with claimed(tmp_path, None, "v"):
             assert (tmp_path / "claims").is_dir()
     assert not list(tmp_path.iterdir())
 
 
-def test_shards_of_one_division_drive_together(tmp_path):
+def test_shards_of_one_division_run_concurrently(tmp_path):
     with claimed(tmp_path, Shard(1, 3), "v"), claimed(tmp_path, Shard(3, 3), "v"):
         assert len(list((tmp_path / "claims").iterdir())) == 2
 
@@ -51,7 +51,7 @@ def test_shards_of_one_division_drive_together(tmp_path):
     ("what", "version"),
     [("whole", "v"), ("1of3", "v"), ("1of2", "v"), ("2of3", "another agent")],
 )
-def test_a_shard_is_refused_beside_what_may_drive_the_same_episodes(tmp_path, held, what, version):
+def test_shard_that_may_overlap_with_another_run_is_refused(tmp_path, held, what, version):
     held(what=what, version=version)
 
     with pytest.raises(InputError, match="is driving into"), claimed(tmp_path, Shard(1, 3), "v"):
@@ -59,7 +59,7 @@ def test_a_shard_is_refused_beside_what_may_drive_the_same_episodes(tmp_path, he
     assert len(list((tmp_path / "claims").iterdir())) == 1
 
 
-def test_a_whole_run_is_refused_while_shards_drive(tmp_path):
+def test_whole_run_is_refused_while_shards_run(tmp_path):
     with (
         claimed(tmp_path, Shard(2, 3), "v"),
         pytest.raises(InputError, match="Shard 2/3"),
@@ -68,7 +68,7 @@ def test_a_whole_run_is_refused_while_shards_drive(tmp_path):
         pass
 
 
-def test_the_claim_of_a_dead_process_here_is_taken_over(tmp_path):
+def test_lock_of_a_dead_local_process_is_taken_over(tmp_path):
     code = f"""
 import os
 from pathlib import Path
@@ -84,7 +84,7 @@ with claimed(here, None, "v"), claimed(here / "b", Shard(1, 2), "v"):
         pass
 
 
-def test_the_claim_of_a_process_whose_number_was_given_again_is_taken_over(tmp_path, held):
+def test_lock_of_a_reused_process_id_is_taken_over(tmp_path, held):
     path = held(host=claims.socket.gethostname(), pid=os.getpid(), born=1)
     before = path.read_text()
 
@@ -92,7 +92,7 @@ def test_the_claim_of_a_process_whose_number_was_given_again_is_taken_over(tmp_p
         assert path.read_text() != before
 
 
-def test_the_claim_of_another_host_is_void_when_it_is_silent_for_long(tmp_path, held):
+def test_lock_of_another_host_expires_without_a_heartbeat(tmp_path, held):
     path = held()
     with pytest.raises(InputError, match="host elsewhere, process 7"), claimed(tmp_path, None, "v"):
         pass
@@ -103,7 +103,7 @@ def test_the_claim_of_another_host_is_void_when_it_is_silent_for_long(tmp_path, 
         pass
 
 
-def test_a_claim_that_lives_is_beaten(tmp_path, monkeypatch):
+def test_held_lock_updates_its_heartbeat(tmp_path, monkeypatch):
     monkeypatch.setattr(claims, "HEARTBEAT", 0.01)
     with claimed(tmp_path, None, "v"):
         path = tmp_path / "claims" / "whole.json"
@@ -115,7 +115,7 @@ def test_a_claim_that_lives_is_beaten(tmp_path, monkeypatch):
         assert path.stat().st_mtime > 1
 
 
-def test_a_folder_of_claims_that_has_just_been_removed_is_made_again(tmp_path, monkeypatch):
+def test_removed_lock_folder_is_created_again(tmp_path, monkeypatch):
     make = Path.mkdir
 
     def made_and_removed(path, **settings):
@@ -129,7 +129,7 @@ def test_a_folder_of_claims_that_has_just_been_removed_is_made_again(tmp_path, m
         assert (tmp_path / "claims" / "whole.json").is_file()
 
 
-def test_a_half_written_claim_is_void_only_after_a_while(tmp_path):
+def test_half_written_lock_expires_only_after_a_while(tmp_path):
     (tmp_path / "claims").mkdir()
     path = tmp_path / "claims" / "whole.json"
     path.write_text('{"what"')
@@ -141,7 +141,7 @@ def test_a_half_written_claim_is_void_only_after_a_while(tmp_path):
         pass
 
 
-def test_shards_share_all_episodes_evenly_and_none_twice():
+def test_shards_split_all_episodes_evenly_without_overlap():
     lengths = [900.0, 100.0, 120.0, 500.0, 800.0, 420.0, 300.0]
     parts = [Shard(number, 3).of(range(7), lengths) for number in (1, 2, 3)]
 
@@ -151,7 +151,7 @@ def test_shards_share_all_episodes_evenly_and_none_twice():
 
 
 @pytest.mark.parametrize("text", ["0/3", "4/3", "1", "a/b", "1/0", "-1/3"])
-def test_what_is_no_shard_is_refused(text):
+def test_invalid_shard_is_refused(text):
     with pytest.raises(InputError, match="expected I/N"):
         Shard.parse(text)
     assert str(Shard.parse("2/3")) == "2/3"
@@ -168,7 +168,7 @@ def test_what_is_no_shard_is_refused(text):
         json.dumps(asdict(LockInfo("1of2", "v", "elsewhere", 7, 1, "x", "t")) | {"pid": 10**30}),
     ],
 )
-def test_a_claim_that_says_nothing_sensible_is_somebodys(tmp_path, text):
+def test_unreadable_lock_counts_as_held(tmp_path, text):
     (tmp_path / "claims").mkdir()
     (tmp_path / "claims" / "2of2.json").write_text(text)
 

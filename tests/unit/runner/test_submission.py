@@ -1,4 +1,4 @@
-"""What `verify` finds without a simulator: a tampered, incomplete or foreign run."""
+"""Findings of `verify` without a simulator: tampered, incomplete and foreign runs."""
 
 import json
 from collections.abc import Callable
@@ -73,17 +73,17 @@ def change(path: Path, **values: object) -> None:
     path.write_text(json.dumps(json.loads(path.read_text()) | values, indent=1) + "\n")
 
 
-def test_an_honest_run_has_no_findings(run: RunFolder):
+def test_unchanged_run_has_no_findings(run: RunFolder):
     assert findings(run) == []
 
 
-def test_the_order_of_names_is_not_that_of_numbers(tmp_path: Path):
+def test_run_with_ten_or_more_repetitions_has_no_findings(tmp_path: Path):
     run = submitted(tmp_path / "run", "town01-0", repetitions=12)
 
     assert read_submission(run.path, selection="town01-0").findings == ()
 
 
-def test_a_record_that_hides_what_the_planner_was_given_is_found(run: RunFolder):
+def test_record_with_changed_inputs_is_found(run: RunFolder):
     change(run.record_files()[0], inputs=["privileged"])
     write_summary(run)
 
@@ -94,7 +94,7 @@ def test_a_record_that_hides_what_the_planner_was_given_is_found(run: RunFolder)
     ]
 
 
-def test_choices_that_are_not_the_benchmarks_are_told(run: RunFolder):
+def test_settings_other_than_the_benchmark_are_reported(run: RunFolder):
     write_summary(run, penalties=PenaltyScheme.LB2_1)
 
     notes = read_submission(run.path, selection=CHOSEN).notes
@@ -104,7 +104,7 @@ def test_choices_that_are_not_the_benchmarks_are_told(run: RunFolder):
     )
 
 
-def test_a_strangers_text_is_printed_as_it_is(run: RunFolder, capsys: pytest.CaptureFixture):
+def test_untrusted_text_is_printed_without_markup(run: RunFolder, capsys: pytest.CaptureFixture):
     first = run.record_files()[0]
     change(first, density="[/bold] [red]")
 
@@ -113,14 +113,14 @@ def test_a_strangers_text_is_printed_as_it_is(run: RunFolder, capsys: pytest.Cap
     assert "[/bold] [red]" in capsys.readouterr().out
 
 
-def test_a_better_completion_shows_in_the_summary(run: RunFolder):
+def test_changed_completion_contradicts_the_summary(run: RunFolder):
     change(run.record_files()[0], completion=1.0)
 
     assert ("summary.json", "line") in findings(run)
     assert ("summary.csv", "line") in findings(run)
 
 
-def test_a_better_summary_does_not_follow_from_the_records(run: RunFolder):
+def test_changed_summary_contradicts_the_records(run: RunFolder):
     file = run.path / "summary.json"
     file.write_text(file.read_text().replace('"mean": 50.0', '"mean": 99.0'))
 
@@ -146,7 +146,7 @@ def test_a_missing_episode_is_named(run: RunFolder):
     assert [item.found for item in found] == ["1 missing: town01-0 r0"]
 
 
-def test_a_doubled_episode_is_found(run: RunFolder):
+def test_duplicate_episode_is_found(run: RunFolder):
     first = run.record_files()[0]
     first.with_name("town01-0_r0_00000000.json").write_bytes(first.read_bytes())
 
@@ -154,7 +154,7 @@ def test_a_doubled_episode_is_found(run: RunFolder):
     assert ("episodes", "name") in findings(run)
 
 
-def test_a_run_of_other_rules_is_a_note_not_a_fault(run: RunFolder):
+def test_run_with_other_rules_keys_gives_a_note_and_no_finding(run: RunFolder):
     for path in run.record_files():
         path.rename(path.with_name(f"{path.stem.rpartition('_')[0]}_01234567.json"))
 
@@ -164,7 +164,7 @@ def test_a_run_of_other_rules_is_a_note_not_a_fault(run: RunFolder):
     assert "all names carry another key" in submission.notes[0]
 
 
-def test_a_record_that_links_elsewhere_is_not_read(run: RunFolder, tmp_path: Path):
+def test_record_that_is_a_symlink_is_not_read(run: RunFolder, tmp_path: Path):
     first = run.record_files()[0]
     first.rename(tmp_path / "elsewhere.json")
     first.symlink_to(tmp_path / "elsewhere.json")
@@ -172,7 +172,7 @@ def test_a_record_that_links_elsewhere_is_not_read(run: RunFolder, tmp_path: Pat
     assert ("episodes", "record") in findings(run)
 
 
-def test_a_folder_of_links_is_refused(run: RunFolder, tmp_path: Path):
+def test_folder_of_symlinks_is_refused(run: RunFolder, tmp_path: Path):
     (run.path / "episodes").rename(tmp_path / "elsewhere")
     (run.path / "episodes").symlink_to(tmp_path / "elsewhere")
 
@@ -180,14 +180,14 @@ def test_a_folder_of_links_is_refused(run: RunFolder, tmp_path: Path):
         read_submission(run.path)
 
 
-def test_routes_that_the_submitter_chose_are_not_read(run: RunFolder):
+def test_routes_named_by_the_submission_are_not_read(run: RunFolder):
     change(run.run_file, suite="/dev/zero")
 
     with pytest.raises(InputError, match="none of plant-bench's"):
         read_submission(run.path)
 
 
-def test_the_first_different_field_is_told_with_both_values(run: RunFolder):
+def test_first_different_field_is_given_with_both_values(run: RunFolder):
     told = run.results()[0]
 
     found = first_difference(told, told.model_copy(update={"completion": 0.25, "distance": 1.0}))
@@ -196,7 +196,7 @@ def test_the_first_different_field_is_told_with_both_values(run: RunFolder):
     assert (found.field, found.told, found.again) == ("completion", "0.5", "0.25")
 
 
-def test_a_sample_is_drawn_from_all_towns_and_by_its_seed(make_records: Callable[..., dict]):
+def test_sample_covers_all_towns_and_depends_on_its_seed(make_records: Callable[..., dict]):
     records = make_records({"a": 10, "b": 3, "c": 1})
 
     samples = [sample_of(records, 3, seed) for seed in range(20)]

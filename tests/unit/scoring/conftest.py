@@ -1,4 +1,4 @@
-"""Episodes put together by hand."""
+"""Hand-made episodes."""
 
 from collections.abc import Callable
 

@@ -17,7 +17,7 @@ def drives(episode, completions, repetitions=1, **facts):
     ]
 
 
-def test_a_constant_gain_has_no_interval(episode):
+def test_constant_gain_has_a_zero_width_interval(episode):
     difference = paired_difference(
         drives(episode, (0.4, 0.6, 0.8, 0.1, 0.2)), drives(episode, (0.5, 0.7, 0.9, 0.2, 0.3))
     )
@@ -28,14 +28,14 @@ def test_a_constant_gain_has_no_interval(episode):
     assert difference.detectable == pytest.approx(0.0, abs=1e-9)
 
 
-def test_positive_where_the_second_is_better(episode):
+def test_difference_is_positive_if_the_second_run_is_better(episode):
     a, b = drives(episode, (0.5, 0.9)), drives(episode, (0.4, 0.2))
     assert paired_difference(a, b).mean == pytest.approx(-40.0)
     assert paired_difference(b, a).mean == pytest.approx(40.0)
 
 
-def test_repetitions_of_a_route_stay_together(episode):
-    """Three repetitions of the same routes tell no more than one of them."""
+def test_bootstrap_keeps_repetitions_of_a_route_together(episode):
+    """Three equal repetitions of the routes carry no more information than one."""
     a, b = (0.5, 0.9, 0.3, 0.8, 0.5), (0.4, 0.2, 0.6, 0.7, 0.5)
     once = paired_difference(drives(episode, a), drives(episode, b))
     thrice = paired_difference(drives(episode, a, 3), drives(episode, b, 3))
@@ -45,28 +45,28 @@ def test_repetitions_of_a_route_stay_together(episode):
     assert once.low < once.mean < once.high
 
 
-def test_same_seed_same_interval(episode):
+def test_same_seed_gives_the_same_interval(episode):
     a = drives(episode, (0.5, 0.9, 0.3, 0.1, 0.8))
     b = drives(episode, (0.4, 0.2, 0.6, 0.3, 0.8))
     assert paired_difference(a, b, seed=1) == paired_difference(a[::-1], b, seed=1)
 
 
-def test_a_town_that_has_changed_is_no_partner(episode):
+def test_episodes_of_a_changed_town_are_not_paired(episode):
     a, b = drives(episode, (0.5, 0.9)), drives(episode, (0.4, 0.2))
     changed = b[1].model_copy(update={"town_checksum": "d" * 64})
     difference = paired_difference(a, [b[0], changed])
     assert (difference.pairs, difference.unmatched_a, difference.unmatched_b) == (1, 1, 1)
 
 
-def test_few_routes_have_no_interval(episode):
+def test_too_few_routes_give_no_interval(episode):
     a, b = drives(episode, (0.5, 0.9, 0.3, 0.1), 3), drives(episode, (0.4, 0.2, 0.6, 0.3), 3)
     difference = paired_difference(a, b)
     assert difference.mean == pytest.approx(-7.5)
     assert all(map(math.isnan, (difference.low, difference.high, difference.detectable)))
 
 
-def test_what_pairs_can_show(episode):
-    """A t-test on as many routes finds that difference four times out of five."""
+def test_detectable_difference_of_pairs_has_80_percent_power(episode):
+    """A t-test on as many routes finds that difference in 80 % of cases."""
     gains = (-0.2, 0.1, 0.3, 0.0, 0.2, -0.1, 0.15, 0.05)
     b = drives(episode, tuple(0.5 + gain for gain in gains))
     found = paired_difference(drives(episode, (0.5,) * len(gains)), b)
@@ -84,24 +84,24 @@ def test_only_common_scenarios_are_compared(episode):
     assert (difference.pairs, difference.unmatched_a, difference.unmatched_b) == (2, 1, 2)
 
 
-def test_no_common_scenario(episode):
+def test_runs_without_a_common_scenario_are_refused(episode):
     with pytest.raises(InputError, match="share no scenario"):
         paired_difference([episode(0)], [episode(1)])
     with pytest.raises(InputError, match="share no scenario"):
         paired_difference([], [episode(1)])
 
 
-def test_several_protocols(episode):
+def test_comparison_across_protocols_is_refused(episode):
     with pytest.raises(InputError, match="several protocols"):
         paired_difference([episode(0)], [episode(0, protocol="longest6-sumo-v0")])
 
 
-def test_a_scenario_twice(episode):
+def test_duplicate_scenario_is_refused(episode):
     with pytest.raises(InputError, match="twice"):
         paired_difference([episode(0), episode(0)], [episode(0)])
 
 
-def test_other_laws_compare_other_scores(episode):
+def test_comparison_uses_the_given_penalty_scheme(episode):
     a, b = [episode(0, kinds=("collision_vehicle",) * 2)], [episode(0)]
     assert paired_difference(a, b).mean == pytest.approx(64.0)
     assert paired_difference(a, b, penalties=PenaltyScheme.LB2_1).mean == pytest.approx(
@@ -109,7 +109,7 @@ def test_other_laws_compare_other_scores(episode):
     )
 
 
-def test_what_two_repetitions_can_show(episode):
+def test_detectable_difference_of_two_repetitions(episode):
     """Two routes twice, 10 and 30 DS apart: s^2 = (50 + 450) / 2, n = 4, 2 degrees of freedom."""
     results = [
         episode(route, repetition, completion=completion)
@@ -125,7 +125,7 @@ def test_what_two_repetitions_can_show(episode):
 
 
 @pytest.mark.parametrize("freedom", [1, 2, 3, 4, 8, 35, 72])
-def test_few_repetitions_show_what_scipy_says(episode, freedom):
+def test_detectable_difference_equals_scipy_for_few_repetitions(episode, freedom):
     """One route, driven once more than there are degrees of freedom, 10 and 30 DS in turn."""
     count = freedom + 1
     scores = [0.1 + 0.2 * (place % 2) for place in range(count)]
@@ -136,17 +136,17 @@ def test_few_repetitions_show_what_scipy_says(episode, freedom):
     assert found.difference == pytest.approx(expected, rel=0.01)
 
 
-def test_who_always_scores_the_same_shows_any_difference(episode):
+def test_constant_scores_make_any_difference_detectable(episode):
     found = detectable_difference(drives(episode, (0.5, 0.9), 3))
     assert found is not None
     assert found.difference == 0.0
 
 
-def test_one_repetition_shows_nothing(episode):
+def test_one_repetition_has_no_detectable_difference(episode):
     assert detectable_difference(drives(episode, (0.5, 0.9))) is None
 
 
-def test_a_difference_of_that_size_is_found_four_times_out_of_five():
+def test_detectable_difference_is_found_with_80_percent_power():
     generator = np.random.default_rng(0)
     routes, repetitions, deviation = 12, 3, 10.0
     quantiles = stats.t.ppf(0.975, 24) + stats.t.ppf(0.8, 24)

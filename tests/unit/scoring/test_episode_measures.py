@@ -1,4 +1,4 @@
-"""Each measure: a value known by arithmetic, fires, just misses."""
+"""Each episode metric: a value known by arithmetic, and cases just above and below its limit."""
 
 import math
 from collections.abc import Sequence
@@ -96,40 +96,40 @@ def encroachment(trajectory: Trajectory) -> float | None:
 
 
 @pytest.mark.parametrize(("speed", "seconds"), [(0.0, 1.0), (5.0, 2.0)])
-def test_time_to_collision_with_what_is_ahead(speed, seconds):
+def test_time_to_collision_with_a_vehicle_ahead(speed, seconds):
     trajectory = track_of(straight(1), [(TOUCH + 9.99, 0.0, 0.0, speed)])
     assert to_collision(trajectory) == pytest.approx(seconds)
 
 
-def test_time_to_collision_is_the_least_of_the_episode():
+def test_time_to_collision_is_the_minimum_of_the_episode():
     """At the last sample, tick 56, the ego is at 28 m: 10 m before the car."""
     trajectory = track_of(straight(57), [(28.0 + TOUCH + 9.99, 0.0, 0.0, 0.0)])
     assert to_collision(trajectory) == pytest.approx(1.0)
 
 
 @pytest.mark.parametrize(("aside", "seconds"), [(BESIDE + 0.01, None), (BESIDE - 0.01, 1.0)])
-def test_time_to_collision_just_misses_at_the_side(aside, seconds):
+def test_passing_close_at_the_side_has_no_time_to_collision(aside, seconds):
     trajectory = track_of(straight(1), [(TOUCH + 9.99, aside, 0.0, 0.0)])
     assert to_collision(trajectory) == (seconds and pytest.approx(seconds))
 
 
 @pytest.mark.parametrize(("gap", "seconds"), [(49.99, 5.0), (50.01, None)])
-def test_time_to_collision_ends_at_its_horizon(gap, seconds):
+def test_time_to_collision_is_limited_by_its_horizon(gap, seconds):
     assert to_collision(track_of(straight(1), [(TOUCH + gap, 0.0, 0.0, 0.0)])) == seconds
 
 
-def test_a_collision_is_no_time_away():
+def test_time_to_collision_is_zero_in_a_collision():
     assert to_collision(track_of(straight(1), [(TOUCH - 0.01, 0.0, 0.0, 0.0)])) == 0.0
 
 
-def test_who_follows_is_no_near_miss_but_who_meets_the_side_is():
+def test_vehicle_behind_is_ignored_but_not_one_hitting_the_side():
     assert to_collision(track_of(straight(1), [(-10.0, 0.0, 0.0, 20.0)])) is None
     crossing = track_of(straight(1, speed=0.0), [(-1.0, -10.0, NORTH, 10.0)])
     assert to_collision(crossing) == pytest.approx(0.7)  # 10 m less 2 m less 1.065 m: 0.69 s
 
 
-def test_a_walker_on_a_course_of_collision():
-    """The ego's front is there after 1.73 s, when the walker is on its lane since 1.12 s."""
+def test_pedestrian_on_a_collision_course_has_a_time_to_collision():
+    """The ego's front arrives after 1.73 s; the pedestrian is on its lane from 1.12 s on."""
     trajectory = track_of(
         straight(1), [(20.0, -3.0, NORTH, 1.5)], kind=ActorKind.PEDESTRIAN, extent=WALKER
     )
@@ -137,15 +137,15 @@ def test_a_walker_on_a_course_of_collision():
     assert to_collision(trajectory) is None
 
 
-def test_who_waits_beside_a_bend_is_no_near_miss():
-    """Straight on, the ego would hit it in a second or so; it turns, and never comes near."""
+def test_vehicle_waiting_beside_a_bend_has_no_time_to_collision():
+    """Straight ahead the ego would hit it after about 1 s, but it turns and never comes near."""
     egos = turning(60, speed=8.0, radius=12.0)
     assert to_collision(track_of(egos[:1], [(10.0, 0.0, math.pi, 0.0)])) is not None
     assert to_collision(track_of(egos, [(15.5, 3.0, math.pi, 0.0)])) is None
 
 
-def test_the_others_take_their_bends_too():
-    """An oncoming car that will turn off before the ego: seen with postmortem."""
+def test_time_to_collision_uses_the_recorded_paths_of_others():
+    """An oncoming car turns off before the ego: the metric uses its recorded path."""
     egos = straight(40, speed=1.0)
     circle = turning(40, speed=8.0, radius=8.0)
     recorder = TrajectoryRecorder()
@@ -167,7 +167,7 @@ def test_post_encroachment_time_of_a_crossing(shift):
     assert abs(shift) <= encroachment(trajectory) <= abs(shift) + 2.0 * SAMPLE
 
 
-def test_post_encroachment_time_just_misses():
+def test_crossing_over_5_s_later_has_no_post_encroachment_time():
     assert encroachment(track_of(straight(200), [(50.0, 10.0, NORTH, 10.0)])) is None  # 5.35 s ago
     assert encroachment(track_of(straight(200), [(50.0, 3.0, NORTH, 10.0)])) is not None
 
@@ -175,7 +175,7 @@ def test_post_encroachment_time_just_misses():
 @pytest.mark.parametrize(
     "other", [(20.0, 0.0, 0.0, 10.0), (60.0, 3.5, math.pi, 10.0), (50.0, -3.2, NORTH, 0.0)]
 )
-def test_no_crossing_no_post_encroachment_time(other):
+def test_parallel_paths_have_no_post_encroachment_time(other):
     """One ahead on the same lane, one on the oncoming lane, one that waits at the side."""
     assert encroachment(track_of(straight(160), [other])) is None
 
@@ -190,21 +190,21 @@ def test_no_crossing_no_post_encroachment_time(other):
         ([5.0] * 20, 0),
     ],
 )
-def test_hard_brakes(accelerations, count):
+def test_hard_brakes_are_counted(accelerations, count):
     assert hard_brakes(changing(accelerations)) == count
 
 
-def test_share_of_hard_braking():
+def test_share_of_hard_braking_is_over_time():
     assert hard_brake_share(changing([-5.0] * 5 + [-3.0] * 15)) == 0.25
 
 
 @pytest.mark.parametrize("rate", [2.0, -3.0])
-def test_jerk_of_an_acceleration_that_grows(rate):
+def test_jerk_of_a_linearly_growing_acceleration(rate):
     trajectory = changing([rate * TICK * tick for tick in range(60)])
     assert jerk_p95(trajectory) == pytest.approx(abs(rate))
 
 
-def test_jerk_is_smoothed_and_that_of_a_constant_acceleration_is_zero():
+def test_jerk_is_smoothed_and_zero_at_constant_acceleration():
     assert jerk_p95(changing([2.0] * 60)) == pytest.approx(0.0, abs=1e-9)
     assert jerk_p95(changing([2.0, -2.0] * 30)) == pytest.approx(0.0, abs=1e-9)
     assert jerk_p95(changing([0.0] * 60, speed=0.0)) is None
@@ -217,12 +217,12 @@ def test_lateral_acceleration_of_a_circle():
     assert lateral_acceleration_p95(track_of(straight(60, speed=0.0))) is None
 
 
-def test_time_standing():
+def test_share_of_time_stationary():
     egos = straight(30) + [EgoState(15.0, 0.0, 0.0, 0.09)] * 10
     assert standing_share(track_of(egos)) == 0.25
 
 
-def test_speed_relative_to_traffic():
+def test_relative_speed_compares_with_nearby_traffic():
     ahead, oncoming = (20.0, 0.0, 0.0, 8.0), (40.0, 3.5, math.pi, 12.0)
     assert relative_speed(track_of(straight(20, 5.0), [ahead, oncoming])) == pytest.approx(0.5)
 
@@ -232,18 +232,18 @@ def test_speed_relative_to_traffic():
     [(20.0, 6.0, 0.0, 0.0), (-20.0, 0.0, 0.0, 5.0), (56.0, 0.0, 0.0, 5.0)],
     ids=["parked", "follows", "far away"],
 )
-def test_who_is_no_traffic(other):
+def test_parked_following_and_distant_vehicles_are_not_traffic(other):
     egos, ahead = straight(20, 5.0), (20.0, 0.0, 0.0, 10.0)
     assert relative_speed(track_of(egos, [other])) is None
     assert relative_speed(track_of(egos, [ahead, other])) == pytest.approx(0.5)
 
 
-def test_walkers_and_riders_are_no_traffic():
+def test_pedestrians_and_cyclists_are_not_traffic():
     for kind in (ActorKind.PEDESTRIAN, ActorKind.BICYCLE, ActorKind.STATIC):
         assert relative_speed(track_of(straight(20), [(20.0, 0.0, 0.0, 5.0)], kind=kind)) is None
 
 
-def test_who_waits_is_traffic():
+def test_waiting_vehicle_counts_as_traffic():
     """It stands for the first half, and then drives at 10 m/s: 5 m/s on average."""
     recorder = TrajectoryRecorder()
     for tick, ego in enumerate(straight(40, 5.0)):
@@ -253,7 +253,7 @@ def test_who_waits_is_traffic():
     assert relative_speed(recorder.trajectory()) == pytest.approx(1.0)
 
 
-def test_one_tick_alone_can_be_measured():
+def test_metrics_of_a_single_tick_are_defined():
     found = measure(track_of(straight(1)))
     for name in ("ttc_vehicle", "pet_vehicle", "jerk_p95", "relative_speed"):
         assert name in found

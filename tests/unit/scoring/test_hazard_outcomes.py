@@ -13,22 +13,22 @@ def counts(episode, hazards, *hits):
     return hazard_counts([episode(hazards=hazards, infractions=infractions)])
 
 
-def test_met_are_those_that_took_their_course(episode):
+def test_hazards_count_as_met_if_committed_or_done(episode):
     found = counts(episode, [hazard(phase) for phase in ("done", "committed", "void", "dormant")])
     cut_ins = found[HazardKind.CUT_IN]
     assert (cut_ins.placed, cut_ins.met, cut_ins.survived, cut_ins.void) == (4, 2, 2, 1)
 
 
-def test_a_collision_near_it_is_not_survived(episode):
+def test_collision_near_a_hazard_counts_as_not_survived(episode):
     assert counts(episode, [hazard("done")], (21.0, 110.0))[HazardKind.CUT_IN].survived == 0
 
 
-def test_a_collision_before_it_or_elsewhere_is(episode):
+def test_collision_before_a_hazard_or_elsewhere_counts_as_survived(episode):
     found = counts(episode, [hazard("done")], (19.0, 95.0), (40.0, 140.0))
     assert found[HazardKind.CUT_IN].survived == 1
 
 
-def test_kinds_are_counted_apart(episode):
+def test_kinds_of_hazard_are_counted_separately(episode):
     found = counts(episode, [hazard("done"), hazard("done", at=400.0, kind="crossing")])
     assert {kind: count.met for kind, count in found.items()} == {
         HazardKind.CROSSING: 1,

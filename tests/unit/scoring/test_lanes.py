@@ -24,8 +24,8 @@ def segments(route: Route, step: int):
 
 
 @pytest.mark.parametrize("name", list(ROUTES))
-def test_who_is_near_the_route_line_is_on_a_lane(name):
-    """So the referee may take its shortcut: it never changes a verdict."""
+def test_positions_near_the_route_are_on_a_lane(name):
+    """This is why the referee's shortcut cannot change a verdict."""
     route = ROUTES[name]
     lanes = lane_map(load_town(route.town))
     for x, y, yaw, z in segments(route, 20):
@@ -35,7 +35,7 @@ def test_who_is_near_the_route_line_is_on_a_lane(name):
 
 
 @pytest.mark.parametrize("route", ONE_PER_TOWN, ids=lambda route: route.town)
-def test_a_drive_on_rails_is_faultless(route):
+def test_following_the_route_exactly_gives_no_infraction(route):
     referee = Referee(load_town(route.town), route)
     lights = np.full(len(route.signal_passages), Light.GREEN, np.uint8)
     for tick, (x, y, yaw, _) in enumerate(segments(route, 1)):
@@ -46,7 +46,7 @@ def test_a_drive_on_rails_is_faultless(route):
 
 
 @pytest.mark.parametrize("route", ONE_PER_TOWN, ids=lambda route: route.town)
-def test_a_drive_through_every_red_light(route):
+def test_driving_through_every_red_light_counts_each_one(route):
     referee = Referee(load_town(route.town), route)
     lights = np.full(len(route.signal_passages), Light.RED, np.uint8)
     for tick, (x, y, yaw, _) in enumerate(segments(route, 1)):

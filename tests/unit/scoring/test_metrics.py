@@ -38,7 +38,7 @@ def test_driving_score_is_the_mean_of_products_not_the_product_of_means(episode)
     assert scores["infraction_score"].mean == pytest.approx(0.8)
 
 
-def test_collisions_per_km_are_all_counts_over_all_kilometres(episode):
+def test_collisions_per_km_are_total_counts_per_total_kilometres(episode):
     results = [
         episode(0, length=500.0, kinds=("collision_vehicle", "collision_vehicle")),
         episode(1, length=3000.0, completion=0.5, kinds=("collision_pedestrian",)),
@@ -50,18 +50,18 @@ def test_collisions_per_km_are_all_counts_over_all_kilometres(episode):
     assert summary.infractions_per_km[InfractionKind.RED_LIGHT] == 0.0
 
 
-def test_a_rate_is_finite_for_who_never_left(episode):
+def test_rate_is_finite_without_any_distance(episode):
     stuck = episode(completion=0.0, kinds=("collision_vehicle",))
     rate = summarise([stuck], expected=1).scores["vehicle_collisions"].mean
     assert rate == pytest.approx(1000.0)
 
 
-def test_kilometres_outside_the_lanes(episode):
+def test_distance_outside_the_lanes_is_summed(episode):
     summary = summarise([episode(share=0.25), episode(1, length=3000.0)], expected=2)
     assert summary.infractions_per_km[InfractionKind.OUTSIDE_LANES] == pytest.approx(0.25 / 4)
 
 
-def test_spread_is_over_repetitions(episode):
+def test_standard_deviation_is_over_repetitions(episode):
     results = [episode(route, 0) for route in range(3)]
     results += [episode(route, 1, completion=0.9) for route in range(3)]
     score = summarise(results, expected=6).scores["driving_score"]
@@ -69,29 +69,29 @@ def test_spread_is_over_repetitions(episode):
     assert score.std == pytest.approx(10.0 / math.sqrt(2.0))
 
 
-def test_one_repetition_has_no_spread(episode):
+def test_one_repetition_has_no_standard_deviation(episode):
     score = summarise([episode(0), episode(1, completion=0.2)], expected=2).scores["driving_score"]
     assert math.isnan(score.std)
 
 
-def test_sample_standard_deviation():
+def test_standard_deviation_is_the_sample_one():
     assert Spread.of([1.0, 2.0, 3.0]) == Spread(2.0, 1.0)
 
 
-def test_towns(episode):
+def test_scores_are_summarised_per_town(episode):
     summary = summarise([episode(0), episode(1, completion=0.2)], expected=2)
     assert list(summary.towns) == ["town01", "town02"]
     assert summary.towns["town02"]["driving_score"].mean == pytest.approx(20.0)
 
 
-def test_hazards_are_counted_by_what_became_of_them(episode):
+def test_hazards_are_counted_by_outcome(episode):
     met = HazardRecord(kind=HazardKind.CROSSING, at=50.0, phase=Phase.DONE, time=9.0, reason="")
     void = HazardRecord(kind=HazardKind.CUT_IN, at=90.0, phase=Phase.VOID, time=12.0, reason="far")
     results = [episode(0).model_copy(update={"hazards": (met, void)}), episode(1)]
     assert summarise(results, expected=2).hazards == {Phase.DONE: 1, Phase.VOID: 1}
 
 
-def test_statuses_and_blocked_routes(episode):
+def test_statuses_and_blocked_routes_are_counted(episode):
     results = [
         episode(0, 0),
         episode(1, 0, status=Status.BLOCKED),
@@ -125,12 +125,12 @@ def test_share_of_collisions_that_the_ego_caused(episode):
         ({"scenario": "0-0"}, "2 times"),
     ],
 )
-def test_what_must_not_be_mixed(episode, changed, message):
+def test_records_of_different_settings_are_not_mixed(episode, changed, message):
     with pytest.raises(InputError, match=message):
         summarise([episode(0), episode(1, **changed)], expected=2)
 
 
-def test_nothing_to_sum_up():
+def test_summary_of_no_records_is_refused():
     with pytest.raises(InputError, match="No episodes"):
         summarise([], expected=36)
 
@@ -152,11 +152,11 @@ def test_frame_has_a_row_for_each_episode(episode):
     assert frame.to_csv() == summary_frame(results[::-1]).to_csv()
 
 
-def test_frame_of_nothing():
+def test_frame_of_no_episodes_is_empty():
     assert isinstance(summary_frame([]), pd.DataFrame)
 
 
-def test_the_law_changes_scores_and_is_named(episode):
+def test_penalty_scheme_changes_the_scores_and_is_named(episode):
     results = [episode(0, kinds=("collision_vehicle",) * 2, length=2000.0)]
     summary = summarise(results, expected=1, penalties=PenaltyScheme.LB2_1)
     assert summary.penalties is PenaltyScheme.LB2_1
@@ -168,7 +168,7 @@ def test_the_law_changes_scores_and_is_named(episode):
     assert summary_frame(results).iloc[0]["normalised_score"] == pytest.approx(60.0)
 
 
-def test_cyclists_and_motorcyclists_are_vehicles_and_counted_apart(episode):
+def test_cyclists_and_motorcyclists_count_as_vehicles_and_separately(episode):
     hit = episode(kinds=("collision_vehicle",) * 3).infractions
     kinds = (ActorKind.BICYCLE, ActorKind.MOTORCYCLE, ActorKind.CAR)
     marked = [
@@ -183,7 +183,7 @@ def test_cyclists_and_motorcyclists_are_vehicles_and_counted_apart(episode):
     assert summary.scores["vehicle_collisions"].mean == pytest.approx(6.0)
 
 
-def test_beyond_the_score(episode):
+def test_safety_metrics_are_summarised_over_episodes(episode):
     changed = {"ttc_vehicle": None, "hard_brakes": 0, "standing_share": 0.5, "jerk_p95": None}
     other = MEASURES | changed
     results = [
@@ -201,22 +201,22 @@ def test_beyond_the_score(episode):
     assert beyond["wrong_lane_per_km"] == pytest.approx(0.09 / 5)
 
 
-def test_old_records_have_nothing_beyond_the_score(episode):
-    beyond = summarise([episode(0)], expected=1).measures
+def test_old_records_have_no_safety_metrics(episode):
+    beyond = summarise([episode(0)], expected=1).beyond
     assert beyond.episodes == 0
     assert math.isnan(beyond["ttc_vehicle"])
     assert math.isnan(beyond["hard_brakes_per_km"])
     assert math.isnan(beyond["standing_share"])
 
 
-def test_measures_are_columns(episode):
+def test_episode_metrics_are_columns_of_the_frame(episode):
     frame = summary_frame([episode(0, measures=MEASURES), episode(1)])
     assert frame["hard_brakes"].iloc[0] == 3
     assert frame["wrong_lane_distance"].iloc[0] == 30.0
     assert frame["ttc_vehicle"].isna().tolist() == [False, True]
 
 
-def test_repetitions_say_what_they_can_tell_apart(episode):
+def test_summary_has_the_detectable_difference_of_repetitions(episode):
     results = [episode(0, r, completion=c) for r, c in enumerate((0.5, 0.6, 0.7))]
     detectable = summarise(results, expected=3).detectable
     assert detectable is not None

@@ -1,4 +1,4 @@
-"""The table of metrics agrees with records, with the documentation and with episodes' keys."""
+"""The metrics table agrees with records, documentation and keys."""
 
 import math
 import re
@@ -26,31 +26,31 @@ from plant_bench.scoring.results import RESULT_FORMAT, EpisodeResult
 DOCS = Path(__file__).parents[3] / "docs" / "metrics.md"
 
 
-def test_every_measure_of_a_record_has_a_row_and_every_row_its_measure():
+def test_table_rows_and_episode_metrics_correspond():
     columns = dict.fromkeys(metric.column for metric in measure_metrics() if metric.column)
     assert list(columns) == list(EPISODE_METRICS)
 
 
-def test_names_are_unlike_each_other():
+def test_metric_names_and_labels_are_unique():
     for values in ([item.name for item in METRICS], [item.label for item in METRICS]):
         assert len(set(values)) == len(values)
 
 
-def test_boards_are_sorted_by_their_first_column():
+def test_boards_are_sorted_by_the_first_column():
     assert headline_metrics()[0].name == score_metrics()[0].name == RANKED
 
 
 @pytest.mark.parametrize(
     ("part", "metrics"), [("scores", score_metrics()), ("measures", measure_metrics())]
 )
-def test_the_documentation_has_the_table(part, metrics):
-    """To mend it, paste what `metrics_markdown` returns."""
+def test_documentation_contains_the_metrics_table(part, metrics):
+    """If it fails, paste the output of `metrics_markdown` into the page."""
     text = DOCS.read_text(encoding="utf-8")
     (found,) = re.findall(rf"<!-- {part} -->\n(.*?)\n<!-- end -->", text, re.DOTALL)
     assert found == metrics_markdown(metrics)
 
 
-def test_no_record_and_no_key_depends_on_what_is_said_of_runs():
+def test_records_and_keys_do_not_depend_on_run_level_modules():
     """The loop imports the referee and records: what they import is in an episode's key."""
     graph = grimp.build_graph("plant_bench")
     room = "plant_bench.scoring"
@@ -62,7 +62,7 @@ def test_no_record_and_no_key_depends_on_what_is_said_of_runs():
     assert not of_episodes & {f"{room}.{name}" for name in of_runs}
 
 
-def test_unknown_measures_are_refused_by_name():
+def test_unknown_episode_metrics_are_refused_by_name():
     with pytest.raises(ValidationError, match="unknown measures: ttc_bus; expected ttc_vehicle, "):
         Measures.model_validate_json('{"ttc_bus": 1.0}')
     with pytest.raises(KeyError, match="ttc_bus"):
@@ -70,7 +70,7 @@ def test_unknown_measures_are_refused_by_name():
 
 
 @pytest.mark.parametrize("value", ["2.5", "true", '"many"', f"1{'0' * 400}", "NaN"])
-def test_a_count_is_a_whole_number(value):
+def test_count_that_is_not_a_whole_number_is_refused(value):
     if value == "true":
         assert Measures.model_validate_json('{"hard_brakes": true}')["hard_brakes"] == 1
         return
@@ -78,7 +78,7 @@ def test_a_count_is_a_whole_number(value):
         Measures.model_validate_json(f'{{"hard_brakes": {value}}}')
 
 
-def test_types_and_order_are_those_of_the_table():
+def test_types_and_order_follow_the_table():
     read = Measures.model_validate_json(
         '{"off_lane_distance": 10, "hard_brakes": 3.0, "ttc_vehicle": null}'
     )
@@ -88,7 +88,7 @@ def test_types_and_order_are_those_of_the_table():
     assert hash(read) == hash(Measures.model_validate_json(read.model_dump_json()))
 
 
-def test_what_an_older_record_lacks_is_none_and_counts_for_nothing(episode):
+def test_metrics_missing_in_old_records_are_none_and_ignored(episode):
     old = episode(0, measures={"hard_brakes": 2}, length=1000.0)
     new = episode(1, measures={"hard_brakes": 6, "jerk_p95": 2.0, "ttc_vehicle": None})
     assert old.measures is not None
@@ -104,8 +104,8 @@ def test_what_an_older_record_lacks_is_none_and_counts_for_nothing(episode):
     assert summarise(both, expected=2).measures.episodes == 2
 
 
-def test_a_newer_metric_is_left_out_of_an_older_format(episode, monkeypatch):
-    """So that rescoring an older record comes to the same bytes."""
+def test_newer_metric_is_omitted_from_an_older_format(episode, monkeypatch):
+    """This keeps rescored older records identical."""
     newer = EpisodeMetric(lambda trajectory: 0.0, since=RESULT_FORMAT + 1)
     monkeypatch.setitem(EPISODE_METRICS, "newer", newer)
     monkeypatch.setattr("plant_bench.scoring.results.RESULT_FORMAT", RESULT_FORMAT + 1)

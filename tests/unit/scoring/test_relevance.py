@@ -15,7 +15,7 @@ def drives(episode, *rows, **facts):
     ]
 
 
-def test_it_is_the_ratio_of_mean_scores_over_repetitions(episode):
+def test_rfds_is_the_ratio_of_mean_scores_over_repetitions(episode):
     whole = drives(episode, (1.0, 0.6), (1.0, 1.0))
     filtered = drives(episode, (0.4, 0.4), (0.5, 1.0), agent="expert-filtered@oracle")
     found = relative_score(whole, filtered)
@@ -26,7 +26,7 @@ def test_it_is_the_ratio_of_mean_scores_over_repetitions(episode):
     assert (found.agent, found.episodes, found.unmatched) == ("expert-filtered@oracle", 4, 0)
 
 
-def test_only_what_both_have_driven_counts(episode):
+def test_rfds_uses_only_common_scenarios(episode):
     whole = drives(episode, (1.0, 0.5, 1.0), (1.0, 1.0, 1.0))
     found = relative_score(whole, drives(episode, (0.5, 0.25)))
     assert found.score.mean == pytest.approx(50.0)
@@ -34,7 +34,7 @@ def test_only_what_both_have_driven_counts(episode):
     assert (found.episodes, found.unmatched) == (2, 4)
 
 
-def test_what_cannot_be_related_is_an_input_error(episode):
+def test_incomparable_runs_raise_input_error(episode):
     some = drives(episode, (1.0, 1.0))
     with pytest.raises(InputError, match="share no scenario"):
         relative_score(some, drives(episode, (1.0,), scenario="other"))

@@ -9,7 +9,7 @@ from plant_bench.scoring.significance import holm, sign_flip_test
 
 
 def differences(routes, seed=0):
-    """Like those of scores: often equal, else leaps."""
+    """Draw differences like those of scores: often zero, otherwise large."""
     draw = np.random.default_rng(seed)
     return draw.choice([0.0, 0.0, 40.0, -40.0, 12.5, 64.0], size=routes)
 
@@ -27,20 +27,20 @@ def scipys_p(sums, samples):
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_few_routes_have_scipys_exact_p_value(seed):
+def test_p_value_for_few_routes_equals_scipy_exactly(seed):
     sums = differences(10, seed)
     assert sign_flip_test(sums) == pytest.approx(scipys_p(sums, math.inf), abs=1e-12)
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_many_routes_have_scipys_p_value_within_chance(seed):
+def test_p_value_for_many_routes_agrees_with_scipy(seed):
     sums = differences(36, seed)
     expected = scipys_p(sums, 10_000)
     chance = 4.0 * math.sqrt(2.0 * expected * (1.0 - expected) / 10_000) + 2e-4
     assert sign_flip_test(sums) == pytest.approx(expected, abs=chance)
 
 
-def test_it_finds_what_is_not_there_as_often_as_it_says():
+def test_false_positive_rate_matches_the_significance_level():
     draw = np.random.default_rng(5)
     found = sum(
         sign_flip_test(draw.choice([0.0, 40.0, -40.0, 16.0, -16.0], size=12)) <= 0.05
@@ -49,11 +49,11 @@ def test_it_finds_what_is_not_there_as_often_as_it_says():
     assert 1 <= found <= 20
 
 
-def test_no_difference_is_certainly_chance():
+def test_no_difference_has_p_value_one():
     assert sign_flip_test(np.zeros(36)) == 1.0
 
 
-def test_the_interval_is_scipys_bootstrap(episode):
+def test_interval_equals_scipy_bootstrap(episode):
     """Routes with different numbers of episodes, drawn whole: a ratio of sums."""
     draw = np.random.default_rng(3)
     a, b = [], []
@@ -84,11 +84,11 @@ def test_the_interval_is_scipys_bootstrap(episode):
     assert found.p_value == pytest.approx(scipys_p(sums, 10_000), abs=0.02)
 
 
-def test_many_tests_are_corrected():
+def test_p_values_of_many_tests_are_corrected():
     assert holm([0.01, 0.04, 0.03, 0.005]) == pytest.approx([0.03, 0.06, 0.06, 0.02])
 
 
-def test_a_test_that_was_not_made_does_not_count():
+def test_missing_tests_are_not_counted_in_the_correction():
     corrected = holm([0.02, math.nan, 0.03])
     assert corrected[0::2] == pytest.approx([0.04, 0.04])
     assert math.isnan(corrected[1])

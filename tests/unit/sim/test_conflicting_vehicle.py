@@ -1,4 +1,4 @@
-"""A vehicle takes another way only while it can still decide so."""
+"""A vehicle is rerouted only while it can still change its route."""
 
 import random
 
@@ -57,7 +57,7 @@ class OneVehicle(HazardWorld):
 
 
 @pytest.mark.parametrize(("left", "speed"), [(30.0, 10.0), (1.0, 0.0), (4.0, 5.0)])
-def test_who_can_still_decide_is_rerouted(left, speed):
+def test_vehicle_before_its_turn_is_rerouted(left, speed):
     stage = OneVehicle(left, speed)
     assert reroute(stage, APPROACH, 1, random.Random(1))
     assert stage.asked == [(*APPROACH.edges, "onward")]
@@ -65,7 +65,7 @@ def test_who_can_still_decide_is_rerouted(left, speed):
 
 
 @pytest.mark.parametrize(("left", "speed"), [(2.0, 10.0), (0.5, 1.0), (0.1, 0.0)])
-def test_who_is_about_to_leave_its_lane_is_not(left, speed):
+def test_vehicle_about_to_leave_its_lane_is_not_rerouted(left, speed):
     stage = OneVehicle(left, speed)
     assert not reroute(stage, APPROACH, 1, random.Random(1))
     assert not stage.asked

@@ -1,4 +1,4 @@
-"""The director lets go of traffic that waits for an ego that waits."""
+"""The director releases hazard traffic that waits for a waiting ego."""
 
 import random
 
@@ -21,7 +21,7 @@ class EmptyStage(HazardWorld):
 
 
 class Holding(HoldsTraffic):
-    """A script that waits for the ego for ever."""
+    """A hazard that waits for the ego indefinitely."""
 
     def __init__(self, hazard: Hazard, stage: HazardWorld, draw: random.Random) -> None:
         self.phase, self.reason = Phase.ARMED, ""
@@ -40,7 +40,7 @@ def director(monkeypatch) -> Director:
     return Director(EmptyStage(), (hazard,), 0)
 
 
-def test_who_waits_for_an_ego_that_stands_is_let_go(director):
+def test_armed_hazard_is_void_if_the_ego_stays_stationary(director):
     for _ in range(TICKS):
         director.step(WAITING)
     (outcome,) = director.outcomes
@@ -50,7 +50,7 @@ def test_who_waits_for_an_ego_that_stands_is_let_go(director):
 
 
 class Counting(Holding):
-    """Counts how often it is asked."""
+    """Counts its steps."""
 
     asked = 0
 
@@ -59,8 +59,8 @@ class Counting(Holding):
 
 
 @pytest.mark.parametrize(("kind", "times"), [(HazardKind.CUT_IN, 10), (HazardKind.HARD_BRAKE, 5)])
-def test_who_places_a_vehicle_while_armed_is_asked_at_every_tick(kind, times, monkeypatch):
-    """SUMO drives a vehicle that is not placed at a tick, and may begin to change its lane."""
+def test_hazard_placing_a_vehicle_is_stepped_every_tick(kind, times, monkeypatch):
+    """Without placement at a tick, SUMO drives the vehicle and may start a lane change."""
     monkeypatch.setattr(module, "load_script", lambda _: Counting)
     monkeypatch.setattr(Counting, "asked", 0)
     stage = EmptyStage()
@@ -70,7 +70,7 @@ def test_who_places_a_vehicle_while_armed_is_asked_at_every_tick(kind, times, mo
     assert Counting.asked == times
 
 
-def test_an_ego_that_goes_on_now_and_then_is_waited_for(director):
+def test_armed_hazard_waits_for_an_ego_that_moves_now_and_then(director):
     for tick in range(2 * TICKS):
         director.step(MOVING if tick % 1000 == 0 else WAITING)
     assert director.outcomes[0].phase is Phase.ARMED

@@ -1,4 +1,4 @@
-"""The ego's vehicle model: a reader learns it from here."""
+"""The ego's vehicle model."""
 
 import math
 
@@ -22,12 +22,12 @@ def drive(ego: EgoState, control: Control, seconds: float) -> EgoState:
     return ego
 
 
-def test_straight_on_covers_speed_times_time() -> None:
+def test_ego_driving_straight_covers_speed_times_time() -> None:
     ego = drive(EgoState(0.0, 0.0, 0.0, 20.0), Control(0.0, 0.0), 2.0)
     assert (ego.x, ego.y) == pytest.approx((40.0, 0.0))
 
 
-def test_constant_steering_is_a_circle_of_wheelbase_over_tangent() -> None:
+def test_constant_steering_gives_the_bicycle_model_radius() -> None:
     steering = 0.3
     radius = WHEELBASE / math.tan(steering)
     start = EgoState(REAR_AXLE, 0.0, 0.0, 5.0, steering=steering)
@@ -40,7 +40,7 @@ def test_constant_steering_is_a_circle_of_wheelbase_over_tangent() -> None:
     assert math.hypot(*rear) < 5.0 * TICK
 
 
-def test_full_braking_stops_and_never_reverses() -> None:
+def test_full_braking_stops_without_reversing() -> None:
     ego = drive(EgoState(0.0, 0.0, 0.0, 16.0), Control(-100.0, 0.0), 4.0)
     assert ego.speed == 0.0
     ideal = 16.0**2 / (2.0 * BRAKING_LIMIT)
@@ -48,7 +48,7 @@ def test_full_braking_stops_and_never_reverses() -> None:
     assert drive(ego, Control(-100.0, 0.0), 1.0).x == ego.x
 
 
-def test_actuators_have_limits_and_take_time() -> None:
+def test_actuators_have_limits_and_delay() -> None:
     ego = EgoState(0.0, 0.0, 0.0, 5.0)
     assert advance(ego, Control(0.0, 9.0)).steering == pytest.approx(1.0 * TICK)
     ego = drive(ego, Control(99.0, 9.0), 2.0)
@@ -56,6 +56,6 @@ def test_actuators_have_limits_and_take_time() -> None:
     assert ego.acceleration == pytest.approx(ACCELERATION_LIMIT)
 
 
-def test_standing_still_does_not_turn() -> None:
+def test_stationary_ego_does_not_turn() -> None:
     ego = drive(EgoState(1.0, 2.0, 0.5, 0.0), Control(0.0, 0.6), 1.0)
     assert ego.pose == pytest.approx((1.0, 2.0, 0.5))

@@ -1,4 +1,4 @@
-"""Where each kind may go: for ever, and never where it does not belong."""
+"""Routes of each vehicle kind: endless, and only on roads it may use."""
 
 import random
 from functools import cache
@@ -37,7 +37,7 @@ def test_bicycles_keep_to_slow_roads(name: str) -> None:
 
 @pytest.mark.parametrize("kind", [ActorKind.TRUCK, ActorKind.BUS])
 @pytest.mark.parametrize("name", ["town02", "town03"])
-def test_long_vehicles_take_no_turn_that_is_too_tight(name: str, kind: ActorKind) -> None:
+def test_long_vehicles_avoid_tight_turns(name: str, kind: ActorKind) -> None:
     town = streets(name).town
     edge_of = {lane.id: lane.edge for lane in town.lanes.values()}
     tight = {
@@ -52,7 +52,7 @@ def test_long_vehicles_take_no_turn_that_is_too_tight(name: str, kind: ActorKind
 
 @pytest.mark.parametrize("kind", list(SIZES))
 @pytest.mark.parametrize("name", ["town02", "town04"])
-def test_every_walk_is_long_enough_and_follows_links(name: str, kind: ActorKind) -> None:
+def test_random_routes_are_long_enough_and_follow_links(name: str, kind: ActorKind) -> None:
     town = streets(name).town
     edge_of = {lane.id: lane.edge for lane in town.lanes.values()}
     steps = {(edge_of[link.source], edge_of[link.target]) for link in town.links}
@@ -61,7 +61,7 @@ def test_every_walk_is_long_enough_and_follows_links(name: str, kind: ActorKind)
         assert steps.issuperset(pairwise(walk))
 
 
-def test_a_bicycle_that_was_sent_onto_a_highway_still_has_a_way() -> None:
+def test_bicycle_on_a_highway_still_has_a_route() -> None:
     grid = streets("town04")
     fast = [edge for edge, lanes in grid.town.edges.items() if lanes[0].speed_limit > 20.0]
     assert grid.walk(fast[0], ActorKind.BICYCLE, random.Random(1))

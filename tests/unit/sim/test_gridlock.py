@@ -1,4 +1,4 @@
-"""Stand-offs: who is talked out of them, and who is not."""
+"""Gridlock: which vehicles are released, and which are not."""
 
 import math
 
@@ -18,7 +18,7 @@ NOW = 400  # a tick at which a look may be due
 
 
 class Told(Commands):
-    """Keeps what drivers are told to take no notice of."""
+    """Records which vehicles others are told to ignore."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -39,7 +39,7 @@ class Told(Commands):
 def look(
     told: Told, *poses: tuple[float, float, float], lanes: str = ":J_0_0", speed: float = 0.0
 ) -> Gridlock:
-    """One look at vehicles 1, 2, ...; each would go straight on."""
+    """Run one gridlock check on vehicles 1, 2, ...; each would go straight ahead."""
     count = len(poses)
     placed = np.array(poses)
     actors = Actors(
@@ -59,28 +59,28 @@ def look(
     return gridlock
 
 
-def test_who_waits_for_the_ego_and_for_who_stands_behind_it_is_told_to_go_on() -> None:
-    """Three of them: the one that crosses waits for the one behind the ego too."""
+def test_vehicle_waiting_for_the_ego_and_its_queue_is_released() -> None:
+    """The crossing vehicle waits for the ego and for the one behind it."""
     told = Told()
     look(told, CROSSING, BEHIND)
     assert told.ignored == {1: (0, 2)}  # the ego's own number is 0; 2 has the ego before it
 
 
-def test_nobody_is_told_to_drive_into_who_stands() -> None:
+def test_vehicle_is_not_released_into_a_stationary_vehicle() -> None:
     told = Told()
     look(told, CROSSING, (8.0, 0.0, 0.0))
     assert 1 not in told.ignored
 
 
 @pytest.mark.parametrize(("lanes", "speed"), [("street_0", 0.0), (":J_0_0", 1.0)])
-def test_who_drives_or_stands_before_the_junction_is_left_alone(lanes: str, speed: float) -> None:
+def test_vehicles_moving_or_before_the_junction_are_not_released(lanes: str, speed: float) -> None:
     told = Told()
     look(told, CROSSING, lanes=lanes, speed=speed)
     assert told.ignored == {}
 
 
 @pytest.mark.parametrize("speed", [0.0, 5.0])
-def test_an_ego_that_is_out_of_order_is_put_in_its_place(speed: float) -> None:
+def test_ego_out_of_lane_order_is_reseated(speed: float) -> None:
     told = Told()
     gridlock = Gridlock(told)
     gridlock.due(NOW, EgoState(0.0, 0.0, 0.0, speed))
@@ -91,7 +91,7 @@ def test_an_ego_that_is_out_of_order_is_put_in_its_place(speed: float) -> None:
     assert told.reseated == [0]
 
 
-def test_a_driver_takes_notice_again_after_a_while() -> None:
+def test_release_of_a_vehicle_expires() -> None:
     told = Told()
     gridlock = look(told, CROSSING)
     assert told.ignored == {1: (0,)}
@@ -102,7 +102,7 @@ def test_a_driver_takes_notice_again_after_a_while() -> None:
     assert told.ignored == {1: ()}
 
 
-def test_a_look_is_due_only_when_the_ego_has_stood_for_long() -> None:
+def test_gridlock_check_is_due_only_after_a_long_stop() -> None:
     gridlock = Gridlock(Told())
     due = [tick for tick in range(300) if gridlock.due(tick, EGO)]
     assert due[0] == pytest.approx(PATIENCE / TICK, abs=LOOK_INTERVAL)

@@ -1,4 +1,4 @@
-"""A long box cuts a curve: how far, and who may not."""
+"""The extra width of long vehicles on curves, and which vehicles do not fit."""
 
 import numpy as np
 import pytest
@@ -17,12 +17,12 @@ def arc(radius: float, angle: float = np.pi / 2) -> Float[np.ndarray, "points 2"
 
 
 @pytest.mark.parametrize("radius", [8.0, 20.0])
-def test_a_box_cuts_a_curve_by_the_sagitta_of_its_chord(radius: float) -> None:
+def test_vehicle_on_a_curve_needs_the_sagitta_as_extra_width(radius: float) -> None:
     sagitta = radius * (1.0 - np.cos(4.5 / radius))  # its front and rear are 9 m of lane apart
     assert reach_aside(arc(radius), 9.0, 2.4) == pytest.approx(1.2 + sagitta, abs=0.03)
 
 
-def test_a_box_on_a_straight_is_as_wide_as_it_is() -> None:
+def test_vehicle_on_a_straight_needs_its_own_width() -> None:
     assert reach_aside(np.array([[0.0, 0.0], [5.0, 5.0]]), 9.0, 2.4) == pytest.approx(1.2)
     assert reach_aside(np.array([[0.0, 0.0], [50.0, 5.0]]), 9.0, 2.4) == pytest.approx(1.2)
 
@@ -41,7 +41,7 @@ def turn(radius: float) -> tuple[Town, Link]:
     return Town("turn", lanes, (link,), {}, {}), link
 
 
-def test_a_bus_takes_wide_turns_only_and_a_car_takes_all() -> None:
+def test_bus_takes_only_wide_turns_and_car_takes_all() -> None:
     wide, tight = turn(14.0), turn(9.0)
     assert fits(*wide, 9.0, 2.4)
     assert not fits(*tight, 9.0, 2.4)

@@ -1,4 +1,4 @@
-"""The traffic's vehicles: real sizes, and SUMO is told of the same ones."""
+"""Vehicle types: realistic sizes, the same in SUMO as in the table."""
 
 from xml.etree import ElementTree
 
@@ -8,13 +8,13 @@ from plant_bench.sim.vehicle_types import TYPES_FILE, VEHICLE_TYPES, types_xml
 from plant_bench.world.scene import EGO_EXTENT, ActorKind
 
 
-def test_the_file_sumo_reads_is_the_table() -> None:
+def test_sumo_types_file_equals_the_table() -> None:
     assert TYPES_FILE.read_text(encoding="utf-8") == types_xml(), (
         "Write it again: python -m plant_bench.sim.vehicle_types"
     )
 
 
-def test_sumo_is_told_the_same_sizes_and_top_speeds() -> None:
+def test_sumo_types_have_the_sizes_and_top_speeds_of_the_table() -> None:
     read = {item.attrib["id"]: item.attrib for item in ElementTree.parse(TYPES_FILE).iter("vType")}
     for row in VEHICLE_TYPES:
         told = read[row.name]
@@ -23,7 +23,7 @@ def test_sumo_is_told_the_same_sizes_and_top_speeds() -> None:
     assert (float(read["ego"]["length"]), float(read["ego"]["width"])) == EGO_EXTENT
 
 
-def test_what_hazards_put_out_is_there() -> None:
+def test_types_used_by_hazards_exist() -> None:
     read = {item.attrib["id"] for item in ElementTree.parse(TYPES_FILE).iter("vType")}
     assert read >= {"ego", "walker", "rider", "car_medium", "van"}
 
@@ -36,14 +36,14 @@ def test_the_shares_of_each_kind_sum_to_one() -> None:
     assert all(share == pytest.approx(1.0) for share in shares.values())
 
 
-def test_each_kind_has_drivers_of_three_tempers() -> None:
+def test_each_vehicle_kind_has_three_driver_types() -> None:
     headways = {item.attrib["id"]: item.get("tau") for item in _types()}
     for body in ("car_small", "van", "truck", "bus", "motorcycle", "bicycle"):
         assert len({headways[body + temper] for temper in ("_calm", "", "_hurried")}) == 3
 
 
-def test_no_temper_departs_from_the_rules() -> None:
-    """None runs lights, and none keeps less headway than a driver needs to decide anew."""
+def test_driver_types_keep_the_traffic_rules() -> None:
+    """No driver type runs red lights or has a headway below one decision interval."""
     for item in _types():
         assert "jmIgnoreFoeProb" not in item.attrib
         assert "jmDriveAfterRedTime" not in item.attrib

@@ -1,4 +1,4 @@
-"""What routes have in common with those of the benchmark."""
+"""Overlap of routes with those of the benchmark."""
 
 from plant_bench.towns.route_choice import driven_on, share
 from plant_bench.towns.training_routes import benchmark_routes

@@ -1,4 +1,4 @@
-"""Ways that meet the ego's: where its front must stay, and which of them suit a hazard."""
+"""Approaches that conflict with the route: where the ego must stop, and which fit a hazard."""
 
 from dataclasses import replace
 
@@ -31,24 +31,24 @@ def clear_of(line):
     return clear_place(EAST, 10.0, 90.0, line, range(100))
 
 
-def test_the_front_stays_before_a_crossing_vehicle_s_side():
+def test_ego_front_stays_clear_of_a_crossing_vehicle():
     across = np.stack((np.full(101, 60.0), AHEAD - 50.0), axis=1)
     assert clear_of(across) == pytest.approx(60.0 - 0.5 * SWEPT[1], abs=STEP)
 
 
-def test_who_comes_from_a_lane_that_joins_is_met_before_the_centre_lines_are():
+def test_merging_vehicle_conflicts_before_the_centre_lines_meet():
     aside = np.maximum(0.1 * (60.0 - AHEAD), 0.0)
     joining = np.stack((AHEAD, aside), axis=1)
     sides_touch = 60.0 - 0.5 * (EGO_WIDTH + SWEPT[1]) / 0.1
     assert sides_touch - 3.0 < clear_of(joining) < sides_touch + 6.0
 
 
-def test_who_stays_in_the_next_lane_is_never_met():
+def test_vehicle_in_the_adjacent_lane_never_conflicts():
     beside = np.stack((AHEAD, np.full(101, 3.5)), axis=1)
     assert clear_of(beside) > 89.0
 
 
-def test_ways_are_clear_before_they_meet():
+def test_approaches_are_clear_before_they_meet():
     route = ROUTES["town05-4"]
     passage = passage_at(route, 102.0)
     assert passage is not None
@@ -58,7 +58,7 @@ def test_ways_are_clear_before_they_meet():
 
 
 @pytest.mark.parametrize("name", ["town01-0", "town03-3", "town06-3"])
-def test_junction_hazards_are_where_somebody_can_come_from_afar(name):
+def test_junction_hazards_have_a_long_approach(name):
     route = ROUTES[name]
     town = load_town(route.town)
     found = [hazard for hazard in route.hazards if hazard.kind in FITS]
@@ -70,7 +70,7 @@ def test_junction_hazards_are_where_somebody_can_come_from_afar(name):
         assert max(way.meets for way in ways) > 60.0, hazard
 
 
-def test_a_kind_s_ways_suit_it():
+def test_approaches_fit_the_kind_of_hazard():
     seen = set()
     for name in ("town01-0", "town02-4", "town05-4"):
         route = ROUTES[name]

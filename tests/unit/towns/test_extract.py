@@ -1,4 +1,4 @@
-"""What is read of a SUMO network."""
+"""Extraction of a SUMO network."""
 
 from plant_bench.towns.extract import extract_town
 
@@ -11,12 +11,12 @@ NET = """<net>
 </net>"""
 
 
-def test_a_signal_that_lost_links_keeps_the_places_of_those_left():
+def test_signal_with_removed_links_keeps_its_indices():
     town = extract_town(NET.format(index=5), "test")
 
     assert town.signals == {"b": 6}
     town.check_names()  # so it can be written and read again
 
 
-def test_a_signal_with_all_its_links_has_as_many():
+def test_signal_with_all_links_has_as_many_indices():
     assert extract_town(NET.format(index=0), "test").signals == {"b": 1}

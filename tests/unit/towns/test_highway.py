@@ -20,7 +20,7 @@ ON = Branch("on", 300.0, "right", "in", 100.0)
 OFF = Branch("off", 900.0, "right", "out", 100.0)
 
 
-def test_a_cut_lies_beside_the_reference_line_even_over_its_end():
+def test_cut_of_a_ring_follows_the_offset_across_its_end():
     way = ring()
     piece = way.cut(way.total - 20, 20.0, left=-3.5)
     assert np.hypot(*piece[:, :2].T) == pytest.approx(RADIUS + 2.0 + 3.5, abs=0.02)
@@ -37,7 +37,7 @@ def test_an_extra_lane_exists_only_beside_its_ramp():
     }
 
 
-def test_lanes_run_through_and_the_acceleration_lane_ends():
+def test_through_lanes_continue_and_the_acceleration_lane_ends():
     way, plan = ring(ON, OFF), StreetPlan()
     way.add_to(plan)
     for branch, ends in ((ON, ("ring_off", "ring_on")), (OFF, ("ring_off", "ring_on"))):
@@ -50,7 +50,7 @@ def test_lanes_run_through_and_the_acceleration_lane_ends():
     assert ("ring_off_begin", 0, "off", 0) in found
 
 
-def test_an_exit_follows_the_bend_before_it_leaves():
+def test_exit_follows_the_bend_before_it_diverges():
     way = ring()
     shape = exit_shape(way, 100.0, Pose(0.0, 320.0, np.pi))
     away = np.hypot(*shape[:, :2].T)
@@ -59,7 +59,7 @@ def test_an_exit_follows_the_bend_before_it_leaves():
     assert tuple(shape[-1][:2]) == pytest.approx((0, 320))
 
 
-def test_a_u_turn_comes_back_beside_itself():
+def test_u_turn_returns_parallel_to_itself():
     shape = u_turn_shape(Pose(0.0, 0.0, 0.0), Pose(0.0, 14.0, np.pi), 14.0)
     assert end_pose(shape).heading == pytest.approx(np.pi, abs=0.05)
     assert tightest_radius(shape) == pytest.approx(7, rel=0.1)

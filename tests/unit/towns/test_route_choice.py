@@ -1,4 +1,4 @@
-"""Shares of routes, and cutting plans to a length."""
+"""Overlap of routes, and shortening plans to a length."""
 
 import numpy as np
 import pytest
@@ -9,13 +9,13 @@ from plant_bench.towns.route_graph import StreetGraph
 from plant_bench.world.town import load_town
 
 
-def test_share_is_of_the_shorter_route():
+def test_common_share_is_relative_to_the_shorter_route():
     one, other = {"a": 100.0, "b": 100.0, "c": 50.0}, {"b": 60.0, "d": 40.0}
     assert share(one, other) == share(other, one) == 0.6
     assert share({"a": 1.0}, {"b": 1.0}) == 0.0
 
 
-def test_shortened_plans_are_long_but_never_too_long():
+def test_shortened_plans_stay_below_the_maximum_length():
     graph = StreetGraph(load_town("town02"))
     plans = draft_paths(graph, 50, np.random.default_rng(3))
     assert len(plans) > 20
@@ -31,7 +31,7 @@ def test_shortened_plans_are_long_but_never_too_long():
         assert made.length == pytest.approx(draft.length, rel=0.02)
 
 
-def test_too_few_different_routes_are_told():
+def test_too_few_different_routes_are_refused():
     graph = StreetGraph(load_town("town02"))
     plans = draft_paths(graph, 3, np.random.default_rng(3))[:1]
     with pytest.raises(InputError, match="Only 1 different routes were found in town02, 3"):

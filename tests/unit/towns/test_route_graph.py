@@ -1,4 +1,4 @@
-"""What a town's edges are to routes: exits, U-turns, places to start and end."""
+"""Edges of a town as seen by routes: exits, U-turns, start and end places."""
 
 from itertools import pairwise
 
@@ -44,7 +44,7 @@ def make_town(speed):
     return Town("hand_made", {item.id: item for item in lanes}, links, junctions, {})
 
 
-def test_an_exit_leaves_a_fast_road_on_the_right():
+def test_exits_leave_fast_roads_on_the_right():
     graph = StreetGraph(make_town(22.0))
     assert graph.is_exit("road", "ramp")
     assert not graph.is_exit("road", "main")
@@ -52,7 +52,7 @@ def test_an_exit_leaves_a_fast_road_on_the_right():
     assert graph.starts == ("main",)
 
 
-def test_a_u_turn_is_a_short_edge_that_turns_back():
+def test_u_turns_are_short_edges_that_turn_back():
     graph = StreetGraph(make_town(22.0))
     assert graph.u_turns == {"back"}
     assert graph.sights == ("ramp", "back")
@@ -60,7 +60,7 @@ def test_a_u_turn_is_a_short_edge_that_turns_back():
     assert not graph.is_crossing("fork")
 
 
-def test_paths_are_linked_and_take_no_edge_twice():
+def test_paths_are_linked_and_use_no_edge_twice():
     graph = StreetGraph(load_town("town02"))
     rng = np.random.default_rng(5)
     paths = [path for _ in range(40) if (path := random_path(graph, rng)) is not None]

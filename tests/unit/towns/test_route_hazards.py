@@ -1,4 +1,4 @@
-"""What holds for the hazards of every route of both suites as they are stored."""
+"""Properties of the hazards of every stored route of both suites."""
 
 from collections import Counter
 from itertools import pairwise
@@ -31,7 +31,7 @@ def lane_at(route, at):
 
 
 @every_route
-def test_eight_to_fifteen_apart_from_each_other_and_from_the_ends(route):
+def test_route_has_8_to_15_hazards_apart_from_each_other(route):
     places = [hazard.at for hazard in route.hazards]
     assert 8 <= len(places) <= 15
     assert all(after - one >= SPACING for one, after in pairwise(places))
@@ -43,7 +43,7 @@ def test_eight_to_fifteen_apart_from_each_other_and_from_the_ends(route):
 
 
 @every_route
-def test_crossings_are_on_slow_kerb_lanes_and_can_be_survived(route):
+def test_crossing_hazards_are_on_slow_kerb_lanes_and_avoidable(route):
     for hazard in route.hazards:
         if hazard.kind in CROSSINGS:
             lane = lane_at(route, hazard.at)
@@ -57,7 +57,7 @@ def test_crossings_are_on_slow_kerb_lanes_and_can_be_survived(route):
 
 
 @every_route
-def test_junction_kinds_are_inside_the_passages_that_suit_them(route):
+def test_junction_hazards_are_inside_suitable_passages(route):
     turns = {HazardKind.UNPROTECTED_LEFT: "left", HazardKind.RIGHT_TURN: "right"}
     signalled = (HazardKind.UNPROTECTED_LEFT, HazardKind.RED_LIGHT_RUNNER)
     for hazard in route.hazards:
@@ -70,7 +70,7 @@ def test_junction_kinds_are_inside_the_passages_that_suit_them(route):
 
 
 @pytest.mark.parametrize("suite", SUITES)
-def test_a_suite_has_about_twelve_a_route_of_all_kinds(suite):
+def test_suite_has_about_12_hazards_per_route_of_all_kinds(suite):
     routes = load_suite(suite)
     counts = Counter(hazard.kind for route in routes for hazard in route.hazards)
     assert set(counts) == set(HazardKind)
@@ -80,28 +80,28 @@ def test_a_suite_has_about_twelve_a_route_of_all_kinds(suite):
     assert len({hazard.seed for route in routes for hazard in route.hazards}) == counts.total()
 
 
-def test_placing_again_gives_the_same_and_another_seed_gives_others():
+def test_hazard_placement_depends_only_on_the_seed():
     route = ROUTES[4]
     seed = SUITES["longest6"].seed
     assert place_hazards(TOWNS[route.town], route, seed) == route.hazards
     assert place_hazards(TOWNS[route.town], route, seed + 1) != route.hazards
 
 
-def test_possible_places_keep_to_the_route():
+def test_possible_places_are_on_the_route():
     route = ROUTES[12]
     places = possible_places(TOWNS[route.town], route)
     assert all(MARGIN < place.at < route.length - MARGIN for place in places)
     assert all(0.0 <= place.arm < place.at for place in places)
 
 
-def test_a_crossing_starts_where_a_surprised_driver_can_still_stop():
+def test_crossing_starts_outside_the_stopping_distance_with_reaction():
     assert meets_at(WALKER.length) == pytest.approx(0.5 * (EGO_WIDTH + WALKER.length))
     seconds = 0.5 + 10.0 / 8.0 + 1.5 / 10.0  # reaction, braking with 4 m/s2, 1.5 m left over
     expected = meets_at(RIDER.length) + 2.0 * 1.15 * seconds
     assert needed_start(2.0, 10.0, RIDER.length) == pytest.approx(expected)
 
 
-def test_who_comes_from_the_left_is_faster_and_a_fast_road_allows_less():
+def test_crossing_speeds_depend_on_side_and_speed_limit():
     assert (
         crossing_speeds(8.3, rider=False, side=1)[0] > crossing_speeds(8.3, rider=False, side=-1)[0]
     )

@@ -56,13 +56,13 @@ def make_town(length=120.0, lanes=2, *, acceleration=False):
     return Town("hand_made", found, tuple(links), junctions, {})
 
 
-def test_no_lane_change_where_none_is_needed():
+def test_no_lane_change_is_planned_if_none_is_needed():
     plan = plan_lanes(StreetGraph(make_town()), ("feeder", "road", "ahead"))
     assert plan is not None
     assert plan.left == plan.entered == ("feeder_0", "road_0", "ahead_0")
 
 
-def test_one_lane_change_where_the_way_on_asks_for_it():
+def test_one_lane_change_is_planned_if_the_next_edge_requires_it():
     graph = StreetGraph(make_town())
     plan = plan_lanes(graph, ("feeder", "road", "aside"))
     assert plan is not None
@@ -78,12 +78,12 @@ def test_the_start_is_on_the_lane_that_needs_no_change():
 
 
 @pytest.mark.parametrize(("length", "found"), [(42.9, False), (43.1, True)])
-def test_a_lane_change_needs_room(length, found):
+def test_lane_change_needs_enough_length(length, found):
     graph = StreetGraph(make_town(length))
     assert (plan_lanes(graph, ("feeder", "road", "aside")) is not None) == found
 
 
-def test_lane_changes_come_one_after_the_other():
+def test_lane_changes_do_not_overlap():
     first, second = change_spans(make_town(90.0).lanes["road_0"], 2) or []
     assert first.start == 8.0
     assert second.start - first.end == pytest.approx(5.0)
@@ -91,7 +91,7 @@ def test_lane_changes_come_one_after_the_other():
     assert first.end - first.start >= 20.0
 
 
-def test_long_edges_keep_the_queue_free():
+def test_lane_changes_on_long_edges_end_before_the_queue():
     road = make_town(400.0).lanes["road_0"]
     (span,) = change_spans(road, 1) or []
     assert span.start > 8.0
@@ -110,7 +110,7 @@ def test_an_acceleration_lane_is_left_in_its_middle():
     assert count_manoeuvres(graph, plan)["merge"] == 1
 
 
-def test_the_line_glides_from_lane_to_lane():
+def test_route_line_moves_smoothly_between_lanes():
     town = make_town(120.0, lanes=3)
     plan = plan_lanes(StreetGraph(town), ("feeder", "road", "aside"))
     assert plan is not None
@@ -130,7 +130,7 @@ def test_the_line_glides_from_lane_to_lane():
     assert middle == pytest.approx(WIDTH, abs=0.05)
 
 
-def test_a_route_tells_its_passages_and_goes_on_beyond_its_end():
+def test_route_has_its_passages_and_edges_past_its_end():
     graph = StreetGraph(make_town())
     plan = plan_lanes(graph, ("feeder", "road"))
     assert plan is not None

@@ -4,7 +4,7 @@ from plant_bench.towns.route_image import save_suite_pictures
 from plant_bench.world.route import load_suite
 
 
-def test_a_small_picture_a_town(tmp_path):
+def test_each_town_gets_one_small_picture(tmp_path):
     routes = [route for route in load_suite("longest6") if route.id in ("town01-0", "town02-0")]
     files = save_suite_pictures(routes, tmp_path)
     assert [path.name for path in files] == ["town01.png", "town02.png"]

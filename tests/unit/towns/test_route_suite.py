@@ -1,4 +1,4 @@
-"""What holds for every route of both suites as they are stored."""
+"""Properties of every stored route of both suites."""
 
 import math
 import subprocess
@@ -27,7 +27,7 @@ every_suite = pytest.mark.parametrize("suite", SUITES)
 
 
 @every_suite
-def test_six_routes_a_town_of_about_the_lengths_of_longest6(suite):
+def test_each_town_has_six_routes_of_the_longest6_lengths(suite):
     routes, wanted = load_suite(suite), SUITES[suite].lengths
     assert [route.id for route in routes] == [f"{town}-{i}" for town in wanted for i in range(6)]
     for name, targets in wanted.items():
@@ -44,7 +44,7 @@ def test_routes_of_a_town_share_at_most_two_thirds():
 
 
 @every_suite
-def test_every_manoeuvre_occurs(suite):
+def test_suite_contains_every_manoeuvre(suite):
     counts = Counter[str]()
     for route in load_suite(suite):
         counts.update(route.manoeuvres)
@@ -52,7 +52,7 @@ def test_every_manoeuvre_occurs(suite):
 
 
 @every_route
-def test_points_are_a_metre_apart_and_bend_gently(route):
+def test_route_points_are_1_m_apart_and_smooth(route):
     steps = np.diff(route.points, axis=0)
     spacing = np.hypot(*steps.T)
     assert spacing.min() > 0.9
@@ -72,7 +72,7 @@ def test_speed_limits_suit_lanes_and_curves(route):
 
 
 @every_route
-def test_lanes_are_linked_and_cover_the_route(route):
+def test_route_lanes_are_linked_and_cover_the_route(route):
     lanes = TOWNS[route.town].lanes
     assert route.lanes[0].start == 0.0
     assert route.lanes[-1].end == pytest.approx(route.length, abs=0.01)
@@ -88,14 +88,14 @@ def test_lanes_are_linked_and_cover_the_route(route):
 
 
 @every_route
-def test_edges_are_linked(route):
+def test_route_edges_are_linked(route):
     town = TOWNS[route.town]
     linked = {(town.lanes[k.source].edge, town.lanes[k.target].edge) for k in town.links}
     assert all(pair in linked for pair in pairwise(route.edges))
 
 
 @every_route
-def test_passages_are_ordered_and_apart_from_lane_changes(route):
+def test_passages_are_ordered_and_do_not_overlap_lane_changes(route):
     for one, after in pairwise(route.passages):
         assert one.exit <= after.entry
     for passage in route.passages:
@@ -113,7 +113,7 @@ def test_passages_are_ordered_and_apart_from_lane_changes(route):
 
 
 @every_route
-def test_points_lie_on_lane_centres_outside_lane_changes(route):
+def test_route_points_are_on_lane_centres_outside_lane_changes(route):
     lanes = TOWNS[route.town].lanes
     for span in route.lanes:
         inside = (route.along > span.start + 0.5) & (route.along < span.end - 0.5)
@@ -125,7 +125,7 @@ def test_points_lie_on_lane_centres_outside_lane_changes(route):
 
 
 @every_route
-def test_a_car_can_follow_it(route):
+def test_bicycle_model_can_follow_the_route(route):
     """Pure pursuit with a kinematic bicycle, its reference the box centre."""
     wheelbase, most, speed, tick, reach = 2.86, 0.61, 5.0, 0.05, 4.0
     x, y, yaw = *route.points[0], route.headings[0]
@@ -151,12 +151,12 @@ def test_a_car_can_follow_it(route):
 
 
 @every_route
-def test_stored_routes_are_what_was_made(route):
+def test_stored_routes_equal_the_generated_ones(route):
     again = type(route).from_payload(route.to_payload())
     assert again.checksum == route.checksum
 
 
-def test_description_has_a_row_a_route():
+def test_description_has_a_row_per_route():
     table = describe_suite(ROUTES)
     assert list(table["id"]) == [route.id for route in ROUTES]
     assert float(table["max_share"].to_numpy().max()) <= 2 / 3
@@ -165,7 +165,7 @@ def test_description_has_a_row_a_route():
 
 # Building runs in its own process, where types are not checked at every call: ten times faster.
 @pytest.mark.parametrize(("suite", "town"), [("longest6", "town02"), ("unseen", "unseen01")])
-def test_building_a_town_again_in_another_process_gives_equal_bytes(suite, town, tmp_path):
+def test_rebuilding_routes_in_another_process_is_identical(suite, town, tmp_path):
     folder = tmp_path / suite
     code = (
         "import sys; from pathlib import Path; from plant_bench.towns.routes import build_suite; "
@@ -180,13 +180,13 @@ def test_building_a_town_again_in_another_process_gives_equal_bytes(suite, town,
 
 @pytest.mark.slow
 @every_suite
-def test_building_the_suite_again_gives_equal_bytes(suite):
+def test_rebuilding_the_suite_is_identical(suite):
     code = f"from plant_bench.towns.routes import check_suite; print(check_suite('{suite}'))"
     done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
     assert done.stdout == "[]\n"
 
 
-def test_unknown_names_are_told(tmp_path):
+def test_unknown_suite_and_town_are_refused(tmp_path):
     with pytest.raises(InputError, match="no suite 'longest7'"):
         build_suite("longest7", out=tmp_path)
     with pytest.raises(InputError, match="no town 'town99'"):

@@ -55,7 +55,7 @@ def with_lane(town, name, points):
     return replace(town, lanes=lanes)
 
 
-def test_a_circle_is_sound(ring):
+def test_circular_road_is_sound(ring):
     assert find_dead_lanes(ring) + find_unreachable(ring) + find_undrivable(ring) == []
     assert min(drive.radius for drive in drive_all(ring)) == pytest.approx(SIDE, rel=0.05)
 
@@ -72,21 +72,21 @@ def test_a_corner_without_a_bend_is_found(ring):
     assert any("is left by" in fault for fault in faults)
 
 
-def test_a_lane_that_leads_nowhere_is_found(ring):
+def test_dead_end_lane_is_found(ring):
     town = replace(ring, links=ring.links[:1])
     faults = find_dead_lanes(town)
     assert faults == ["lane a_0 is entered from nowhere", "lane b_0 leads nowhere"]
     assert len(find_unreachable(town)) == 1
 
 
-def test_what_the_spec_asks_for_is_counted(ring):
+def test_features_required_by_the_spec_are_counted(ring):
     assert find_missing(ring, Requirements()) == []
     assert find_missing(ring, Requirements(roundabouts=1)) == [
         "found 0 roundabouts, wanted 1 or more"
     ]
 
 
-def test_a_bridge_is_an_edge_metres_above_another(ring):
+def test_edge_above_another_counts_as_a_bridge(ring):
     line = np.array([[-90.0, 10.0, 7.0], [90.0, 10.0, 7.0]])
     above = replace(ring, lanes={**ring.lanes, "c_0": lane("c", line, ())})
     level = replace(ring, lanes={**ring.lanes, "c_0": lane("c", line * [1, 1, 0], ())})

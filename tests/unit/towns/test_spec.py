@@ -32,7 +32,7 @@ def spec_file(tmp_path):
     return write
 
 
-def test_a_whole_spec_is_read(spec_file):
+def test_complete_spec_is_read(spec_file):
     spec = read_spec(spec_file(LATTICE))
     assert spec.layout.character == "lattice"
     assert spec.signals.yellow == 3
@@ -50,7 +50,7 @@ def test_a_whole_spec_is_read(spec_file):
         ("rows = 4", "rows = four", "Invalid"),
     ],
 )
-def test_a_wrong_spec_is_refused_with_the_place_of_the_fault(spec_file, old, new, told):
+def test_invalid_spec_is_refused_with_the_location(spec_file, old, new, told):
     with pytest.raises(InputError, match=told):
         read_spec(spec_file(LATTICE.replace(old, new)))
 
@@ -65,7 +65,7 @@ def test_a_missing_road_class_is_refused(spec_file):
         read_spec(spec_file(LATTICE)).road("avenue")
 
 
-def test_fifty_kmh_stays_below_the_speed_up_to_which_sumo_builds_sidewalks():
+def test_speed_of_50_km_h_is_below_the_sumo_sidewalk_limit():
     assert RoadClass(lanes=1, speed_kmh=50.0).speed <= 13.89
 
 

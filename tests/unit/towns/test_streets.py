@@ -24,13 +24,13 @@ def circle(radius, count=400):
     return radius * np.stack([np.cos(angles), np.sin(angles)], axis=1)
 
 
-def test_a_quarter_turn_between_square_poses_is_nearly_an_arc():
+def test_quarter_turn_between_perpendicular_poses_is_nearly_an_arc():
     shape = curve_between(Pose(0.0, 0.0, 0.0), Pose(20.0, 20.0, np.pi / 2))
     away = np.hypot(*(shape - [0, 20]).T)
     assert np.abs(away - 20).max() < 0.05
 
 
-def test_a_shift_sideways_is_a_gentle_s():
+def test_lateral_shift_is_a_smooth_s_curve():
     shape = curve_between(Pose(0.0, 0.0, 0.0), Pose(60.0, 5.0, 0.0))
     assert start_pose(shape).heading == pytest.approx(0, abs=0.02)
     assert end_pose(shape).heading == pytest.approx(0, abs=0.02)
@@ -44,12 +44,12 @@ def test_a_fillet_keeps_its_radius_and_its_ends():
     assert tightest_radius(shape) == pytest.approx(30, rel=0.07)
 
 
-def test_a_fillet_shrinks_where_the_legs_are_short():
+def test_fillet_shrinks_if_the_legs_are_short():
     shape = fillet([(0.0, 0.0), (20.0, 0.0), (20.0, 20.0)], 30.0)
     assert 7 < tightest_radius(shape) < 11
 
 
-def test_a_corner_runs_straight_then_round_then_straight():
+def test_corner_is_straight_then_curved_then_straight():
     shape = corner(Pose(0.0, 0.0, 0.0), Pose(100.0, 80.0, np.pi / 2), 40.0)
     assert np.hypot(*(shape - [60, 0]).T).min() < 0.1
     assert tightest_radius(shape) == pytest.approx(40, rel=0.07)
@@ -66,18 +66,18 @@ def test_an_offset_keeps_the_height():
     assert np.array_equal(offset(line, 2.0)[:, 2], line[:, 2])
 
 
-def test_the_radius_of_a_circle_is_found_again():
+def test_radius_of_a_circle_is_recovered():
     assert tightest_radius(circle(12.0)) == pytest.approx(12, rel=0.02)
 
 
-def test_thinning_drops_what_a_straight_does_not_need():
+def test_thinning_drops_redundant_points_of_a_straight():
     straight = np.linspace([0.0, 0.0], [50.0, 10.0], 51)
     assert len(thin_out(straight)) == 2
     bend = np.concatenate([straight, [[50.0, 30.0]]])
     assert thin_out(bend).tolist() == [[0, 0], [50, 10], [50, 30]]
 
 
-def test_thinning_keeps_the_crest_of_a_slope():
+def test_thinning_keeps_the_top_of_a_slope():
     crest = np.array([[0.0, 0, 0], [10, 0, 1], [20, 0, 0]])
     assert len(thin_out(crest)) == 3
 
@@ -88,7 +88,7 @@ def test_thinning_keeps_the_crest_of_a_slope():
     leave=st.floats(-0.5, 0.5),
     arrive=st.floats(-0.5, 0.5),
 )
-def test_a_curve_begins_and_ends_in_its_poses(x, y, leave, arrive):
+def test_curve_starts_and_ends_at_its_poses(x, y, leave, arrive):
     shape = curve_between(Pose(0.0, 0.0, leave), Pose(x, y, arrive))
     assert shape[0] == pytest.approx([0, 0])
     assert shape[-1] == pytest.approx([x, y])

@@ -25,7 +25,7 @@ TOWNS = ("town01", "town02", "town03", "town04", "town05", "town06")
 
 @pytest.fixture
 def few_tries(monkeypatch):
-    """Look at few paths, and place no hazards, which takes longest."""
+    """Draft few paths and place no hazards, to be fast."""
     monkeypatch.setattr(training_routes, "TRIES", 60)
     monkeypatch.setattr(training_routes, "place_hazards", lambda town, route, seed: ())
 
@@ -48,7 +48,7 @@ def assert_disjoint(routes):
 
 
 @pytest.mark.parametrize("name", ["town02", "town04"])
-def test_no_training_route_is_holds_or_is_part_of_a_benchmark_route(name, few_tries):
+def test_training_routes_do_not_overlap_benchmark_routes(name, few_tries):
     routes = all_routes(name)
     assert len(routes) >= 4
     assert_disjoint(routes)
@@ -56,11 +56,11 @@ def test_no_training_route_is_holds_or_is_part_of_a_benchmark_route(name, few_tr
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", TOWNS)
-def test_nor_does_any_that_a_whole_unit_is_driven_on(name):
+def test_routes_of_further_visits_do_not_overlap_benchmark_routes(name):
     assert_disjoint(all_routes(name, visits=5))
 
 
-def test_a_benchmark_route_and_a_piece_of_one_would_be_refused():
+def test_benchmark_route_and_a_part_of_it_are_detected_as_overlap():
     route = benchmark_routes()[0]
     driven = training_routes.driven_on(route)
     piece = dict(list(driven.items())[:2])
@@ -68,7 +68,7 @@ def test_a_benchmark_route_and_a_piece_of_one_would_be_refused():
     assert training_routes.share(piece, driven) == 1.0 > MAX_COMMON
 
 
-def test_short_routes_are_of_their_kind(few_tries):
+def test_short_routes_contain_their_manoeuvre(few_tries):
     for route in all_routes("town01"):
         kind = route_kind(route.id)
         if kind == LONG:
@@ -81,7 +81,7 @@ def test_short_routes_are_of_their_kind(few_tries):
             assert any((item.signal is not None) == bool(signal) for item in met)
 
 
-def test_each_visit_is_on_other_routes(few_tries):
+def test_each_visit_uses_different_routes(few_tries):
     visits = training_visits(load_town("town02"), "town02", 2, 0)
     driven = [route.edges for visit in visits for route in visit]
     assert len(visits) == 2
@@ -95,7 +95,7 @@ def test_equal_seeds_give_equal_routes(few_tries, monkeypatch):
     assert [route.checksum for route in once] != [route.checksum for route in other]
 
 
-def test_hazards_are_as_dense_as_on_long_routes():
+def test_hazard_density_equals_that_of_long_routes():
     route = replace(benchmark_routes()[0], id="town01-left-0")
     many = tuple(Hazard(HazardKind.CUT_IN, float(at), 0.0, at) for at in range(40, 1000, 60))
     kept = training_routes._fewer(many, route, 0)
@@ -104,20 +104,20 @@ def test_hazards_are_as_dense_as_on_long_routes():
     assert training_routes._fewer(many[:2], route, 0) == many[:2]
 
 
-def test_further_towns_come_after_the_benchmarks_own():
+def test_generated_training_towns_follow_the_benchmark_towns():
     towns = training_towns()
     assert [town.name for town in towns[:6]] == list(TOWNS)
     assert len({town.name for town in towns}) == 18
     assert all(town.base in TOWNS for town in towns)
 
 
-def test_a_town_without_a_kind_has_shorter_visits(few_tries):
+def test_town_without_a_manoeuvre_has_no_such_routes(few_tries):
     kinds = {route_kind(route.id) for route in all_routes("town02")}
     assert "roundabout" not in kinds
     assert kinds <= {LONG, *SHORT_KINDS}
 
 
-def test_kinds_are_told_by_the_streets(few_tries):
+def test_manoeuvres_are_detected_from_the_streets(few_tries):
     graph = StreetGraph(load_town("town03"))
     rng = np.random.default_rng(0)
     kinds = set()

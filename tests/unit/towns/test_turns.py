@@ -32,7 +32,7 @@ def test_the_leftmost_of_two_lanes_turns_left_only():
     assert {end for lane, end, _ in turns_of(plan, "s") if lane == 1} == {"c-w"}
 
 
-def test_a_single_lane_goes_everywhere_but_back():
+def test_single_lane_connects_to_all_but_the_u_turn():
     plan = junction(e=1, n=1, w=1, s=1)
     assert {end for _, end, _ in turns_of(plan, "s")} == {"c-e", "c-n", "c-w"}
 
@@ -49,7 +49,7 @@ def test_a_single_lane_goes_everywhere_but_back():
         {"e": 1, "w": 1, "s": 1},
     ],
 )
-def test_every_lane_leads_on_and_is_entered(lanes):
+def test_every_lane_has_a_successor_and_a_predecessor(lanes):
     plan = junction(**lanes)
     for arm, count in lanes.items():
         assert {lane for lane, _, _ in turns_of(plan, arm)} == set(range(count))
@@ -57,13 +57,13 @@ def test_every_lane_leads_on_and_is_entered(lanes):
         assert entered == set(range(count))
 
 
-def test_two_edges_of_one_name_are_refused():
+def test_two_edges_with_one_name_are_refused():
     plan = junction(e=1, w=1, s=1)
     with pytest.raises(InputError, match="c-e"):
         plan.add_edge(plan.edges["c-e"])
 
 
-def test_lanes_of_an_edge_with_a_sidewalk_are_written_one_higher(tmp_path):
+def test_lane_indices_count_the_sidewalk_first(tmp_path):
     plan = StreetPlan()
     for name, x in (("a", 0.0), ("b", 50.0), ("c", 100.0)):
         plan.add_node(Node(name, x, 0.0))

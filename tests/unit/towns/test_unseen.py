@@ -1,4 +1,4 @@
-"""The suite `unseen` has nothing in common with the benchmark or with what is trained on."""
+"""The suite `unseen` shares nothing with the benchmark or with the training towns."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ MOST_LAYOUTS = 7  # further ones of a character, "-b" to "-h"
 
 
 def seeds_of_training_towns(monkeypatch, folder):
-    """All seeds by which a training town could be laid out, of those to come too."""
+    """Return all seeds that a training town could use, including future ones."""
     tried: set[int] = set()
 
     def note(_, seed):
@@ -32,12 +32,12 @@ def seeds_of_training_towns(monkeypatch, folder):
 
 
 def streets(town: Town) -> set[tuple[float, ...]]:
-    """Where the lanes begin and end, to the metre."""
+    """Return where the lanes start and end, to the metre."""
     lanes = (lane for lane in town.lanes.values() if lane.junction is None)
     return {tuple(np.round(lane.points[[0, -1], :2]).ravel().tolist()) for lane in lanes}
 
 
-def test_its_towns_have_seeds_that_neither_benchmark_nor_training_uses(monkeypatch, tmp_path):
+def test_unseen_towns_use_seeds_of_their_own(monkeypatch, tmp_path):
     seeds = {town_spec(name).seed for name in UNSEEN}
     training = seeds_of_training_towns(monkeypatch, tmp_path)
     assert len(seeds) == 6
@@ -46,7 +46,7 @@ def test_its_towns_have_seeds_that_neither_benchmark_nor_training_uses(monkeypat
     assert seeds.isdisjoint(town_spec(name).seed for name in town_names())
 
 
-def test_nothing_is_collected_in_its_towns():
+def test_unseen_towns_are_not_used_for_training():
     towns = {route.town for route in load_suite("unseen")}
     assert towns == set(UNSEEN) == set(SUITES["unseen"].lengths)
     assert towns.isdisjoint(town.name for town in training_towns.training_towns())
@@ -55,7 +55,7 @@ def test_nothing_is_collected_in_its_towns():
 
 
 @pytest.mark.parametrize("name", UNSEEN)
-def test_a_town_has_the_character_of_the_benchmarks_and_other_streets(name):
+def test_unseen_town_has_the_same_character_and_other_streets(name):
     spec, base = town_spec(name), town_spec(UNSEEN[name].base)
     assert spec.model_copy(update={"name": base.name, "seed": base.seed}) == base
     mine, others = streets(load_town(name)), streets(load_town(base.name))

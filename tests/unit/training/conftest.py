@@ -1,4 +1,4 @@
-"""A data folder made by hand: an ego that drives along a straight road behind a car."""
+"""A hand-made data folder: an ego drives along a straight road behind a car."""
 
 import json
 import math

@@ -38,7 +38,7 @@ BASE = recipe(PlanTConfig())
 COMPLETION = {"base": 0.8, "no-rear": 0.4}
 
 
-def test_a_variant_differs_from_the_base_in_one_thing() -> None:
+def test_variant_differs_from_the_base_in_one_option() -> None:
     found = {variant.name: variant.recipe for variant in variants_of((), BASE)}
     assert found["no-rear"] == recipe(PlanTConfig(tokens=TokenSpec(rear=False)))
     assert found["no-speeds"] == recipe(PlanTConfig(tokens=TokenSpec(speed=False)))
@@ -50,14 +50,14 @@ def test_a_variant_differs_from_the_base_in_one_thing() -> None:
     assert papers["data-3of3"] == papers["medium"] == "81.36 ± 6.54"
 
 
-def test_a_single_choice_may_be_named() -> None:
+def test_single_variant_can_be_selected() -> None:
     found = variants_of(["small", "rear"], BASE)
     assert [variant.name for variant in found] == ["base", "no-rear", "rear", "small"]
 
 
-def test_without_speeds_nothing_follows_from_them() -> None:
-    """Meetings, tracks and horizon would tell the network what it is not to be told."""
-    told = TokenSpec(reach=30.0, horizon=5.0, conflicts=True, motion=True, stop_line=True)
+def test_no_speeds_variant_disables_all_inputs_derived_from_speed() -> None:
+    """Predicted conflicts, motion and horizon would reveal the speeds to the network."""
+    told = TokenSpec(reach=30.0, horizon=5.0, conflicts=True, tracks=True, stop_line=True)
     base = recipe(PlanTConfig(tokens=told))
     found = {variant.name: variant.recipe for variant in variants_of(["speeds"], base)}
     without = TokenSpec(reach=30.0, speed=False, stop_line=True)
@@ -65,7 +65,7 @@ def test_without_speeds_nothing_follows_from_them() -> None:
     assert found["speeds"] == base
 
 
-def test_choices_that_are_the_base_share_its_training() -> None:
+def test_variants_equal_to_the_base_share_its_training() -> None:
     variants = variants_of((), BASE)
     shared = {variant.name for variant in variants if variant.training == "base"}
     kept = {"rear", "speeds", "auxiliary", "data-3of3", "mini", "reach-30"}
@@ -86,21 +86,21 @@ def test_choices_that_are_the_base_share_its_training() -> None:
     assert names == [("base", "base"), ("no-stop-line", "no-stop-line"), ("stop-line", "base")]
 
 
-def test_an_unknown_ablation_is_an_input_error() -> None:
+def test_unknown_ablation_raises_input_error() -> None:
     with pytest.raises(InputError, match="Did you mean speeds"):
         variants_of(["speed"], BASE)
 
 
-def test_names_of_trainings_are_unique() -> None:
+def test_training_names_are_unique() -> None:
     names = [choice.name for choices in ABLATIONS.values() for choice in choices]
     assert len(names) == len(set(names))
 
 
-def test_the_rate_falls_where_the_papers_does() -> None:
+def test_learning_rate_drops_at_the_epoch_of_the_paper() -> None:
     assert (drop_after(47), drop_after(10)) == (45, 10)
 
 
-def test_a_share_takes_first_repetitions_first(tmp_path: Path) -> None:
+def test_share_of_data_prefers_first_repetitions(tmp_path: Path) -> None:
     folder = tmp_path / "episodes"
     folder.mkdir()
     for route in range(20):
@@ -120,7 +120,7 @@ def test_a_share_of_the_samples_is_loaded(data: Path) -> None:
 
 @pytest.fixture
 def done(monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """What was trained and driven; no network is, and nobody drives."""
+    """The list of trainings and runs that would be made; none is executed."""
     log: list[str] = []
 
     def learn(course: TrainingRun) -> bool:
@@ -166,7 +166,7 @@ def request_of(tmp_path: Path, data: Path, **changes: object) -> AblationRequest
     return replace(request, **changes)
 
 
-def test_each_variant_is_trained_driven_and_put_in_the_table(
+def test_each_variant_is_trained_scored_and_in_the_table(
     tmp_path: Path, data: Path, done: list[str]
 ) -> None:
     assert ablate(request_of(tmp_path, data)) == 0
@@ -187,7 +187,7 @@ def test_each_variant_is_trained_driven_and_put_in_the_table(
     assert math.isclose(float(table[2].split(",")[4]), 45.0)
 
 
-def test_what_is_trained_is_not_trained_again(tmp_path: Path, data: Path, done: list[str]) -> None:
+def test_finished_trainings_are_not_repeated(tmp_path: Path, data: Path, done: list[str]) -> None:
     ablate(request_of(tmp_path, data))
     done.clear()
     ablate(request_of(tmp_path, data, seeds=3))
@@ -201,7 +201,7 @@ def test_what_is_trained_is_not_trained_again(tmp_path: Path, data: Path, done: 
     assert sum(step.startswith("train") for step in done) == 4
 
 
-def test_without_an_end_there_is_no_table(
+def test_interrupted_ablation_writes_no_table(
     tmp_path: Path, data: Path, done: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(ablating, "drive_missing", lambda *_, **__: None)
@@ -211,7 +211,7 @@ def test_without_an_end_there_is_no_table(
         ablate(request_of(tmp_path, data, drives=ScoreRequest("plant", routes="99")))
 
 
-def test_a_planner_that_is_made_leaves_the_threads_as_they_were() -> None:
+def test_creating_a_planner_keeps_the_torch_thread_count() -> None:
     torch.set_num_threads(2)
     with threads_kept():
         torch.set_num_threads(1)
@@ -219,7 +219,7 @@ def test_a_planner_that_is_made_leaves_the_threads_as_they_were() -> None:
 
 
 @pytest.mark.sumo
-def test_it_trains_and_drives_and_does_nothing_twice(
+def test_ablation_trains_and_scores_and_repeats_nothing(
     tmp_path: Path, data: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("plant_bench.cli.training_progress.has_tensorboard", lambda: False)

@@ -17,7 +17,7 @@ from plant_bench.training.learners import Student
 STUDENT = Student("plant", PlanTOptions())
 
 
-def test_each_sample_once_an_epoch_in_another_order() -> None:
+def test_each_epoch_has_every_sample_once_in_another_order() -> None:
     counts = np.random.default_rng(0).integers(1, 20, 1000)
     one = epoch_batches(counts, 32, seed=3, epoch=0)
     assert sorted(np.concatenate(one).tolist()) == list(range(1000))
@@ -29,7 +29,7 @@ def test_each_sample_once_an_epoch_in_another_order() -> None:
     assert padding < 1.25 * counts.sum()
 
 
-def test_routes_are_not_shared(data: Path, make_data: Callable[..., Path]) -> None:
+def test_training_and_validation_share_no_route(data: Path, make_data: Callable[..., Path]) -> None:
     frames = load_frames([data])
     split = split_by_route(frames, 0.1, 0)
     assert len(split.held_out) == 1
@@ -40,8 +40,8 @@ def test_routes_are_not_shared(data: Path, make_data: Callable[..., Path]) -> No
         split_by_route(load_frames([make_data("alone", "one")]), 0.1, 0)
 
 
-def test_samples_of_standing_still_can_be_left_out(make_data: Callable[..., Path]) -> None:
-    """The ego stands for 6 s, in which six frames have no way ahead of them, and then drives."""
+def test_stationary_samples_can_be_left_out(make_data: Callable[..., Path]) -> None:
+    """The ego stands for 6 s, so six frames have stationary futures, and then drives."""
     folder = make_data("data", "one", "two", starts_at=140)
     frames = load_frames([folder])
     stationary = frames.stationary(np.arange(len(frames)))
@@ -72,7 +72,7 @@ def test_the_fingerprint_covers_what_samples_are_made_of(
     assert load_frames([data, others[0]]).fingerprint not in found | {before}
 
 
-def test_padding(data: Path) -> None:
+def test_batches_are_padded(data: Path) -> None:
     frames = load_frames([data])
     encodings = load_encodings(frames, STUDENT)
     learner = STUDENT.learner()
@@ -89,8 +89,8 @@ def test_padding(data: Path) -> None:
     assert encodings.batch(np.array([], np.int64))["kinds"].shape == (0, 1)
 
 
-def test_batches_from_the_disk_are_those_encoded_anew(make_data: Callable[..., Path]) -> None:
-    """Frames of two folders, with one actor less after a while, in any order."""
+def test_stored_batches_equal_newly_encoded_ones(make_data: Callable[..., Path]) -> None:
+    """Frames of two folders, in which an actor disappears, in any order."""
     folders = [make_data("a", "one", "two", leaves_at=120), make_data("b", "two", "three")]
     frames = load_frames(folders)
     encodings, learner = load_encodings(frames, STUDENT), STUDENT.learner()

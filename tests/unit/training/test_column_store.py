@@ -1,4 +1,4 @@
-"""Packs are whole or not there, and nothing is made twice."""
+"""Packs are complete or absent, and nothing is built twice."""
 
 from pathlib import Path
 from typing import Any
@@ -35,7 +35,7 @@ def forget() -> None:
     made.clear()
 
 
-def test_columns_lie_one_after_the_other(tmp_path: Path) -> None:
+def test_episodes_are_concatenated_in_each_column(tmp_path: Path) -> None:
     (pack,) = open_packs(tmp_path, {"x": 3, "y": 0, "z": 2}, Making(make))
     assert pack.columns["a"].tolist() == [0, 1, 2, 0, 1]
     assert pack.columns["b"].tolist() == [[0, 0], [1, -1], [2, -2], [0, 0], [1, -1]]
@@ -46,7 +46,7 @@ def test_columns_lie_one_after_the_other(tmp_path: Path) -> None:
     assert empty.columns["b"].shape == (0, 2)
 
 
-def test_what_is_there_is_not_made_again(tmp_path: Path) -> None:
+def test_existing_packs_are_not_rebuilt(tmp_path: Path) -> None:
     open_packs(tmp_path, {"x": 3}, Making(make))
     found = open_packs(tmp_path, {"x": 3, "y": 2}, Making(make))
     assert made == [3, 2]
@@ -56,7 +56,7 @@ def test_what_is_there_is_not_made_again(tmp_path: Path) -> None:
     assert not list((tmp_path / "parts").iterdir())
 
 
-def test_stopped_it_goes_on_with_what_is_missing(tmp_path: Path) -> None:
+def test_interrupted_packing_resumes_with_the_missing_part(tmp_path: Path) -> None:
     tasks = {"x": 1, "y": 2, "z": 3}
     with pytest.raises(InputError, match="two is too much"):
         open_packs(tmp_path, tasks, Making(make_but_two))
@@ -66,7 +66,7 @@ def test_stopped_it_goes_on_with_what_is_missing(tmp_path: Path) -> None:
 
 
 def test_a_pack_is_never_half_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Whatever ends the writing, there is no pack, and the same call makes it."""
+    """If writing fails, there is no pack, and the same call builds it."""
     tasks = {"x": 1, "y": 2}
     for step in ("write_whole_text", "_read_part"):
 
@@ -84,13 +84,13 @@ def test_a_pack_is_never_half_written(tmp_path: Path, monkeypatch: pytest.Monkey
     assert pack.columns["a"].tolist() == [0, 0, 1]
 
 
-def test_rows_of_other_shapes_are_refused(tmp_path: Path) -> None:
+def test_rows_of_different_shapes_are_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="all frames must give arrays of one shape"):
         open_packs(tmp_path, {"x": 1, "y": 2}, Making(make_other_shapes))
     assert not list(tmp_path.glob("pack-*"))
 
 
-def test_a_broken_pack_is_an_input_error(tmp_path: Path) -> None:
+def test_broken_pack_raises_input_error(tmp_path: Path) -> None:
     (pack,) = open_packs(tmp_path, {"x": 3}, Making(make))
     file = pack.folder / "a.npy"
     whole = file.read_bytes()

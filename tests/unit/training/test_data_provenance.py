@@ -1,4 +1,4 @@
-"""Folders of data: what is said of them, whose drives they are, and several of them together."""
+"""Data folders: their description, their drivers, and several of them together."""
 
 import json
 import shutil
@@ -43,7 +43,7 @@ def say_origin(folder: Path, *, driver: str = "", frames: int | None = None) -> 
     return folder
 
 
-def test_a_folder_says_which_command_made_it(data: Path) -> None:
+def test_data_folder_names_its_collect_command(data: Path) -> None:
     assert source_of(data, 3) == "3 episodes of data, whose origin is not known (no collect.json)"
     say_origin(data, frames=500)
     assert source_of(data, 3) == (
@@ -56,7 +56,7 @@ def test_a_folder_says_which_command_made_it(data: Path) -> None:
     assert "/" not in said
 
 
-def test_a_broken_origin_is_an_input_error(data: Path) -> None:
+def test_broken_origin_raises_input_error(data: Path) -> None:
     (data / "collect.json").write_text("{")
     with pytest.raises(InputError, match=r"collect\.json is broken"):
         source_of(data, 1)
@@ -64,7 +64,7 @@ def test_a_broken_origin_is_an_input_error(data: Path) -> None:
 
 @pytest.fixture
 def asked(monkeypatch: pytest.MonkeyPatch) -> list[tuple[TrainingRequest, Split]]:
-    """What is to be trained; nothing is."""
+    """The requested trainings; none is executed."""
     monkeypatch.setitem(SIZES, "mini", Size(1, 16, 2))
     requests: list[tuple[TrainingRequest, Split]] = []
     monkeypatch.setattr(courses, "train", lambda *some: requests.append((some[0], some[1])))
@@ -85,7 +85,7 @@ def course(tmp_path: Path, *data: Path, held_out: float = 0.1, **changes: Any) -
     )
 
 
-def test_several_folders_are_learned_together(
+def test_several_data_folders_are_trained_on_together(
     tmp_path: Path, data: Path, make_data: Callable[..., Path], asked: list
 ) -> None:
     more = make_data("more", "one", "three")
@@ -103,7 +103,7 @@ def test_several_folders_are_learned_together(
     assert [text.split()[0] for text in asked[2][0].sources] == ["2", "1"]
 
 
-def test_validation_drives_routes_of_the_first_folder(
+def test_validation_uses_routes_of_the_first_folder(
     tmp_path: Path, data: Path, make_data: Callable[..., Path], asked: list
 ) -> None:
     more = make_data("more", "three", "four", "five", "six")
@@ -119,7 +119,7 @@ def test_validation_drives_routes_of_the_first_folder(
         learn(course(tmp_path, only, data, more, **drives))
 
 
-def test_where_another_planner_went_is_no_example(
+def test_dagger_data_requires_expert_action_targets(
     tmp_path: Path, data: Path, make_data: Callable[..., Path], asked: list
 ) -> None:
     facts: dict[str, Any] = {"answers": lambda _tick: Control(0.5, 0.0), "disturbed": range(260)}
@@ -134,7 +134,7 @@ def test_where_another_planner_went_is_no_example(
         learn(course(tmp_path, own, data, targets="expert-action"))
 
 
-def test_an_unfit_start_is_said_before_frames_are_made(
+def test_incompatible_start_weights_are_refused_before_encoding(
     tmp_path: Path, data: Path, asked: list
 ) -> None:
     save_network(PlanTNetwork(PlanTConfig(limit_input=True)), tmp_path / "other")
@@ -146,7 +146,7 @@ def test_an_unfit_start_is_said_before_frames_are_made(
 
 
 @pytest.mark.parametrize("suite", ["longest6", "unseen", "copy"])
-def test_the_benchmark_is_not_driven_for_validation(
+def test_benchmark_suites_are_refused_for_validation(
     tmp_path: Path, data: Path, asked: list, suite: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -158,7 +158,7 @@ def test_the_benchmark_is_not_driven_for_validation(
     assert not (data / "frames").exists()
 
 
-def test_other_suites_are_driven_for_validation(tmp_path: Path, data: Path, asked: list) -> None:
+def test_other_suites_are_accepted_for_validation(tmp_path: Path, data: Path, asked: list) -> None:
     own = str(data / "routes" / "suite.json")
     assert learn(course(tmp_path, data, validation=Validation(own, "0", True)))
     assert asked[0][0].closed_loop.suite == own

@@ -1,4 +1,4 @@
-"""Training a small network for a few steps: it learns, stops, goes on, and is kept."""
+"""Training of a small network for a few steps: learning, stopping, resuming, saving."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -62,7 +62,7 @@ def weights_in(folder: Path) -> bytes:
     return (folder / "weights.safetensors").read_bytes()
 
 
-def test_it_learns_and_is_kept(tmp_path: Path, split: Split) -> None:
+def test_training_reduces_the_loss_and_saves_the_model(tmp_path: Path, split: Split) -> None:
     request = request_in(tmp_path, settings=replace(SETTINGS, epochs=4, drop_after=4))
     told = run(request, split)
     losses = [event.loss for event in told if isinstance(event, StepEnded)]
@@ -77,7 +77,7 @@ def test_it_learns_and_is_kept(tmp_path: Path, split: Split) -> None:
     assert all(rows[-1].split(",")[:8])
 
 
-def test_stopped_and_gone_on_it_comes_to_the_same(tmp_path: Path, split: Split) -> None:
+def test_resumed_training_gives_the_same_result(tmp_path: Path, split: Split) -> None:
     config = PlanTConfig(speed_input=True)
     whole = request_in(tmp_path / "whole", student=student(config))
     run(whole, split)
@@ -97,7 +97,7 @@ def test_stopped_and_gone_on_it_comes_to_the_same(tmp_path: Path, split: Split) 
     assert weights_in(halved.out) == weights_in(whole.out)
 
 
-def test_the_best_that_was_driven_is_kept(
+def test_best_validated_weights_are_kept(
     tmp_path: Path, split: Split, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     scores, seen = iter([50.0, 20.0]), []
@@ -117,13 +117,13 @@ def test_the_best_that_was_driven_is_kept(
 
 
 def driven_with(monkeypatch: pytest.MonkeyPatch, scores: list[float]) -> list[float]:
-    """Score what is driven for validation with these, one after another; return what is left."""
+    """Return the given scores for successive validations; return the unused ones."""
     left = list(scores)
     monkeypatch.setattr(imitation, "closed_loop_score", lambda *_: left.pop(0))
     return left
 
 
-def test_it_ends_when_validations_bring_nothing_better(
+def test_training_stops_when_validation_does_not_improve(
     tmp_path: Path, split: Split, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     left = driven_with(monkeypatch, [30.0, 50.0, 40.0, 50.0, 60.0])
@@ -141,7 +141,7 @@ def test_it_ends_when_validations_bring_nothing_better(
     assert "of epoch 10" in (request.out / "card.md").read_text()
 
 
-def test_patience_is_kept_when_it_is_stopped(
+def test_patience_survives_a_restart(
     tmp_path: Path, split: Split, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     left = driven_with(monkeypatch, [50.0, 40.0, 45.0, 60.0])
@@ -159,7 +159,7 @@ def test_patience_is_kept_when_it_is_stopped(
     assert left == [60.0]
 
 
-def test_it_starts_from_given_weights(tmp_path: Path, split: Split) -> None:
+def test_training_starts_from_given_weights(tmp_path: Path, split: Split) -> None:
     first = request_in(tmp_path / "first", student=student(PlanTConfig(speed_input=True)))
     run(first, split)
     told_less = PlanTConfig(speed_input=True, speed_dropout=0.9)  # no part of the network
@@ -175,8 +175,8 @@ def test_it_starts_from_given_weights(tmp_path: Path, split: Split) -> None:
         run(replace(second, start=None), split)
 
 
-@pytest.mark.parametrize("had", [TokenSpec(), TokenSpec(conflicts=True), TokenSpec(motion=True)])
-def test_what_is_told_anew_counts_nothing_at_the_start(had: TokenSpec) -> None:
+@pytest.mark.parametrize("had", [TokenSpec(), TokenSpec(conflicts=True), TokenSpec(tracks=True)])
+def test_new_attributes_have_zero_weight_at_the_start(had: TokenSpec) -> None:
     earlier = PlanTNetwork(PlanTConfig(tokens=had))
     now = TokenSpec(conflicts=True, motion=True)
     learner = PlanTLearner(PlanTOptions(PlanTConfig(tokens=now)))
@@ -191,7 +191,7 @@ def test_what_is_told_anew_counts_nothing_at_the_start(had: TokenSpec) -> None:
     assert torch.allclose(network.project(told), earlier.project(kept), atol=1e-6)
 
 
-def test_weights_of_another_network_are_no_start(tmp_path: Path, split: Split) -> None:
+def test_weights_of_another_network_are_refused_as_start(tmp_path: Path, split: Split) -> None:
     first = request_in(tmp_path / "first")
     run(first, split)
     other = PlanTConfig(limit_input=True, tokens=TokenSpec(reach=45.0))
@@ -204,7 +204,7 @@ def test_weights_of_another_network_are_no_start(tmp_path: Path, split: Split) -
     assert not second.out.exists()
 
 
-def test_the_card_tells_where_the_data_comes_from_and_no_places(
+def test_model_card_names_data_commands_without_local_paths(
     tmp_path: Path, split: Split, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     arguments = ["/opt/bin/plant-bench", "train", "plant", "--data", str(tmp_path / "mine")]
@@ -218,7 +218,7 @@ def test_the_card_tells_where_the_data_comes_from_and_no_places(
     assert "| processor | " in card
 
 
-def test_another_training_is_not_gone_on_with(tmp_path: Path, split: Split) -> None:
+def test_resuming_with_other_options_is_refused(tmp_path: Path, split: Split) -> None:
     run(request_in(tmp_path), split)
     other = request_in(tmp_path, settings=replace(SETTINGS, rate=1e-3))
     with pytest.raises(InputError, match=r"rate 0.01 \(now 0.001\)"):
@@ -230,7 +230,7 @@ def test_another_training_is_not_gone_on_with(tmp_path: Path, split: Split) -> N
         run(other, split)
 
 
-def test_only_linear_weights_decay() -> None:
+def test_weight_decay_applies_only_to_linear_weights() -> None:
     network = PlanTNetwork(PlanTConfig())
     decayed, others = optimizer_of(network, SETTINGS).param_groups
     assert (decayed["weight_decay"], others["weight_decay"]) == (0.1, 0.0)
@@ -240,6 +240,6 @@ def test_only_linear_weights_decay() -> None:
     assert total == len(list(network.parameters()))
 
 
-def test_an_unknown_accelerator_is_an_input_error() -> None:
+def test_unknown_accelerator_raises_input_error() -> None:
     with pytest.raises(InputError, match="Cannot train on"):
         make_fabric(accelerator="abacus", devices=1)

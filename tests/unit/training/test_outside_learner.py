@@ -1,4 +1,4 @@
-"""A learner that plant-bench has never heard of: trained, stopped, gone on with, and scored."""
+"""An external learner: trained, stopped, resumed and scored."""
 
 import shutil
 from collections.abc import Callable
@@ -56,7 +56,7 @@ def weights_in(folder: Path) -> bytes:
     return (folder / "weights.safetensors").read_bytes()
 
 
-def test_loaders_give_what_this_process_would(town_data: Path) -> None:
+def test_loader_processes_give_the_same_batches(town_data: Path) -> None:
     frames = load_frames([town_data])
     student = Student(SPEC, learner_class(SPEC).Options())
     wanted = np.array_split(np.random.default_rng(0).permutation(len(frames)), 3)
@@ -70,7 +70,7 @@ def test_loaders_give_what_this_process_would(town_data: Path) -> None:
 
     state = torch.get_rng_state()
     torch.manual_seed(5)
-    assert torch.equal(state, torch.get_rng_state())  # nobody has drawn from the training's chance
+    assert torch.equal(state, torch.get_rng_state())  # the training's generator is unused
     for one, other in zip([*here, *here[1:]], [*found, *again], strict=True):
         assert list(one) == list(other)
         assert all(torch.equal(one[name], other[name]) for name in one)
@@ -78,7 +78,7 @@ def test_loaders_give_what_this_process_would(town_data: Path) -> None:
     assert here[0]["picture"].any()
 
 
-def test_stopped_and_gone_on_it_comes_to_the_same(tmp_path: Path, town_data: Path) -> None:
+def test_resumed_training_gives_the_same_result(tmp_path: Path, town_data: Path) -> None:
     whole = course(town_data, tmp_path / "whole")
     losses: list[float] = []
 
@@ -108,7 +108,7 @@ def test_stopped_and_gone_on_it_comes_to_the_same(tmp_path: Path, town_data: Pat
     assert head == "epoch,rate,train_waypoints,valid_waypoints,driving_score"
 
 
-def test_a_loss_may_have_any_name(
+def test_loss_can_have_any_name(
     tmp_path: Path, town_data: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     whole = learner_class(SPEC).loss
@@ -126,7 +126,7 @@ def test_a_loss_may_have_any_name(
 
 
 @pytest.mark.sumo
-def test_what_it_has_learned_drives(tmp_path: Path, town_data: Path) -> None:
+def test_trained_external_learner_drives(tmp_path: Path, town_data: Path) -> None:
     model = course(town_data, tmp_path / "model", settings=TrainingSettings(epochs=1, batch=8))
     assert learn(model)
     agent = f"{learner_class(SPEC).agent}@{model.out}"
@@ -135,7 +135,7 @@ def test_what_it_has_learned_drives(tmp_path: Path, town_data: Path) -> None:
     assert len(list((tmp_path / "run" / "episodes").glob("*.json"))) == 1
 
 
-def test_a_frame_that_cannot_be_encoded_is_one_clear_error(
+def test_frame_that_fails_to_encode_gives_one_message(
     tmp_path: Path, make_data: Callable[..., Path]
 ) -> None:
     data = make_data("nowhere", "one", "two", ticks=160)
@@ -143,7 +143,7 @@ def test_a_frame_that_cannot_be_encoded_is_one_clear_error(
         learn(course(data, tmp_path / "model", machine=Machine("cpu", 1, 1, 1, 1)))
 
 
-def test_an_installed_learner_is_known_by_its_name(
+def test_installed_learner_is_found_by_name(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     package, about = tmp_path / "outsiders", tmp_path / "outsiders-1.0.dist-info"
@@ -167,7 +167,7 @@ def test_an_installed_learner_is_known_by_its_name(
         learners.installed_learners.cache_clear()
 
 
-def test_its_options_are_options_of_the_command(tmp_path: Path, town_data: Path) -> None:
+def test_options_of_the_learner_are_command_options(tmp_path: Path, town_data: Path) -> None:
     words = ["train", SPEC, "--data", str(town_data), "--out", str(tmp_path / "model")]
     small = ["--pixels", "16", "--blind", "--epochs", "1", "--threads", "1", "--loaders", "0"]
     work = ["--work", str(tmp_path / "work"), "--accelerator", "cpu", "--workers", "1"]
@@ -180,7 +180,7 @@ def test_its_options_are_options_of_the_command(tmp_path: Path, town_data: Path)
     assert refused.exit_code == 2
 
 
-def test_its_ablations_are_made_of_its_options() -> None:
+def test_ablations_of_the_learner_come_from_its_options() -> None:
     base = Recipe(Student(SPEC, learner_class(SPEC).Options()), TrainingSettings())
     found = {variant.name: variant for variant in variants_of((), base)}
     assert list(found) == ["base", "data-1of3", "data-2of3", "data-3of3", "blind"]
@@ -200,6 +200,6 @@ def test_its_ablations_are_made_of_its_options() -> None:
         ("plant_bench.learner:Learner", "lacks encode, loss, network, name, agent, Options"),
     ],
 )
-def test_who_is_no_learner_is_an_input_error(spec: str, message: str) -> None:
+def test_class_that_is_not_a_learner_raises_input_error(spec: str, message: str) -> None:
     with pytest.raises(InputError, match=message):
         learner_class(spec)

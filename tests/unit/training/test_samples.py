@@ -62,7 +62,7 @@ def made(make_data: Callable[..., Path]) -> Make:
     return make
 
 
-def test_waypoints_lie_where_the_ego_will_be(made: Make) -> None:
+def test_waypoints_are_future_ego_positions(made: Make) -> None:
     samples = made()
     ahead = 0.5 * SPEED * np.arange(1, 5)
     expected = np.stack((ahead, np.zeros(4)), axis=1)
@@ -74,19 +74,19 @@ def test_waypoints_lie_where_the_ego_will_be(made: Make) -> None:
     assert not samples.red.any()
 
 
-def test_ends_of_the_episode_are_left_out(made: Make) -> None:
+def test_start_and_end_of_an_episode_are_left_out(made: Make) -> None:
     assert len(made(ticks=260)) == 17  # samples 5 to 21: tick 219 + 40 is the last
     assert len(made(ticks=91)) == 1
     assert len(made(ticks=90)) == 0
     assert len(made(ticks=1)) == 0
 
 
-def test_the_last_answer_is_as_old_as_the_expert_lets_it_get() -> None:
+def test_maximum_response_age_equals_the_resting_interval() -> None:
     assert LATEST_ANSWER == RESTING_INTERVAL
 
 
-def test_a_frame_tells_what_was_before_and_after(make_data: Callable[..., Path]) -> None:
-    """The leader is gone half a second after the fifth frame."""
+def test_frame_holds_past_and_future_actors(make_data: Callable[..., Path]) -> None:
+    """The leader disappears half a second after the fifth frame."""
     folder = make_data("data", "one", leaves_at=100, every=10, disturbed=range(120, 131))
     frames = frames_of(folder, targets="future")
     inputs = frozenset({Input.OBJECTS, Input.LIGHT})
@@ -109,7 +109,7 @@ def test_a_frame_tells_what_was_before_and_after(make_data: Callable[..., Path])
     assert not last.disturbed
 
 
-def test_the_future_of_others_is_told_in_the_frame_of_now(made: Make) -> None:
+def test_futures_of_actors_are_in_the_current_ego_frame(made: Make) -> None:
     samples = made(leaves_at=100)
     first = slice(samples.starts[0], samples.starts[1])
     assert samples.kinds[first].tolist() == [TokenKind.VEHICLE, TokenKind.ROUTE, TokenKind.ROUTE]
@@ -129,7 +129,7 @@ def test_a_thinned_recording_gives_the_same_samples(made: Make) -> None:
         np.testing.assert_array_equal(thinned.columns[name], whole.columns[name])
 
 
-def test_no_sample_has_a_disturbance_in_its_future(made: Make) -> None:
+def test_samples_have_no_perturbation_in_their_future(made: Make) -> None:
     left = made(every=10, disturbed=range(120, 131))  # of 50, 60, ... 210: 90 to 130 are gone
     assert len(left) == len(made()) - 5
 
@@ -148,7 +148,7 @@ def always(acceleration: float) -> Callable[[int], Action]:
         (10.0, [5.25, 11.75, 18.25, 24.75]),  # 13 m/s, the speed limit, after half a second
     ],
 )
-def test_an_answers_waypoints_lie_where_its_acceleration_leads(
+def test_expert_action_waypoints_follow_its_acceleration(
     made: Make, acceleration: float, ahead: list[float]
 ) -> None:
     samples = made("expert-action", answers=always(acceleration))
@@ -159,7 +159,7 @@ def test_an_answers_waypoints_lie_where_its_acceleration_leads(
     assert samples.target == pytest.approx(np.array([[20.0, 0.0]] * len(samples)), abs=1.1)
 
 
-def test_the_last_answer_counts_while_the_expert_rests(made: Make) -> None:
+def test_last_expert_action_is_held_between_decisions(made: Make) -> None:
     told = {48: Control(1.0, 0.0), 49: None, 44: Control(-1.0, 0.0)}
 
     def answers(tick: int) -> Action:
@@ -169,7 +169,7 @@ def test_the_last_answer_counts_while_the_expert_rests(made: Make) -> None:
     assert first[:, 0] == pytest.approx([4.125, 8.5, 13.125, 18.0], abs=3e-3)
 
 
-def test_answers_are_learned_where_something_else_was_executed(made: Make) -> None:
+def test_expert_action_targets_include_perturbed_frames(made: Make) -> None:
     facts: Any = {"every": 10, "disturbed": range(60, 200), "answers": always(1.0)}
     assert len(made("expert-action", **facts)) == 17
     assert len(made("future", **facts)) < 17
@@ -179,7 +179,7 @@ def test_answers_are_learned_where_something_else_was_executed(made: Make) -> No
     "expert-action",
     [None, Plan(np.zeros((4, 2))), lambda tick: Control(0.0, 0.0) if tick < 46 else None],
 )
-def test_a_missing_answer_is_one_clear_error(made: Make, answer: Any) -> None:
+def test_missing_expert_action_gives_one_message(made: Make, answer: Any) -> None:
     answers = answer if callable(answer) else lambda _tick: answer
     with pytest.raises(InputError, match="Row 50 of a recording holds no acceleration"):
         made("expert-action", answers=answers)
@@ -202,7 +202,7 @@ def test_a_recording_of_another_world_is_refused(
         rows_of(Recording.load(path), route)
 
 
-def test_frames_and_samples_are_made_once(data: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_frames_and_samples_are_cached(data: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     told: list[tuple[int, int]] = []
     first = frames_of(data, on_progress=lambda *done: told.append(done))
     samples = load_encodings(first, STUDENT, on_progress=lambda *done: told.append(done))
@@ -217,7 +217,7 @@ def test_frames_and_samples_are_made_once(data: Path, monkeypatch: pytest.Monkey
     )
 
 
-def test_what_decides_samples_is_in_their_key() -> None:
+def test_sample_key_covers_what_samples_depend_on() -> None:
     key = encodings_key(STUDENT, "future")
     farther = PlanTOptions(PlanTConfig(tokens=TokenSpec(reach=50.0)))
     assert encodings_key(Student("plant", farther), "future") != key
@@ -228,7 +228,7 @@ def test_what_decides_samples_is_in_their_key() -> None:
     )
 
 
-def test_bad_folders_are_input_errors(data: Path, tmp_path: Path) -> None:
+def test_unusable_data_folders_raise_input_error(data: Path, tmp_path: Path) -> None:
     with pytest.raises(InputError, match="No recordings found"):
         frames_of(tmp_path / "empty")
     broken = next((data / "episodes").glob("c.parquet"))

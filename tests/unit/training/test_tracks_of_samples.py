@@ -1,4 +1,4 @@
-"""What samples tell of how others have changed is what the planner works out while it drives."""
+"""The motion attributes in samples equal those that the planner computes while it drives."""
 
 import json
 import math
@@ -34,7 +34,7 @@ HEADING = 0.5  # of the route, radians
 
 
 def scene_at(tick: int) -> Scene:
-    """The ego, who speeds up and brakes, who turns, who comes and goes, and who comes late."""
+    """The ego, and actors that accelerate, turn, appear, disappear or appear late."""
     time = tick * TICK
     along = 2.0 + 8.0 * time
     cars = [
@@ -70,7 +70,7 @@ def record(path: Path, route: Route, *, every: int) -> Path:
 
 
 class Listening:
-    """Notes what it is given, and plans to go straight on."""
+    """Records its inputs, and plans to go straight ahead."""
 
     def __init__(self) -> None:
         self.given: list[SceneInput] = []
@@ -86,7 +86,7 @@ class Listening:
 def told_while_driving(
     recording: Recording, route: Route, folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> dict[int, SceneInput]:
-    """Return what the planner tells its network at each tick at which it decides."""
+    """Return the network inputs of the planner at each decision."""
     listening = Listening()
     monkeypatch.setattr(planner, "load_predictor", lambda _folder: listening)
     save_network(PlanTNetwork(PlanTConfig(tokens=SPEC)), folder)
@@ -103,7 +103,7 @@ def told_while_driving(
     return told
 
 
-def test_samples_tell_of_others_what_the_planner_tells_while_it_drives(
+def test_motion_in_samples_equals_motion_while_driving(
     tmp_path: Path, route: Route, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (tmp_path / "routes").mkdir()
@@ -128,4 +128,4 @@ def test_samples_tell_of_others_what_the_planner_tells_while_it_drives(
         assert samples["target"][row] == pytest.approx(driven.target, abs=1e-5)
         assert samples["limit"][row] == pytest.approx(driven.limit, abs=1e-5)
     changes = samples["attributes"][:, -2:]
-    assert (np.abs(changes).max(axis=0) > (2.0, 0.5)).all()  # there was something to be told
+    assert (np.abs(changes).max(axis=0) > (2.0, 0.5)).all()  # motion is not trivially zero

@@ -1,4 +1,4 @@
-"""Who is parked is told by `Actors`; no room above the world reads it out of numbers."""
+"""Only `Actors` knows which ids are parked; modules above the world do not compare ids."""
 
 import ast
 from dataclasses import replace
@@ -14,7 +14,7 @@ from plant_bench.world.actor_ids import EGO, PARKED, PEDESTRIANS, STAND_INS, TRA
 from plant_bench.world.scene import Actors
 
 PACKAGE = Path(plant_bench.__file__).parent
-OWNERS = ("world", "sim")  # who hands numbers out
+OWNERS = ("world", "sim")  # the packages that assign ids
 BLOCKS = (range(EGO, EGO + 1), TRAFFIC, PEDESTRIANS, STAND_INS, PARKED)
 
 
@@ -30,11 +30,11 @@ def numbered(*numbers: int) -> Actors:
     return replace(blank, ids=np.array(numbers, dtype=np.int64))
 
 
-def test_blocks_follow_each_other():
+def test_id_ranges_are_contiguous():
     assert all(one.stop == other.start for one, other in pairwise(BLOCKS))
 
 
-def test_who_is_parked_and_who_is_in_traffic():
+def test_parked_and_traffic_are_told_by_id():
     actors = numbered(1, 499_999, 500_000, 699_999, 999_999, 1_000_000, 2**40)
     assert actors.parked.tolist() == [False] * 5 + [True] * 2
     assert actors.in_traffic.tolist() == [True] * 2 + [False] * 5
@@ -43,7 +43,7 @@ def test_who_is_parked_and_who_is_in_traffic():
 
 
 def compares_ids(node: ast.AST) -> bool:
-    """Tell whether a comparison asks for the order of actors' numbers and a constant."""
+    """Return whether a comparison orders actor ids against a constant."""
     if not isinstance(node, ast.Compare):
         return False
     ordered = any(isinstance(op, ast.Lt | ast.LtE | ast.Gt | ast.GtE) for op in node.ops)
@@ -56,11 +56,11 @@ def compares_ids(node: ast.AST) -> bool:
     ("text", "found"),
     [("a.ids >= FIRST", True), ("500_000 > a.ids", True), ("a.ids == 5", False), ("x > 3", False)],
 )
-def test_a_comparison_is_noticed(text: str, found: bool):
+def test_comparisons_of_ids_are_detected(text: str, found: bool):
     assert compares_ids(ast.parse(text, mode="eval").body) is found
 
 
-def test_only_world_and_sim_know_the_blocks():
+def test_only_world_and_sim_use_the_id_ranges():
     blocks = {name for name, value in vars(actor_numbers).items() if isinstance(value, range)}
     firsts = {PEDESTRIANS.start, STAND_INS.start}  # a million is many things
     for path in sorted(PACKAGE.rglob("*.py")):

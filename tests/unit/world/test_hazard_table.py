@@ -1,4 +1,4 @@
-"""The table of hazards is whole: what its rows name is there, and the pages say the same."""
+"""The hazard table is complete: its parts exist, and the documentation agrees."""
 
 import copy
 import inspect
@@ -25,7 +25,7 @@ NAMED = [(kind, part) for kind, row in HAZARDS.items() for part in PARTS if geta
 PAGE = Path(__file__).parents[3] / "docs" / "protocol.md"
 
 
-def test_kinds_are_their_names_everywhere() -> None:
+def test_hazard_kinds_are_identified_by_name() -> None:
     assert list(HAZARDS) == list(HazardKind)
     for kind, row in HAZARDS.items():
         assert (kind.value, str(kind), kind.row) == (kind.name.lower(), kind.value, row)
@@ -34,11 +34,11 @@ def test_kinds_are_their_names_everywhere() -> None:
 
 
 @pytest.mark.parametrize(("kind", "part"), NAMED, ids=[f"{kind}-{part}" for kind, part in NAMED])
-def test_what_a_row_names_is_there(kind: HazardKind, part: str) -> None:
+def test_parts_named_in_a_hazard_row_exist(kind: HazardKind, part: str) -> None:
     assert callable(load_part(kind, part))
 
 
-def test_scripts_keep_the_protocol() -> None:
+def test_hazard_scripts_satisfy_the_protocol() -> None:
     for kind in HAZARDS:
         script: type[HazardBehaviour] = load_part(kind, "script")
         assert inspect.isclass(script)
@@ -50,7 +50,7 @@ def test_scripts_keep_the_protocol() -> None:
 
 @pytest.mark.parametrize("part", PARTS)
 @pytest.mark.parametrize("name", ["plant_bench.sim.no_such:Thing", "plant_bench.sim:no_such", "x"])
-def test_what_is_not_there_is_refused_by_kind_column_and_name(part, name, monkeypatch) -> None:
+def test_missing_part_is_refused_by_kind_column_and_name(part, name, monkeypatch) -> None:
     kind = HazardKind.CUT_IN
     monkeypatch.setitem(HAZARDS, kind, replace(HAZARDS[kind], **{part: name}))
     with pytest.raises(InputError) as refused:
@@ -77,8 +77,8 @@ def test_a_missing_finder_is_refused(monkeypatch) -> None:
         possible_places(load_town(route.town), route)
 
 
-def test_a_kind_may_share_another_s_places(monkeypatch) -> None:
-    """Each kind at a kerb has all places at kerbs; the others keep theirs, in order."""
+def test_two_hazard_kinds_can_share_places(monkeypatch) -> None:
+    """Each kerb hazard may use all kerb places; other kinds keep theirs, in order."""
     route = load_suite("longest6")[0]
     town = load_town(route.town)
     before = possible_places(town, route)
@@ -93,7 +93,7 @@ def test_a_kind_may_share_another_s_places(monkeypatch) -> None:
     assert [place for place in after if place.kind is not kind] == rest
 
 
-def test_a_number_that_a_hazard_does_not_have_is_drawn_from_the_range() -> None:
+def test_missing_hazard_parameter_is_drawn_from_its_range() -> None:
     written = Hazard(HazardKind.BLOCKED_LANE, 100.0, 0.0, 1, {"wait": 3.0})
     bare = replace(written, parameters={})
     draw = random.Random(1)
@@ -107,7 +107,7 @@ def test_a_number_that_a_hazard_does_not_have_is_drawn_from_the_range() -> None:
     assert one.random() == other.random(), "a written number leaves the other draws alone"
 
 
-def test_the_protocol_s_page_has_the_same_rows() -> None:
+def test_protocol_documentation_has_the_same_hazard_rows() -> None:
     text = PAGE.read_text(encoding="utf-8").partition("| kind | CARLA | where |")[2]
     lines = text.partition("\n\n")[0].splitlines()[2:]
     cells = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines]

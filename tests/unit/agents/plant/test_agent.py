@@ -1,4 +1,4 @@
-"""PlanT as a planner: weights on disk, the contract, ranks, and bad folders."""
+"""PlanT as a planner: stored weights, the contract, ranks, and unusable folders."""
 
 import copy
 import json
@@ -49,13 +49,13 @@ def observation() -> Observation:
     return Observation(0.0, ego, 9.0, actors, ahead, NextLight(Light.RED, 20.0))
 
 
-def test_plant_keeps_the_contract(folder: Path) -> None:
+def test_plant_satisfies_the_contract(folder: Path) -> None:
     agent = load_agent(f"plant@{folder}")
     check_agent(agent, load_suite("longest6")[0], [observation()] * 2)
 
 
 def driven(steps: int = 12) -> list[Observation]:
-    """Return a second and more at 10 Hz in which the first actor speeds up and turns."""
+    """Return over a second at 10 Hz in which the first actor accelerates and turns."""
     seen = []
     for step in range(steps):
         first = observation()
@@ -77,11 +77,11 @@ def tracking(tmp_path: Path) -> PlanT:
     return PlanT(str(tmp_path / "tracking"))
 
 
-def test_what_plant_remembers_is_forgotten_at_the_start(tracking: PlanT) -> None:
+def test_reset_clears_the_memory_of_plant(tracking: PlanT) -> None:
     check_agent(tracking, load_suite("longest6")[0], driven())
 
 
-def test_what_plant_remembers_counts_and_a_copy_leaves_it_alone(tracking: PlanT) -> None:
+def test_memory_changes_the_plan_and_a_copy_does_not_affect_it(tracking: PlanT) -> None:
     *before, last = driven()
     fresh = tracking.act(last).waypoints
     tracking.reset(None)
@@ -109,7 +109,7 @@ def test_what_plant_remembers_counts_and_a_copy_leaves_it_alone(tracking: PlanT)
         (0.0, 0.0, Light.RED, 8),
     ],
 )
-def test_it_decides_less_often_while_it_stands_and_stays(
+def test_plant_decides_less_often_while_it_stays_stationary(
     tracking: PlanT,
     monkeypatch: pytest.MonkeyPatch,
     speed: float,
@@ -127,13 +127,13 @@ def test_it_decides_less_often_while_it_stands_and_stays(
     assert tracking.interval == 2
 
 
-def test_who_is_no_token_ranks_below_all_others(folder: Path) -> None:
+def test_actors_without_a_token_rank_last(folder: Path) -> None:
     ranks = PlanT(str(folder)).rank(observation())
     assert set(np.argsort(-ranks)[:2].tolist()) == {0, 2}
     assert np.argsort(-ranks)[2:].tolist() == [3, 1]
 
 
-def test_weights_come_back_in_half_precision(folder: Path) -> None:
+def test_weights_are_stored_in_half_precision(folder: Path) -> None:
     network = load_network(folder)
     assert network.config == PlanTConfig(tokens=TokenSpec(reach=25.0))
     assert all(v.dtype == torch.float16 for v in load_file(folder / "weights.safetensors").values())
@@ -143,7 +143,7 @@ def test_weights_come_back_in_half_precision(folder: Path) -> None:
     assert again == (folder / "weights.safetensors").read_bytes()
 
 
-def test_the_checksum_covers_the_weights(folder: Path) -> None:
+def test_checksum_covers_the_weights(folder: Path) -> None:
     before = agent_checksum(f"plant@{folder}")
     torch.manual_seed(1)
     save_network(PlanTNetwork(PlanTConfig(tokens=TokenSpec(reach=25.0))), folder)
@@ -198,13 +198,13 @@ def spoil(folder: Path) -> None:
         (spoil, "not finite"),
     ],
 )
-def test_unusable_weights_are_input_errors(folder: Path, harm, message: str) -> None:
+def test_unusable_weights_raise_input_error(folder: Path, harm, message: str) -> None:
     harm(folder)
     with pytest.raises(InputError, match=message):
         load_agent(f"plant@{folder}")
 
 
-def test_other_planners_start_without_torch() -> None:
+def test_other_planners_do_not_import_torch() -> None:
     code = (
         "import sys; from plant_bench.agents.loading.registry import agent_factory, load_agent\n"
         "load_agent('rule-based'); print(agent_factory('plant').__doc__); import plant_bench.cli\n"

@@ -1,4 +1,4 @@
-"""The network in ONNX Runtime answers as it does in PyTorch."""
+"""The network gives the same outputs in ONNX Runtime and in PyTorch."""
 
 import math
 import shutil
@@ -53,7 +53,7 @@ def scene_of(tokens: int, speed: float = 6.0, attributes: int = 6) -> SceneInput
 
 
 @pytest.mark.parametrize("extras", [False, True])
-def test_the_graph_is_the_network(
+def test_onnx_graph_equals_the_network(
     tmp_path: Path, extras: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(SIZES, "mini", Size(2, 32, 2))
@@ -81,7 +81,7 @@ def test_the_graph_is_the_network(
     assert [item.tokens for item in passes] == [7, 7]
 
 
-def test_attention_is_computed_only_where_it_is_asked_for(
+def test_attention_is_computed_only_on_request(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(SIZES, "mini", Size(2, 32, 2))
@@ -103,7 +103,7 @@ def test_attention_is_computed_only_where_it_is_asked_for(
 
 
 def street_scene(seed: int) -> SceneInput:
-    """A scene as the shipped network sees them: a few vehicles, and the route straight ahead."""
+    """A typical input of the shipped network: a few vehicles, and the route straight ahead."""
     rng = np.random.default_rng(seed)
     count, segments = int(rng.integers(1, 12)), 4
     attributes = np.zeros((count + segments, 12), np.float32)
@@ -118,7 +118,7 @@ def street_scene(seed: int) -> SceneInput:
     return SceneInput(tokens, float(seed % 5 == 0), (20.0, 0.0), float(rng.uniform(0, 13)), 13.0)
 
 
-def test_with_weights_of_8_bits_the_graph_plans_as_the_network(tmp_path: Path) -> None:
+def test_graph_with_8_bit_weights_plans_like_the_network(tmp_path: Path) -> None:
     for name in (WEIGHTS_FILE, CONFIG_FILE):
         shutil.copy(models_dir() / DEFAULT_WEIGHTS / name, tmp_path)
     eager = TorchPredictor(load_network(tmp_path))
@@ -136,7 +136,7 @@ def test_with_weights_of_8_bits_the_graph_plans_as_the_network(tmp_path: Path) -
     assert np.median(errors) > 1e-4  # it is the other graph
 
 
-def test_rounded_weights_lie_within_half_a_step() -> None:
+def test_quantised_weights_are_within_half_a_step() -> None:
     weight = np.random.default_rng(0).normal(size=(5, 96)).astype(np.float32)
     weight[2, 32:64] = 0.0
     weight[3] *= 1e-3
@@ -146,7 +146,7 @@ def test_rounded_weights_lie_within_half_a_step() -> None:
     assert (off <= 0.501 * scales[..., None]).all()
 
 
-def test_a_rounded_layer_is_the_layer(tmp_path: Path) -> None:
+def test_quantised_layer_approximates_the_layer(tmp_path: Path) -> None:
     rng = np.random.default_rng(0)
     weight, bias = rng.normal(size=(48, 256)).astype(np.float32), np.zeros(48, np.float32)
     bias[:] = 100.0 * rng.normal(size=48)
@@ -164,13 +164,13 @@ def test_a_rounded_layer_is_the_layer(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("bits", [8, 32])
-def test_weights_are_stored_as_asked(tmp_path: Path, bits: GraphBits) -> None:
+def test_weights_are_stored_with_the_requested_bits(tmp_path: Path, bits: GraphBits) -> None:
     save_network(PlanTNetwork(PlanTConfig()), tmp_path)
     export_graph(tmp_path, bits)
     assert (b"MatMulNBits" in (tmp_path / GRAPH_FILE).read_bytes()) == (bits == 8)
 
 
-def test_a_broken_graph_is_an_input_error(tmp_path: Path) -> None:
+def test_broken_graph_raises_input_error(tmp_path: Path) -> None:
     (tmp_path / "network.onnx").write_bytes(b"nothing")
     with pytest.raises(InputError, match="Broken graph"):
         GraphPredictor(tmp_path / "network.onnx")

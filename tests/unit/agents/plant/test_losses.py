@@ -12,18 +12,18 @@ from plant_bench.agents.plant.network import Output
 BINS = PlanTConfig().bins
 
 
-def test_bins_as_in_the_paper() -> None:
+def test_bins_equal_those_of_the_paper() -> None:
     assert [bins.count for bins in BINS] == [4, 128, 128, 32, 128, 128]
     wide = PlanTConfig().bins[1]
     assert (wide.low, wide.high) == (-30.0, 30.0)
 
 
-def test_values_go_to_the_nearest_bin() -> None:
+def test_values_are_assigned_to_the_nearest_bin() -> None:
     values = torch.tensor([-5.0, 0.0, 2.4, 2.6, 15.0, 99.0, math.nan])
     assert classes_of(values, Bins(4, 0.0, 15.0)).tolist() == [0, 0, 0, 1, 3, 3, IGNORED]
 
 
-def test_waypoints_count_x_and_y() -> None:
+def test_waypoint_loss_counts_x_and_y() -> None:
     output = Output(torch.zeros(1, 4, 2), tuple(torch.zeros(1, 1, b.count) for b in BINS))
     targets = Targets(torch.tensor([[[1.0, -1.0]] * 4]), torch.full((1, 1, 6), math.nan))
     losses = losses_of(output, targets, BINS)
@@ -33,14 +33,14 @@ def test_waypoints_count_x_and_y() -> None:
 
 
 @pytest.mark.parametrize(("ahead", "loss"), [(1.0, 4.0), (-1.0, 1.0)])
-def test_caution_makes_metres_too_far_ahead_dear(ahead: float, loss: float) -> None:
+def test_overshoot_weight_scales_errors_ahead_of_the_target(ahead: float, loss: float) -> None:
     output = Output(torch.zeros(1, 4, 2), tuple(torch.zeros(1, 1, b.count) for b in BINS))
     targets = Targets(torch.tensor([[[-ahead, 0.0]] * 4]), torch.full((1, 1, 6), math.nan))
 
     assert float(losses_of(output, targets, BINS, 4.0).waypoints) == pytest.approx(loss)
 
 
-def test_vehicles_are_averaged_scene_by_scene() -> None:
+def test_vehicle_loss_is_averaged_per_scene() -> None:
     futures = torch.full((2, 3, 6), math.nan)
     futures[0, :2] = 0.0
     output = Output(torch.zeros(2, 4, 2), tuple(torch.zeros(2, 3, b.count) for b in BINS))

@@ -37,7 +37,7 @@ def padded(batch: Batch, more: int) -> Batch:
     )
 
 
-def test_shapes() -> None:
+def test_outputs_have_the_expected_shapes() -> None:
     output = network()(batch_of())
     assert output.waypoints.shape == (3, 4, 2)
     expected = [(3, TOKENS, bins) for bins in (4, 128, 128, 32, 128, 128)]
@@ -45,7 +45,7 @@ def test_shapes() -> None:
 
 
 @torch.no_grad()
-def test_padding_changes_nothing() -> None:
+def test_padding_does_not_change_the_output() -> None:
     one, batch = network(), batch_of()
     alone, among = one(batch), one(padded(batch, 4))
     torch.testing.assert_close(among.waypoints, alone.waypoints, atol=1e-5, rtol=0)
@@ -56,7 +56,7 @@ def test_padding_changes_nothing() -> None:
 
 
 @torch.no_grad()
-def test_the_first_token_alone_is_as_among_all() -> None:
+def test_first_token_only_equals_the_full_encoding() -> None:
     encoder = Encoder(Size(2, 32, 4)).eval()
     embedded = torch.randn(3, TOKENS, 32)
     hidden, attention = encoder(embedded, explain=True)
@@ -67,7 +67,7 @@ def test_the_first_token_alone_is_as_among_all() -> None:
 
 
 @torch.no_grad()
-def test_no_tokens_at_all() -> None:
+def test_network_plans_without_tokens() -> None:
     waypoints, attention = network().plan(batch_of(tokens=0), explain=True)
     assert waypoints.isfinite().all()
     assert attention is not None
@@ -75,7 +75,7 @@ def test_no_tokens_at_all() -> None:
 
 
 @torch.no_grad()
-def test_the_order_of_tokens_says_nothing() -> None:
+def test_output_does_not_depend_on_the_token_order() -> None:
     one, batch, order = network(), batch_of(), torch.randperm(TOKENS)
     mixed = batch._replace(attributes=batch.attributes[:, order], kinds=batch.kinds[:, order])
     (here, seen), (there, also) = one.plan(batch, explain=True), one.plan(mixed, explain=True)
@@ -86,7 +86,7 @@ def test_the_order_of_tokens_says_nothing() -> None:
 
 
 @torch.no_grad()
-def test_attention_is_shared_out() -> None:
+def test_attention_is_positive_and_sums_to_less_than_the_heads() -> None:
     one, batch = network(), batch_of()
     _, attention = one.plan(batch, explain=True)
     assert attention is not None
@@ -96,7 +96,7 @@ def test_attention_is_shared_out() -> None:
 
 
 @torch.no_grad()
-def test_each_input_matters_where_it_is_told() -> None:
+def test_each_enabled_input_changes_the_plan() -> None:
     plain, told = network(), network(speed_input=True, limit_input=True)
     batch = batch_of()
     faster = batch._replace(speed=batch.speed + 1.0)
@@ -113,18 +113,18 @@ def test_each_input_matters_where_it_is_told() -> None:
         assert not torch.equal(plain.plan(changed)[0], plain.plan(batch)[0])
 
 
-def test_the_bins_follow_the_view() -> None:
+def test_bins_follow_the_reach() -> None:
     bins = PlanTConfig(tokens=TokenSpec(reach=50.0)).bins
     assert [(item.low, item.high) for item in bins[1:3]] == [(-50.0, 50.0)] * 2
 
 
 @pytest.mark.parametrize(("name", "millions"), [("mini", 11.2), ("small", 28.8), ("medium", 41.4)])
-def test_parameters_as_in_the_paper(name: SizeName, millions: float) -> None:
+def test_parameter_counts_equal_those_of_the_paper(name: SizeName, millions: float) -> None:
     assert round(bert_parameters(SIZES[name]) / 1e6, 1) == millions
 
 
 @torch.no_grad()
-def test_the_encoder_is_bert() -> None:
+def test_encoder_equals_bert() -> None:
     from transformers import BertConfig, BertModel
 
     size = Size(2, 32, 4)
@@ -148,7 +148,7 @@ def test_the_encoder_is_bert() -> None:
 
 
 def _translated(bert: dict[str, Tensor], size: Size) -> dict[str, Tensor]:
-    """BERT's weights under our names; queries, keys and values lie in one matrix here."""
+    """Return BERT's weights under the encoder's names; queries, keys and values in one matrix."""
     names = {
         "mix": "attention.output.dense",
         "attention_norm": "attention.output.LayerNorm",

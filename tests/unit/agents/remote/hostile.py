@@ -1,4 +1,4 @@
-"""Planners that misbehave, each in one way; run in processes of their own alone."""
+"""Planners that misbehave, each in one way; only run isolated."""
 
 import contextlib
 import ctypes
@@ -18,13 +18,13 @@ BRAKE = Control(-1.0, 0.0)
 
 
 def note_process():
-    """Tell the test who this is."""
+    """Write the process id for the test."""
     with Path(os.environ["HOSTILE_PIDS"]).open("a") as file:
         file.write(f"{os.getpid()}\n")
 
 
 class Good:
-    """Drives on, and does something else at its third decision."""
+    """Drives, and does something else at its third decision."""
 
     inputs = frozenset({Input.ROUTE})
     decisions = 0
@@ -162,7 +162,7 @@ class DiesAtReset(Good):
 
 
 class Explains(Good):
-    """Tells reasons, ranks, forward passes and intervals."""
+    """Returns reasons, ranks, forward passes and intervals."""
 
     interval = 3
 
@@ -179,7 +179,7 @@ class Explains(Good):
 
 
 class ByRoute(Good):
-    """Does on each route what the route is called."""
+    """Behaves on each route as the route's name says."""
 
     kind = Good
 

@@ -1,4 +1,4 @@
-"""What becomes of planners in processes of their own: the good, and those that misbehave."""
+"""Isolated planners: well-behaved ones, and those that misbehave."""
 
 import os
 import shutil
@@ -39,7 +39,7 @@ def no_process_is_left():
 
 @pytest.fixture
 def processes(tmp_path, monkeypatch):
-    """Return the processes that planners have told of."""
+    """Return the processes whose ids planners have written."""
     told = tmp_path / "pids"
     told.touch()
     monkeypatch.setenv("HOSTILE_PIDS", str(told))
@@ -84,7 +84,7 @@ def all_gone(processes, patience=10.0):
         ("AnswersNothing", "AgentError", "a Plan or a Control is wanted"),
     ],
 )
-def test_whoever_misbehaves_is_ended_with_a_reason(name, error, reason):
+def test_misbehaving_planner_is_ended_with_a_reason(name, error, reason):
     with pytest.raises(AgentError) as caught:
         drive(planner(name, SHORT if error == "TimeLimitError" else LIMITS))
 
@@ -92,7 +92,7 @@ def test_whoever_misbehaves_is_ended_with_a_reason(name, error, reason):
     assert reason in str(caught.value)
 
 
-def test_what_is_printed_is_kept_up_to_a_limit(capfd):
+def test_printed_output_is_kept_up_to_a_limit(capfd):
     with pytest.raises(AgentError):
         drive(planner("PrintsForEver", SHORT))
     end_processes()
@@ -102,13 +102,13 @@ def test_what_is_printed_is_kept_up_to_a_limit(capfd):
     assert "the rest is dropped" in printed
 
 
-def test_good_planners_share_a_process_one_after_the_other(processes):
+def test_well_behaved_planners_reuse_a_process(processes):
     drives = [drive(planner("Good")) for _ in range(2)]
 
     assert drives[0] == drives[1] == drive(load_agent(f"{HOSTILE}:Good"))
 
 
-def test_a_planner_goes_on_after_one_that_failed():
+def test_planner_drives_after_another_one_failed():
     agent = planner("ByRoute")
     with pytest.raises(AgentError, match="AttributeError|NoneType"):
         agent.reset(None)
@@ -116,7 +116,7 @@ def test_a_planner_goes_on_after_one_that_failed():
     assert len(drive(planner("Good"))) == 4
 
 
-def test_all_that_a_planner_tells_comes_through():
+def test_isolated_planner_keeps_interval_reason_and_ranks():
     agent, passes = planner("Explains"), listen_to_passes()
     seen = Observation(0.0, EGO, 8.0, actors=Actors.none())
 
@@ -133,7 +133,7 @@ def test_all_that_a_planner_tells_comes_through():
     assert not isinstance(planner("Good"), Ranker)
 
 
-def test_daemons_of_a_planner_die_with_it(processes):
+def test_daemons_of_a_planner_are_killed_with_it(processes):
     with pytest.raises(AgentError, match="exit code 0"):
         drive(planner("LeavesADaemon"))
 
@@ -141,7 +141,7 @@ def test_daemons_of_a_planner_die_with_it(processes):
     assert all_gone(processes())
 
 
-def test_a_killed_worker_leaves_nobody_behind(processes):
+def test_killed_worker_leaves_no_planner_process(processes):
     code = (
         "from plant_bench.agent import Observation\n"
         "from plant_bench.world.scene import EgoState\n"
@@ -163,7 +163,7 @@ def test_a_killed_worker_leaves_nobody_behind(processes):
     assert all_gone(processes())
 
 
-def test_isolation_changes_no_file_that_the_checksum_covers(tmp_path):
+def test_isolation_does_not_change_the_checksum(tmp_path):
     spec = f"{shutil.copy(HOSTILE, tmp_path)}:Good"
     within = agent_files(spec)
     isolation = isolation_of(spec, LIMITS)
@@ -186,12 +186,12 @@ def test_isolation_changes_no_file_that_the_checksum_covers(tmp_path):
         ("command:echo hello", "does not start: ProtocolError"),
     ],
 )
-def test_what_does_not_start_is_bad_input(spec, message):
+def test_planner_that_does_not_start_raises_input_error(spec, message):
     with pytest.raises(InputError, match=message):
         isolation_of(spec, LIMITS)
 
 
 @pytest.mark.slow
-def test_a_leak_towards_ten_gigabytes_ends_at_the_limit():
+def test_leaking_planner_is_ended_at_its_memory_limit():
     with pytest.raises(AgentError, match="more than 10 GB"):
         drive(planner("Leaks", Limits(tick=300.0, memory=10.0)))

@@ -1,4 +1,4 @@
-"""What is said survives the way there, and nothing that a planner says is believed."""
+"""Messages survive the round trip, and nothing that a planner sends is trusted."""
 
 import numpy as np
 import pytest
@@ -42,7 +42,7 @@ PARTS = {"actors": ACTORS, "route": AHEAD, "light": NextLight(Light.RED, -1.5), 
 
 
 @pytest.mark.parametrize("parts", [{}, PARTS], ids=["least", "most"])
-def test_an_observation_arrives_to_the_last_bit(parts):
+def test_observation_round_trip_is_exact(parts):
     seen = Observation(0.15, EGO, 8.33, **parts)
 
     told = observation_in(unpack(pack(observation_out("act", seen))))
@@ -54,14 +54,14 @@ def test_an_observation_arrives_to_the_last_bit(parts):
 
 
 @pytest.mark.parametrize("place", [0, 20])
-def test_a_route_arrives_to_the_last_bit(place):
+def test_route_round_trip_is_exact(place):
     route = load_suite("longest6")[place].plan
 
     assert _equal(route, route_in(unpack(pack(reset_out(route)))["route"]))
 
 
 @given(st.binary(max_size=300))
-def test_bytes_of_any_kind_are_refused_in_words(data):
+def test_arbitrary_bytes_raise_remote_error(data):
     with pytest.raises(RemoteError):
         answer_in(data, *ALL)
 
@@ -80,7 +80,7 @@ VALUES = st.recursive(
 
 
 @given(st.dictionaries(NAMES, VALUES, max_size=8))
-def test_maps_of_any_kind_are_read_or_refused_in_words(message):
+def test_arbitrary_messages_are_read_or_raise_a_printable_error(message):
     wrong = ""
     try:
         answer = answer_in(pack(message), *ALL)
@@ -104,7 +104,7 @@ def test_maps_of_any_kind_are_read_or_refused_in_words(message):
         ({"type": "hello", "protocol": 1, "inputs": ["route"] * 101}, "inputs"),
     ],
 )
-def test_a_wrong_answer_is_told_what_is_wrong_with_it(message, words):
+def test_wrong_response_is_refused_with_the_reason(message, words):
     with pytest.raises(ProtocolError, match=words):
         answer_in(pack(message), *ALL)
 

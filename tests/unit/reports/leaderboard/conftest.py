@@ -1,4 +1,4 @@
-"""Leaderboards of runs put together by hand."""
+"""Leaderboards of hand-made runs."""
 
 from collections.abc import Callable, Sequence
 from pathlib import Path

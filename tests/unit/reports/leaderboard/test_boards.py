@@ -28,7 +28,7 @@ def add_ranking(path, agent, mean, checksum=None):
     return path
 
 
-def test_the_highest_score_comes_first(tmp_path, write_run, leaderboard):
+def test_rows_are_sorted_by_score(tmp_path, write_run, leaderboard):
     runs = [write_run(tmp_path / name, name, worse=worse) for name, worse in (("a", 1), ("b", 3))]
     (board,) = leaderboard(runs).boards
     assert [line.planner for line in board.lines] == ["b", "a"]
@@ -41,7 +41,7 @@ def test_the_highest_score_comes_first(tmp_path, write_run, leaderboard):
     [{"protocol": "longest6-sumo-v0"}, {"suite": "unseen"}, {"density": "empty"}],
     ids=["protocol", "suite", "density"],
 )
-def test_what_cannot_be_compared_shares_no_table(tmp_path, write_run, leaderboard, other):
+def test_incomparable_runs_are_on_separate_boards(tmp_path, write_run, leaderboard, other):
     runs = [write_run(tmp_path / "a", "a"), write_run(tmp_path / "b", "b", **other)]
     found = leaderboard(runs).boards
     assert [[line.planner for line in board.lines] for board in found] in (
@@ -51,7 +51,7 @@ def test_what_cannot_be_compared_shares_no_table(tmp_path, write_run, leaderboar
     assert not any(board.differences for board in found)
 
 
-def test_differences_are_tested_and_corrected(tmp_path, write_run, leaderboard):
+def test_differences_are_tested_with_corrected_p_values(tmp_path, write_run, leaderboard):
     runs = [
         write_run(tmp_path / name, name, worse=worse, routes=12)
         for name, worse in (("a", 1), ("b", 40), ("c", 40))
@@ -67,14 +67,14 @@ def test_differences_are_tested_and_corrected(tmp_path, write_run, leaderboard):
     assert all(item.p_corrected >= item.paired.p_value for item in found.values())
 
 
-def test_runs_of_one_agent_are_both_shown_and_said(tmp_path, write_run, leaderboard):
+def test_two_runs_of_one_agent_are_both_shown_with_a_note(tmp_path, write_run, leaderboard):
     made = leaderboard([write_run(tmp_path / "a"), write_run(tmp_path / "b")])
     assert [line.planner for line in made.boards[0].lines] == ["scripted (a)", "scripted (b)"]
     assert len({line.id for line in made.boards[0].lines}) == 2
     assert "of the same agent" in made.notes[0]
 
 
-def test_rfds_goes_to_its_planner(tmp_path, write_run, leaderboard):
+def test_rfds_is_shown_in_the_row_of_its_planner(tmp_path, write_run, leaderboard):
     runs = [write_run(tmp_path / "a", "plant"), write_run(tmp_path / "b", "idm")]
     ranking = add_ranking(write_run(tmp_path / "r"), "expert-filtered@attention:plant", 96.5)
     random = add_ranking(write_run(tmp_path / "s"), "expert-filtered@random", 4.5)
@@ -85,7 +85,7 @@ def test_rfds_goes_to_its_planner(tmp_path, write_run, leaderboard):
     assert [item.ranker for item in board.rankings] == ["attention", "random"]
 
 
-def test_rfds_goes_by_checksum_where_it_is_told(tmp_path, write_run, leaderboard):
+def test_rfds_is_matched_by_checksum_if_known(tmp_path, write_run, leaderboard):
     runs = [write_run(tmp_path / name, "plant", checksum=name * 64) for name in "ab"]
     runs.append(write_run(tmp_path / "c", "plant@models/a", checksum="a" * 64))
     ranking = add_ranking(
@@ -98,7 +98,7 @@ def test_rfds_goes_by_checksum_where_it_is_told(tmp_path, write_run, leaderboard
     assert not any("several runs" in note for note in made.notes)
 
 
-def test_rfds_of_another_checksum_is_not_a_planners_by_name(tmp_path, write_run, leaderboard):
+def test_rfds_of_another_checksum_is_not_matched_by_name(tmp_path, write_run, leaderboard):
     run = write_run(tmp_path / "a", "plant", checksum="a" * 64)
     ranking = add_ranking(
         write_run(tmp_path / "r"), "expert-filtered@attention:plant", 96.5, checksum="b" * 64
@@ -106,7 +106,7 @@ def test_rfds_of_another_checksum_is_not_a_planners_by_name(tmp_path, write_run,
     assert math.isnan(leaderboard([run, ranking]).boards[0].lines[0].rfds.mean)
 
 
-def test_rfds_of_a_name_that_several_runs_have_is_nobodys(tmp_path, write_run, leaderboard):
+def test_ambiguous_rfds_is_shown_in_no_row(tmp_path, write_run, leaderboard):
     runs = [write_run(tmp_path / name, "plant", checksum=name * 64) for name in "ab"]
     ranking = add_ranking(write_run(tmp_path / "r"), "expert-filtered@attention:plant", 96.5)
     made = leaderboard([*runs, ranking])
@@ -114,7 +114,7 @@ def test_rfds_of_a_name_that_several_runs_have_is_nobodys(tmp_path, write_run, l
     assert "several runs" in made.notes[0]
 
 
-def test_a_run_with_records_of_two_agents_is_an_error(tmp_path, write_run, leaderboard):
+def test_run_with_records_of_two_agents_is_refused(tmp_path, write_run, leaderboard):
     path = write_run(tmp_path / "a", "a")
     other = write_run(tmp_path / "b", "b", routes=7)
     stray = max((other / "episodes").iterdir())
@@ -124,7 +124,7 @@ def test_a_run_with_records_of_two_agents_is_an_error(tmp_path, write_run, leade
 
 
 @pytest.mark.parametrize("name", ["", " ", "\u200b\n"])
-def test_a_planner_without_a_name_is_called_so(tmp_path, write_run, leaderboard, name):
+def test_planner_without_a_name_is_labelled_so(tmp_path, write_run, leaderboard, name):
     assert leaderboard([write_run(tmp_path / "a", name)]).boards[0].lines[0].planner == "(no name)"
 
 
@@ -133,14 +133,14 @@ def test_a_planner_is_shown_without_folders(tmp_path, write_run, leaderboard):
     assert leaderboard([path]).boards[0].lines[0].planner == "plant@mine"
 
 
-def test_missing_episodes_show(tmp_path, write_run, leaderboard):
+def test_missing_episodes_are_shown(tmp_path, write_run, leaderboard):
     path = write_run(tmp_path / "a")
     next((path / "episodes").iterdir()).unlink()
     line = leaderboard([path]).boards[0].lines[0]
     assert (line.episodes, line.expected) == (11, 12)
 
 
-def test_the_papers_figures_are_another_world(tmp_path, write_run, leaderboard):
+def test_figures_of_the_paper_are_on_a_board_of_their_own(tmp_path, write_run, leaderboard):
     board = leaderboard([write_run(tmp_path / "a")], paper=True).boards[-1]
     assert board.world == CARLA
     assert "PlanT" in board.source
@@ -148,11 +148,11 @@ def test_the_papers_figures_are_another_world(tmp_path, write_run, leaderboard):
     assert not board.entries
 
 
-def test_the_papers_lines_have_their_source():
+def test_figures_of_the_paper_name_their_source():
     assert all("Table 1" in line.source for line in paper_lines())
 
 
-def test_equal_names_get_a_word_and_then_a_number():
+def test_equal_names_are_distinguished_by_a_word_then_a_number():
     words = ["x", "x", "y", ""]
     assert distinct(["p", "p", "p", "q"], lambda place: words[place]) == [
         "p (x) #1",
@@ -162,7 +162,7 @@ def test_equal_names_get_a_word_and_then_a_number():
     ]
 
 
-def test_progress_is_told_of_each_source(tmp_path, write_run):
+def test_progress_is_reported_for_each_source(tmp_path, write_run):
     from plant_bench.reports.leaderboard.score_sources import find_sources
     from plant_bench.scoring.penalties import PenaltyScheme
 

@@ -1,4 +1,4 @@
-"""What is written is read back by pandas equal to what the runs hold."""
+"""Exported values, read back by pandas, equal those of the runs."""
 
 import json
 from io import StringIO
@@ -30,7 +30,7 @@ def read_csv(path):
 
 
 def assert_same(read, made):
-    """Equal but for types that CSV cannot tell, such as empty text."""
+    """Assert equality except for types that CSV cannot express, such as empty text."""
     assert list(read.columns) == list(made.columns)
     for name in made.columns:
         for there, here in zip(read[name], made[name], strict=True):
@@ -39,7 +39,7 @@ def assert_same(read, made):
 
 
 @pytest.mark.parametrize("name", ["leaderboard", "episodes"])
-def test_csv_and_parquet_hold_the_same_to_the_last_bit(written, name):
+def test_csv_and_parquet_hold_identical_values(written, name):
     made, out = written
     frame = leaderboard_frame(made) if name == "leaderboard" else episode_frame(made)
     assert_same(read_csv(out / f"{name}.csv"), frame)
@@ -47,7 +47,7 @@ def test_csv_and_parquet_hold_the_same_to_the_last_bit(written, name):
     assert_same(parquet.replace({"": None}), frame)
 
 
-def test_each_record_can_be_made_again_from_its_row(written):
+def test_each_record_can_be_rebuilt_from_its_row(written):
     made, out = written
     records = {
         (entry.line.id, item.name): item.result
@@ -68,7 +68,7 @@ def test_each_record_can_be_made_again_from_its_row(written):
         assert row["jerk_p95"] == record.measures["jerk_p95"]
 
 
-def test_a_line_holds_what_the_summary_says(written):
+def test_leaderboard_row_equals_the_summary(written):
     made, out = written
     frame = read_csv(out / "leaderboard.csv").set_index("id")
     for board in made.boards:
@@ -79,7 +79,7 @@ def test_a_line_holds_what_the_summary_says(written):
             assert row["planner"] == entry.line.planner
 
 
-def test_json_keeps_boards_apart_and_has_no_nan(written):
+def test_json_separates_boards_and_contains_no_nan(written):
     made, out = written
     text = (out / "leaderboard.json").read_text(encoding="utf-8")
     assert text == leaderboard_json(made)
@@ -97,6 +97,6 @@ def test_json_keeps_boards_apart_and_has_no_nan(written):
     assert difference["pairs"] == 12
 
 
-def test_no_file_is_left_half_written(written):
+def test_no_partial_export_is_left(written):
     _, out = written
     assert not list(out.glob("*.part"))

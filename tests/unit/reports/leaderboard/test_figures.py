@@ -6,7 +6,7 @@ from plant_bench.reports.leaderboard.figures import board_figure, write_figures
 HOSTILE = r"$\frac{a}$ 😀 \名 " + "x" * 10_000
 
 
-def test_a_figure_of_each_board_of_ours(tmp_path, write_run, leaderboard):
+def test_each_plant_bench_board_has_a_figure(tmp_path, write_run, leaderboard):
     runs = [
         write_run(tmp_path / "a", "a", worse=1),
         write_run(tmp_path / "b", HOSTILE),
@@ -23,7 +23,7 @@ def test_a_figure_of_each_board_of_ours(tmp_path, write_run, leaderboard):
     assert (tmp_path / "out" / "leaderboard.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_it_shows_scores_and_differences_from_the_first(tmp_path, write_run, leaderboard):
+def test_figure_shows_scores_and_differences_from_the_first(tmp_path, write_run, leaderboard):
     runs = [
         write_run(tmp_path / name, name, worse=worse, routes=12)
         for name, worse in (("a", 1), ("b", 40))

@@ -27,8 +27,8 @@ def record(route, repetition, km, hits, score):
     )
 
 
-def test_rates_are_all_counts_over_all_kilometres(tmp_path):
-    """Not the sum or mean of the routes' own rates: a short route would count as much as a long."""
+def test_rates_are_total_counts_per_total_kilometres(tmp_path):
+    """Summing or averaging per-route rates would give short routes the weight of long ones."""
     records = (record("a", 0, 1.0, 1, 60.0), record("b", 0, 9.0, 1, 80.0))
     line = imported_line(
         ImportedRun("x", "carla-lb1.0", tmp_path / "x.json", 2, records), id="x", planner="x"
@@ -39,14 +39,14 @@ def test_rates_are_all_counts_over_all_kilometres(tmp_path):
     assert line.rates["stop_infraction"] == pytest.approx(0.2)
 
 
-def test_repetitions_spread(tmp_path):
+def test_standard_deviation_is_over_repetitions(tmp_path):
     records = tuple(record("a", n, 1.0, n, 60.0 + 10.0 * n) for n in range(3))
     run = ImportedRun("x", "carla-lb1.0", tmp_path / "x.json", 3, records)
     line = imported_line(run, id="x", planner="x")
     assert (line.repetitions, line.driving_score.std) == (3, pytest.approx(10.0))
 
 
-def test_a_checkpoint_file_is_another_world(tmp_path, write_run, leaderboard):
+def test_checkpoint_file_is_on_a_board_of_its_own(tmp_path, write_run, leaderboard):
     run = write_run(tmp_path / "a", "a")
     results = [item for item in read_run(run).results if item.repetition == 0]
     numbers = {item.route: number for number, item in enumerate(results)}

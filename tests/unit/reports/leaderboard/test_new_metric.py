@@ -1,4 +1,4 @@
-"""Adding a metric as docs/metrics.md says: a row and a function, and it is everywhere."""
+"""A metric added as docs/metrics.md says, with a row and a function, appears everywhere."""
 
 import json
 import math
@@ -62,7 +62,7 @@ def page_data(page):
 
 @pytest.fixture
 def made(tmp_path, write_run, leaderboard, monkeypatch):
-    """A run of which half the records are older than the metric, its summary and its board."""
+    """A run with half of its records older than the metric, its summary and its board."""
     monkeypatch.setitem(
         EPISODE_METRICS, "mean_speed", EpisodeMetric(mean_speed, since=RESULT_FORMAT + 1)
     )
@@ -80,14 +80,14 @@ def made(tmp_path, write_run, leaderboard, monkeypatch):
     return path, summary, leaderboard([path], paper=True)
 
 
-def test_it_is_in_records(made):
+def test_new_metric_is_in_records(made):
     path, *_ = made
     new, old, *_ = (json.loads(file.read_text()) for file in RunFolder.open(path).record_files())
     assert list(new["measures"]) == [*old["measures"], "mean_speed"]
     assert new["measures"]["mean_speed"] == 5.0
 
 
-def test_it_is_in_the_summary(made):
+def test_new_metric_is_in_the_summary(made):
     path, summary, _ = made
     told = json.loads((path / "summary.json").read_text())
     assert told["beyond"]["mean_speed"] == summary.measures["mean_speed"] == pytest.approx(7.5)
@@ -98,7 +98,7 @@ def test_it_is_in_the_summary(made):
     assert "arrived" not in frame  # no episode has it
 
 
-def test_it_is_printed(made, capsys):
+def test_new_metric_is_printed(made, capsys):
     print_summary(made[1])
     said = capsys.readouterr().out
     assert "ARR %" in said
@@ -106,7 +106,7 @@ def test_it_is_printed(made, capsys):
     assert re.search(r"mean speed +7\.5 m/s", said)
 
 
-def test_it_is_exported(made, tmp_path):
+def test_new_metric_is_exported(made, tmp_path):
     write_exports(made[2], tmp_path)
     lines = pd.read_csv(tmp_path / "leaderboard.csv")
     arrived = dict(zip(lines["id"], lines["arrived_mean"], strict=True))
@@ -124,7 +124,7 @@ def test_it_is_exported(made, tmp_path):
     assert r"\textbf{ARR} $\uparrow$" in (tmp_path / "leaderboard.tex").read_text()
 
 
-def test_it_is_on_the_page(made):
+def test_new_metric_is_on_the_page(made):
     data = page_data(page_html(made[2], replays=False))
     (score,) = [item for item in data["scores"] if item["name"] == "arrived"]
     assert (score["label"], score["digits"], score["better"]) == ("ARR", 1, "higher")

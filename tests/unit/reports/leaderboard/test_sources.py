@@ -14,7 +14,7 @@ def add_ranking(path, agent):
     (path / "rfds.json").write_text(json.dumps(facts | numbers | counts), encoding="utf-8")
 
 
-def test_without_paths_all_runs_below_are_found(tmp_path, write_run):
+def test_all_runs_below_the_folder_are_found_by_default(tmp_path, write_run):
     write_run(tmp_path / "a")
     write_run(tmp_path / "rfds" / "attention")
     add_ranking(tmp_path / "rfds" / "attention", "expert-filtered@attention:plant")
@@ -24,7 +24,7 @@ def test_without_paths_all_runs_below_are_found(tmp_path, write_run):
     assert [path.name for path in found.rankings] == ["attention"]
 
 
-def test_a_run_without_episodes_is_left_out_and_said(tmp_path, write_run):
+def test_run_without_episodes_is_skipped_with_a_note(tmp_path, write_run):
     write_run(tmp_path / "a")
     write_run(tmp_path / "b", routes=0)
     found = find_sources([], below=tmp_path)
@@ -32,31 +32,31 @@ def test_a_run_without_episodes_is_left_out_and_said(tmp_path, write_run):
     assert "no finished episodes" in found.notes[0]
 
 
-def test_such_a_run_that_was_asked_for_is_an_error(tmp_path, write_run):
+def test_requested_run_without_episodes_is_refused(tmp_path, write_run):
     with pytest.raises(InputError, match="no finished episodes"):
         find_sources([write_run(tmp_path / "b", routes=0)], below=tmp_path)
 
 
-def test_what_is_no_run_is_an_error(tmp_path):
+def test_path_that_is_not_a_run_is_refused(tmp_path):
     with pytest.raises(InputError, match=r"has no run\.json"):
         find_sources([tmp_path], below=tmp_path)
     with pytest.raises(InputError, match="does not exist"):
         find_sources([tmp_path / "gone"], below=tmp_path)
 
 
-def test_nothing_to_report_is_an_error(tmp_path):
+def test_report_without_any_run_is_refused(tmp_path):
     with pytest.raises(InputError, match="Score a planner first"):
         find_sources([], below=tmp_path)
 
 
-def test_episodes_know_whether_they_were_recorded(tmp_path, write_run):
+def test_episodes_know_if_they_have_a_recording(tmp_path, write_run):
     assert all(
         item.recording for item in read_run(write_run(tmp_path / "a", recorded=True)).episodes
     )
     assert not any(item.recording for item in read_run(write_run(tmp_path / "b")).episodes)
 
 
-def test_a_ranking_names_its_ranker_and_planner(tmp_path, write_run):
+def test_rfds_run_names_its_ranker_and_planner(tmp_path, write_run):
     path = write_run(tmp_path / "x")
     add_ranking(path, "expert-filtered@attention:plant@models/mine")
     found = read_ranking(path)
@@ -65,7 +65,7 @@ def test_a_ranking_names_its_ranker_and_planner(tmp_path, write_run):
     assert read_ranking(path).planner is None
 
 
-def test_a_broken_ranking_is_an_error(tmp_path, write_run):
+def test_broken_rfds_file_is_refused(tmp_path, write_run):
     path = write_run(tmp_path / "x")
     (path / "rfds.json").write_text("{}", encoding="utf-8")
     with pytest.raises(InputError, match=r"rfds\.json"):
@@ -73,7 +73,7 @@ def test_a_broken_ranking_is_an_error(tmp_path, write_run):
 
 
 @pytest.mark.parametrize("name", ["seed", "format"])
-def test_a_record_with_a_number_that_no_table_holds_is_refused(tmp_path, write_run, name):
+def test_record_with_an_oversized_number_is_refused(tmp_path, write_run, name):
     run = write_run(tmp_path / "a")
     record = next((run / "episodes").glob("*.json"))
     record.write_text(json.dumps(json.loads(record.read_text()) | {name: 10**30}))

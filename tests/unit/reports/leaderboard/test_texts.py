@@ -21,7 +21,7 @@ def made(tmp_path, write_run, leaderboard):
     return leaderboard(runs, paper=True)
 
 
-def test_markdown_rows_keep_their_cells(made):
+def test_untrusted_names_do_not_break_markdown_tables(made):
     rows = [line for line in markdown_text(made).splitlines() if line.startswith("| ")]
     scores = [row for row in rows if re.search(r"\| (objects|privileged|sensors) \|", row)]
     assert len(scores) == 4 + 9
@@ -29,24 +29,24 @@ def test_markdown_rows_keep_their_cells(made):
     assert "<script" not in markdown_text(made)
 
 
-def test_long_names_are_cut(made):
+def test_long_names_are_truncated(made):
     assert max(map(len, markdown_text(made).splitlines())) < 500
     assert "xxx…" in markdown_text(made)
 
 
-def test_latex_has_no_command_from_outside(made):
+def test_untrusted_names_cannot_insert_latex_commands(made):
     text = latex_text(made)
     assert r"\input" not in text
     assert "U+1F600" in text
     assert text.isprintable() or all(ord(letter) < 256 for letter in text)
 
 
-def test_what_means_something_is_escaped():
+def test_special_characters_are_escaped():
     assert latex_escaped("a_b") == r"a\_b"
     assert markdown_escaped("a*b") == r"a\*b"
 
 
-def test_the_best_of_a_table_is_bold(tmp_path, write_run, leaderboard):
+def test_best_value_of_a_column_is_bold(tmp_path, write_run, leaderboard):
     runs = [write_run(tmp_path / name, name, worse=worse) for name, worse in (("a", 1), ("b", 3))]
     rows = [line for line in latex_text(leaderboard(runs)).splitlines() if "objects" in line]
     assert [row.split(" & ")[2].startswith(r"\textbf") for row in rows] == [True, False]

@@ -12,26 +12,26 @@ def weights(tmp_path):
     return tmp_path
 
 
-def test_all_tensors_are_counted(weights):
+def test_parameter_count_covers_all_tensors(weights):
     assert parameter_count(f"plant@{weights}") == 17
     assert parameter_count(f"mine.py:Agent@{weights / 'weights.safetensors'}") == 17
 
 
-def test_other_learners_folders_are_counted(weights):
+def test_parameters_of_other_learners_are_counted(weights):
     assert parameter_count(f"my_package.agent:Mine@{weights}") == 17
 
 
 @pytest.mark.parametrize("agent", ["plant", "plant-unguarded"])
-def test_the_shipped_planner_has_its_own(agent):
+def test_shipped_planner_has_a_parameter_count(agent):
     assert (parameter_count(agent) or 0) > 1_000_000
 
 
 @pytest.mark.parametrize("agent", ["expert", "plant@/gone", "x.py:A", "a@" + "x" * 10_000])
-def test_without_weights_nothing_is_known(agent):
+def test_planner_without_weights_has_no_parameter_count(agent):
     assert parameter_count(agent) is None
 
 
 @pytest.mark.parametrize("broken", [b"", b"\xff" * 8, b"\x02" + b"\0" * 7 + b"[]"])
-def test_a_broken_file_is_not_known(tmp_path, broken):
+def test_broken_weights_have_no_parameter_count(tmp_path, broken):
     (tmp_path / "w.safetensors").write_bytes(broken)
     assert parameter_count(f"plant@{tmp_path}") is None

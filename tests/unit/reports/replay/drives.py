@@ -1,4 +1,4 @@
-"""Made-up drives on a real route, recorded as the benchmark records them."""
+"""Synthetic drives on a real route, recorded as the benchmark records them."""
 
 from pathlib import Path
 

@@ -34,7 +34,7 @@ def asked(tmp_path, extra, checksum=None):
     return attention_of(source.result, agent, recording, route, progress_of(recording, route))
 
 
-def test_the_planner_is_asked_twice_a_second_on_what_it_saw(tmp_path):
+def test_planner_is_queried_at_2_hz_on_recorded_observations(tmp_path):
     attention = asked(tmp_path, 0)
     assert attention.note == ""
     assert attention.ticks.tolist() == list(range(0, 81, 10))
@@ -43,18 +43,18 @@ def test_the_planner_is_asked_twice_a_second_on_what_it_saw(tmp_path):
     np.testing.assert_allclose(first, [1.0, *[0.125] * 7])
 
 
-def test_another_version_that_plans_the_same_is_asked(tmp_path):
+def test_other_version_with_equal_plans_is_queried(tmp_path):
     assert len(asked(tmp_path, 0, checksum="1" * 64).ticks) == 9
 
 
-def test_another_version_that_plans_something_else_is_not_asked(tmp_path):
+def test_other_version_with_different_plans_is_not_queried(tmp_path):
     attention = asked(tmp_path, 1, checksum="1" * 64)
     assert "not those of the recording" in attention.note
     assert len(attention.ticks) == 0
 
 
 @pytest.mark.parametrize("agent", ["nowhere.py:Agent", "cruise", "expert"])
-def test_planners_that_cannot_be_asked_leave_a_word(tmp_path, source, agent):
+def test_planner_that_cannot_be_queried_leaves_a_note(tmp_path, source, agent):
     recording, route = Recording.load(source.recording), some_route()
     place = progress_of(recording, route)
     attention = attention_of(source.result, agent, recording, route, place)
@@ -62,7 +62,7 @@ def test_planners_that_cannot_be_asked_leave_a_word(tmp_path, source, agent):
     assert len(attention.ticks) == 0
 
 
-def test_ranks_that_say_an_order_alone_show_the_first():
+def test_order_only_ranks_show_the_first_actor():
     who, share = most_relevant(np.array([-3.0, -1.0, -2.0]), np.array([7, 8, 9]))
     assert who.tolist() == [8]
     assert share.tolist() == [1.0]

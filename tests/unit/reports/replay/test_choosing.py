@@ -29,7 +29,7 @@ def test_an_episode_is_found_by_route_and_repetition(run, source):
     assert source_in_run(run, "town01-0", 2).id == "ours/town01-0_r2_abc"
 
 
-def test_what_is_not_there_says_what_is(run, tmp_path):
+def test_unknown_episode_lists_the_existing_ones(run, tmp_path):
     with pytest.raises(InputError, match=r"no route 'town01-1'.*Did you mean town01-0\?"):
         source_in_run(run, "town01-1", None)
     with pytest.raises(InputError, match="town01-0, repetition 1: its repetitions are 0, 2"):

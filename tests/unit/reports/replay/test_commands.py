@@ -33,7 +33,7 @@ def runs(tmp_path):
     return folders
 
 
-def test_a_page_of_two_runs_is_written_and_its_address_printed(runs, tmp_path):
+def test_replay_of_two_runs_is_written_and_its_address_printed(runs, tmp_path):
     ours, theirs = runs
     out = tmp_path / "site"
     done = called("replay", ours, "town01-0", "--against", theirs, "--html", out)
@@ -78,7 +78,7 @@ def test_options_are_checked_before_the_episode_is_read(runs, tmp_path, monkeypa
         ("why", "plant_bench.reports.why.incident_list.print_infractions"),
     ],
 )
-def test_ctrl_c_ends_report_and_why_with_a_word(runs, monkeypatch, command, work):
+def test_ctrl_c_ends_report_and_why_with_a_message(runs, monkeypatch, command, work):
     def interrupted(*_given, **_more):
         raise KeyboardInterrupt
 
@@ -88,7 +88,7 @@ def test_ctrl_c_ends_report_and_why_with_a_word(runs, monkeypatch, command, work
     assert done.output == "Stopped.\n"
 
 
-def test_ctrl_c_ends_a_film_with_nothing_left_behind(runs, tmp_path, monkeypatch):
+def test_ctrl_c_during_a_video_leaves_no_file(runs, tmp_path, monkeypatch):
     drawn = []
 
     def interrupted(_panels, times):
@@ -103,7 +103,7 @@ def test_ctrl_c_ends_a_film_with_nothing_left_behind(runs, tmp_path, monkeypatch
     assert not list(tmp_path.glob("a.*"))
 
 
-def test_serve_says_its_address_and_ends_with_ctrl_c(tmp_path, monkeypatch):
+def test_serve_prints_its_address_and_ends_with_ctrl_c(tmp_path, monkeypatch):
     def interrupted(_server):
         raise KeyboardInterrupt
 

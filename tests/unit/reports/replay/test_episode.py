@@ -38,7 +38,7 @@ def test_a_replay_holds_the_drive_to_the_centimetre(source, facts):
     assert columns["plan.tick"].tolist() == list(range(0, 81, 2))
 
 
-def test_a_replay_tells_what_happened_where_and_when(facts):
+def test_replay_holds_the_place_and_time_of_infractions(facts):
     hit, light = facts["infractions"]
     assert (hit["kind"], hit["time"], hit["actor"]) == ("collision_vehicle", HIT_AT, 1)
     assert (hit["actorKind"], hit["cause"], hit["factor"]) == ("car", "ego", 0.6)
@@ -49,7 +49,7 @@ def test_a_replay_tells_what_happened_where_and_when(facts):
     assert len(facts["signals"]) == len(route.signal_passages)
 
 
-def test_reasons_are_kept_where_they_are_told(tmp_path):
+def test_reasons_are_kept_where_recorded(tmp_path):
     facts = facts_of(replay_script(load_episode(drive(tmp_path, plans=False))))
     columns = unpack(facts["columns"], facts["data"])
     assert facts["causes"][columns["reason.cause"][7] - 1] == "leader"
@@ -59,12 +59,12 @@ def test_reasons_are_kept_where_they_are_told(tmp_path):
     assert "reason.cause" not in {name for name, *_ in quiet["columns"]}
 
 
-def test_five_minutes_with_fifty_others_stay_below_a_megabyte(tmp_path):
+def test_five_minutes_with_50_actors_stay_below_1_mb(tmp_path):
     script = replay_script(load_episode(drive(tmp_path, seconds=300.0, actors=50)))
     assert len(script) < 1_000_000
 
 
-def test_hostile_titles_and_reasons_stay_texts(tmp_path):
+def test_untrusted_titles_and_reasons_stay_text(tmp_path):
     hostile = "</script><img src=x onerror=alert(1)>\u2028" + "🚗" * 10_000
     script = replay_script(load_episode(drive(tmp_path, title=hostile, reason=hostile)))
     assert "<" not in script
@@ -74,7 +74,7 @@ def test_hostile_titles_and_reasons_stay_texts(tmp_path):
 
 
 @pytest.mark.parametrize("time", [1e308, -1e308])
-def test_an_infraction_of_no_time_is_told_at_an_end_of_the_recording(source, time):
+def test_infraction_outside_the_recording_is_placed_at_its_end(source, time):
     hit = source.result.infractions[0].model_copy(update={"time": time})
     result = source.result.model_copy(update={"infractions": (hit,)})
 
@@ -84,12 +84,12 @@ def test_an_infraction_of_no_time_is_told_at_an_end_of_the_recording(source, tim
 
 
 @pytest.mark.parametrize("bad", ["../out/x", "run", "run/../x", "a/b/c", "run/<x>", ".x/y", ""])
-def test_ids_that_would_lead_elsewhere_are_refused(source, bad):
+def test_replay_ids_with_path_traversal_are_refused(source, bad):
     with pytest.raises(InputError, match="Replay id"):
         ReplaySource(bad, "t", "cruise", source.recording, source.result)
 
 
-def test_what_cannot_be_replayed_says_why(tmp_path, source):
+def test_unusable_recording_is_refused_with_the_reason(tmp_path, source):
     with pytest.raises(InputError, match="is thinned: .* score --recordings"):
         load_recording(drive(tmp_path, run="thin", every=10))
     other = drive(tmp_path, run="other", town_checksum="1" * 64)
@@ -113,7 +113,7 @@ def test_a_recording_of_another_scenario_is_refused(tmp_path, source):
         load_recording(mixed)
 
 
-def test_attention_that_is_absent_says_why(facts):
+def test_missing_attention_is_explained(facts):
     assert facts["attentionNote"] == "The planner does not rank others."
     assert len(Attention.absent("x").ticks) == 0
     assert json.dumps(facts)  # all of it is plain JSON

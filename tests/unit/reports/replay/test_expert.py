@@ -1,4 +1,4 @@
-"""Whom the expert would brake for: in blue, at its times, and only as far as it is known."""
+"""The actor that the expert would brake for: in blue, over time, and only while known."""
 
 from dataclasses import replace
 
@@ -31,7 +31,7 @@ def asked(tmp_path):
     return replace(drive(tmp_path, plans=False), ask_expert=third_from_half_a_second)
 
 
-def test_the_data_hold_the_experts_actor_at_its_times(asked):
+def test_replay_data_holds_the_actor_of_the_expert_over_time(asked):
     facts = facts_of(replay_script(load_episode(asked)))
     columns = unpack(facts["columns"], facts["data"])
     assert columns["expert.tick"].tolist() == [0, 10]
@@ -40,26 +40,26 @@ def test_the_data_hold_the_experts_actor_at_its_times(asked):
     assert not facts["expertDrove"]
 
 
-def test_a_moment_tells_the_experts_actor_from_the_planners_own(asked):
+def test_frame_distinguishes_the_actors_of_expert_and_planner(asked):
     episode = load_episode(asked)
     told = {time: moment_of(episode, time).expert_brakes_for for time in (0.4, 0.5, 1.5, 3.0)}
     assert told == {0.4: NOBODY, 0.5: 3, 1.5: 3, 3.0: NOBODY}, "nothing is shown where it ends"
     assert moment_of(episode, 3.0).brakes_for == 1
 
 
-def test_nobody_is_asked_unless_that_is_wanted(source):
+def test_expert_is_queried_only_on_request(source):
     episode = load_episode(source)
     assert episode.expert is None
     names = {name for name, *_ in facts_of(replay_script(episode))["columns"]}
     assert not {"expert.tick", "expert.actor"} & names
 
 
-def test_where_the_expert_drove_its_own_reasons_are_shown_as_the_experts(tmp_path):
+def test_reasons_of_an_expert_run_are_shown_as_those_of_the_expert(tmp_path):
     moment = moment_of(load_episode(drive(tmp_path, agent="expert", plans=False)), 1.0)
     assert (moment.expert_brakes_for, moment.brakes_for, moment.reason) == (1, NOBODY, "leader")
 
 
-def test_only_the_experts_box_is_blue(tmp_path, asked):
+def test_only_the_box_of_the_expert_is_blue(tmp_path, asked):
     blue = np.array([int(palette()["light"]["expert"][at : at + 2], 16) for at in (1, 3, 5)])
     counts = []
     for time in (0.5, 3.0):
@@ -70,7 +70,7 @@ def test_only_the_experts_box_is_blue(tmp_path, asked):
     assert counts[1] == 0, "the planner's own reason has another mark"
 
 
-def test_a_replay_is_made_again_when_the_expert_is_wanted(tmp_path, asked):
+def test_replay_is_rebuilt_when_the_expert_is_requested(tmp_path, asked):
     plain = replace(asked, ask_expert=None)
     for source, told in ((plain, False), (asked, True)):
         write_replays(tmp_path, [source], workers=1, progress=lambda *_: None)

@@ -4,7 +4,7 @@ from plant_bench.data.recording import Recording
 from plant_bench.reports.replay.replay_frames import FRAME, frames_of
 
 
-def test_frames_hold_what_was_recorded(source):
+def test_frames_hold_the_recorded_scenes(source):
     recording = Recording.load(source.recording)
     frames = frames_of(recording)
     assert len(frames) == 41
@@ -20,14 +20,14 @@ def test_frames_hold_what_was_recorded(source):
     np.testing.assert_array_equal(frames.lights[row], scene.lights)
 
 
-def test_who_comes_back_into_sight_has_two_tracks_with_nothing_between(source):
+def test_actor_that_reappears_has_two_separate_trajectories(source):
     tracks = frames_of(Recording.load(source.recording)).tracks
     mine = np.flatnonzero(tracks.ids == 2)
     spans = [(int(tracks.first[row]), int(np.diff(tracks.starts)[row])) for row in mine]
     assert spans == [(0, 10), (20, 21)]
 
 
-def test_turns_through_half_a_circle_are_drawn_the_short_way(source):
+def test_headings_are_interpolated_the_short_way(source):
     tracks = frames_of(Recording.load(source.recording)).tracks
     steps = np.abs(np.diff(tracks.poses[:, 2]))
     steps = np.delete(steps, tracks.starts[1:-1] - 1)

@@ -27,7 +27,7 @@ def pixels(path):
         return np.asarray(image.convert("RGB")).astype(int)
 
 
-def test_a_moment_is_what_was_recorded_and_between_frames_what_lies_between(source, episode):
+def test_moments_are_recorded_or_interpolated_between_frames(source, episode):
     recording = Recording.load(source.recording)
     moment = moment_of(episode, 2.0)
     scene = recording[40]
@@ -44,13 +44,13 @@ def test_a_moment_is_what_was_recorded_and_between_frames_what_lies_between(sour
     assert moment.brakes_for == NOBODY
 
 
-def test_the_actor_that_is_braked_for_is_told(tmp_path):
+def test_moment_names_the_actor_braked_for(tmp_path):
     moment = moment_of(load_episode(drive(tmp_path, plans=False)), 1.0)
     assert (moment.brakes_for, moment.reason) == (1, "leader")
     assert len(moment.plan) == 0
 
 
-def test_a_picture_shows_the_ego_in_its_middle_at_the_first_infraction(tmp_path, episode):
+def test_picture_is_centred_on_the_ego_at_the_first_infraction(tmp_path, episode):
     path = tmp_path / "a.png"
     SAVERS["png"]([episode], MovieRequest(), path, quiet)
     image = pixels(path)
@@ -61,7 +61,7 @@ def test_a_picture_shows_the_ego_in_its_middle_at_the_first_infraction(tmp_path,
     assert pixels(path).mean() < image.mean() - 40
 
 
-def test_a_part_gives_a_strip_and_a_second_run_a_second_row(tmp_path, episode, monkeypatch):
+def test_picture_of_a_time_span_is_a_strip_with_a_row_per_run(tmp_path, episode, monkeypatch):
     monkeypatch.setattr("plant_bench.reports.replay.movie.STRIP", 3)
     one, two = tmp_path / "one.png", tmp_path / "two.png"
     SAVERS["png"]([episode], MovieRequest(start=0.0, end=4.0), one, quiet)
@@ -72,7 +72,7 @@ def test_a_part_gives_a_strip_and_a_second_run_a_second_row(tmp_path, episode, m
     assert rows[0] > 1.9 * strip[0]
 
 
-def test_a_gif_has_the_pictures_of_its_part(tmp_path, episode):
+def test_gif_has_the_frames_of_its_time_span(tmp_path, episode):
     path = tmp_path / "a.gif"
     SAVERS["gif"]([episode], MovieRequest(start=1.0, end=1.6, fps=5.0), path, quiet)
     with Image.open(path) as image:
@@ -80,7 +80,7 @@ def test_a_gif_has_the_pictures_of_its_part(tmp_path, episode):
         assert image.info["duration"] == 200
 
 
-def test_an_mp4_is_one(tmp_path, episode):
+def test_mp4_is_written_as_a_valid_file(tmp_path, episode):
     pytest.importorskip("imageio_ffmpeg")
     path = tmp_path / "a.mp4"
     SAVERS["mp4"]([episode], MovieRequest(start=1.0, end=1.4, fps=5.0), path, quiet)
@@ -88,7 +88,7 @@ def test_an_mp4_is_one(tmp_path, episode):
     assert [item.name for item in tmp_path.glob("a.*")] == ["a.mp4"]
 
 
-def test_an_mp4_without_its_part_says_what_to_install(tmp_path, episode, monkeypatch):
+def test_missing_video_extra_says_what_to_install(tmp_path, episode, monkeypatch):
     monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
     with pytest.raises(InputError, match=r"pip install 'plant-bench\[video\]'"):
         SAVERS["mp4"]([episode], MovieRequest(), tmp_path / "a.mp4", quiet)
@@ -103,7 +103,7 @@ def test_an_mp4_without_its_part_says_what_to_install(tmp_path, episode, monkeyp
         ("gif", MovieRequest(start=-1.0), "From -1"),
     ],
 )
-def test_moments_outside_are_refused(tmp_path, episode, kind, wanted, words):
+def test_times_outside_the_recording_are_refused(tmp_path, episode, kind, wanted, words):
     with pytest.raises(InputError, match=words):
         SAVERS[kind]([episode], wanted, tmp_path / "a", quiet)
 

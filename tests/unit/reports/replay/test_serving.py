@@ -8,7 +8,7 @@ from plant_bench.errors import InputError
 from plant_bench.reports.replay.file_server import address_of, file_server
 
 
-def test_files_are_served_on_this_machine_and_nothing_above_the_folder(tmp_path):
+def test_files_are_served_locally_and_not_above_the_folder(tmp_path):
     (tmp_path / "site").mkdir()
     (tmp_path / "site" / "replay.html").write_text("hello")
     (tmp_path / "secret").write_text("no")
@@ -25,7 +25,7 @@ def test_files_are_served_on_this_machine_and_nothing_above_the_folder(tmp_path)
         thread.join()
 
 
-def test_a_busy_port_is_one_clear_error(tmp_path):
+def test_busy_port_is_refused_with_one_message(tmp_path):
     with (
         file_server(tmp_path, 0) as server,
         pytest.raises(InputError, match=r"Port \d+ is in use. Choose another with --port"),
@@ -33,6 +33,6 @@ def test_a_busy_port_is_one_clear_error(tmp_path):
         file_server(tmp_path, server.server_address[1])
 
 
-def test_a_folder_that_is_not_there_is_refused(tmp_path):
+def test_missing_folder_is_refused(tmp_path):
     with pytest.raises(InputError, match="There is no folder"):
         file_server(tmp_path / "nowhere", 0)

@@ -18,7 +18,7 @@ def text(out, source):
     return (out / "replays" / f"{source.id}.js").read_text(encoding="utf-8")
 
 
-def test_a_site_has_a_page_towns_replays_and_a_list(tmp_path, source):
+def test_site_has_a_page_towns_replays_and_an_index(tmp_path, source):
     out = tmp_path / "out"
     other = drive(tmp_path, run="theirs")
     assert write(out, source, other) == [(0, 2), (1, 2), (2, 2)]
@@ -30,13 +30,13 @@ def test_a_site_has_a_page_towns_replays_and_a_list(tmp_path, source):
     assert not list(out.rglob("*.part"))
 
 
-def test_the_list_knows_of_a_leaderboard_beside_it(tmp_path, source):
+def test_index_links_to_a_leaderboard_beside_it(tmp_path, source):
     (tmp_path / "leaderboard.html").write_text("")
     write(tmp_path, source)
     assert facts_of((tmp_path / "replays" / "index.js").read_text())["leaderboard"]
 
 
-def test_what_is_there_is_not_made_again_but_what_has_changed_is(tmp_path, source, monkeypatch):
+def test_only_changed_replays_are_rebuilt(tmp_path, source, monkeypatch):
     write(tmp_path, source)
     made = []
     original = site.load_episode
@@ -51,7 +51,7 @@ def test_what_is_there_is_not_made_again_but_what_has_changed_is(tmp_path, sourc
     assert len(made) == 3
 
 
-def test_one_broken_recording_does_not_stop_the_others_and_is_tried_again(tmp_path, source):
+def test_broken_recording_is_skipped_and_retried_next_time(tmp_path, source):
     other = drive(tmp_path, run="theirs")
     whole = source.recording.read_bytes()
     source.recording.write_bytes(b"broken")
@@ -65,18 +65,18 @@ def test_one_broken_recording_does_not_stop_the_others_and_is_tried_again(tmp_pa
     assert "data" in facts_of(text(tmp_path, source))
 
 
-def test_two_episodes_may_not_share_an_id(tmp_path, source):
+def test_two_episodes_with_one_id_are_refused(tmp_path, source):
     with pytest.raises(InputError, match="id of another"):
         write(tmp_path, source, source)
 
 
-def test_a_folder_that_cannot_be_written_is_one_clear_error(tmp_path, source):
+def test_unwritable_folder_is_refused_with_one_message(tmp_path, source):
     (tmp_path / "file").write_text("")
     with pytest.raises(InputError, match="Cannot write"):
         write(tmp_path / "file", source)
 
 
-def test_workers_write_the_same_bytes(tmp_path, source):
+def test_workers_write_identical_files(tmp_path, source):
     other = drive(tmp_path, run="theirs")
     write(tmp_path / "one", source, other)
     write(tmp_path / "two", source, other, workers=2)
@@ -84,7 +84,7 @@ def test_workers_write_the_same_bytes(tmp_path, source):
         assert text(tmp_path / "one", item) == text(tmp_path / "two", item)
 
 
-def test_the_page_asks_for_nothing_from_elsewhere():
+def test_replay_page_loads_nothing_from_the_network():
     page = replay_page()
     assert "{{" not in page
     assert "Content-Security-Policy" in page
@@ -94,7 +94,7 @@ def test_the_page_asks_for_nothing_from_elsewhere():
     assert len(page) < 150_000
 
 
-def test_replays_made_before_stay_in_the_list_while_they_are_there(tmp_path, source):
+def test_existing_replays_stay_in_the_index(tmp_path, source):
     out = tmp_path / "out"
     other, gone = drive(tmp_path, run="theirs"), drive(tmp_path, run="gone")
     write(out, other, gone)
@@ -105,7 +105,7 @@ def test_replays_made_before_stay_in_the_list_while_they_are_there(tmp_path, sou
 
 
 @pytest.mark.parametrize("text", ["", "plantBenchIndex({", 'x({"replays": [1]})', "x([])"])
-def test_a_broken_list_is_made_anew(tmp_path, source, text):
+def test_broken_index_is_rebuilt(tmp_path, source, text):
     (tmp_path / "replays").mkdir()
     (tmp_path / "replays" / "index.js").write_text(text)
     write(tmp_path, source)

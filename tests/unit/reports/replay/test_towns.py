@@ -5,7 +5,7 @@ from plant_bench.world.town import load_town
 from tests.unit.reports.replay.unpacking import facts_of, unpack
 
 
-def test_a_town_is_small_and_true_to_the_centimetre():
+def test_town_script_is_small_and_exact_to_the_centimetre():
     town = load_town("town04")
     script = town_script(town, "abc")
     assert len(script) < 60_000
@@ -18,7 +18,7 @@ def test_a_town_is_small_and_true_to_the_centimetre():
     assert {facts["kinds"][kind] for kind in columns["kind"]} >= {"road", "middle", "zebra", "stop"}
 
 
-def test_bridges_lie_on_a_level_of_their_own():
+def test_bridges_are_on_a_level_of_their_own():
     pieces = town_pieces(load_town("town04"))
     kinds = {piece.kind for piece in pieces if piece.upper}
     assert kinds >= {"road", "bridge"}

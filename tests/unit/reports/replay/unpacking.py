@@ -23,6 +23,6 @@ def unpack(columns: list[list], data: str) -> dict[str, np.ndarray]:
 
 
 def facts_of(script: str) -> dict:
-    """Return what a script hands to the page."""
+    """Return the data that a script passes to the page."""
     call = script.splitlines()[-1]
     return json.loads(call[call.index("(") + 1 : call.rindex(")")])

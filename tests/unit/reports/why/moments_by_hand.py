@@ -1,4 +1,4 @@
-"""Moments put together by hand: an ego that drives at 10 m/s towards a car 17 that stands."""
+"""Hand-made moments: an ego that drives at 10 m/s towards the stationary car 17."""
 
 from collections.abc import Callable
 from functools import cache
@@ -34,7 +34,7 @@ Answers = Callable[[int], tuple[float, Reason | None]]
 
 @cache
 def route(metres: int = 100) -> Route:
-    """A straight route to the east, on a lane that there is."""
+    """A straight route to the east, on an existing lane."""
     lane = next(iter(load_town("town01").edges.values()))[0]
     count = metres + 1
     return Route(
@@ -87,7 +87,7 @@ def scene(tick: int, *, speed: float = SPEED, light: Light = Light.UNKNOWN) -> S
 
 
 def moment(tick: int, expert: Answers, **changes: Any) -> Moment:
-    """One moment; the planner asks for nothing and ranks the pedestrian first."""
+    """One moment; the planner requests zero control and ranks the pedestrian first."""
     light = changes.pop("light", Light.UNKNOWN)
     at = scene(tick, speed=changes.pop("speed", SPEED), light=light)
     line = route()

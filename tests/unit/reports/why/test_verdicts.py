@@ -1,4 +1,4 @@
-"""What is said of an incident is what was measured: who would have braked, when, for whom."""
+"""Verdicts on an incident: when the expert and the planner braked, and for which actor."""
 
 from dataclasses import replace
 
@@ -29,7 +29,7 @@ def said(moments, item=None, **changes):
     return verdict(find(incident, looked), looked)
 
 
-def test_the_first_braking_for_the_one_hit_counts_with_its_share_of_decisions():
+def test_first_braking_for_the_hit_actor_is_given_with_its_share():
     flickers = braking_from(HIT - 30)
     moments = [moment(tick, flickers if tick != HIT - 10 else braking_from(999)) for tick in WINDOW]
 
@@ -42,19 +42,19 @@ def test_the_first_braking_for_the_one_hit_counts_with_its_share_of_decisions():
     assert "The planner never braked half as hard." in text
 
 
-def test_braking_from_the_windows_beginning_may_have_begun_earlier():
+def test_braking_since_the_window_start_is_given_as_or_earlier():
     text = said([moment(tick, braking_from(0)) for tick in WINDOW])
 
     assert "from 3.0 s before or earlier (61 of 61 decisions" in text
 
 
-def test_a_light_touch_of_the_brake_is_none():
+def test_gentle_deceleration_is_not_reported_as_braking():
     gently = [moment(tick, lambda _: (-0.4, Reason(Cause.LEADER, FOE))) for tick in WINDOW]
 
     assert "The expert would not have braked for car 17 in these 3.0 s." in said(gently)
 
 
-def test_braking_for_somebody_else_is_told_apart():
+def test_braking_for_another_actor_is_reported_separately():
     moments = [moment(tick, braking_from(HIT - 20, BYSTANDER)) for tick in WINDOW]
 
     text = said(moments)
@@ -63,7 +63,7 @@ def test_braking_for_somebody_else_is_told_apart():
     assert "(conflict: pedestrian 500001)" in text
 
 
-def test_a_held_answer_is_one_decision():
+def test_held_response_counts_as_one_decision():
     moments = [moment(tick, braking_from(HIT - 20)) for tick in WINDOW]
     held = [
         replace(one, expert=moments[place - place % 2].expert) for place, one in enumerate(moments)
@@ -72,7 +72,7 @@ def test_a_held_answer_is_one_decision():
     assert "(11 of 11 decisions" in said(held)
 
 
-def test_the_planners_own_braking_is_timed():
+def test_braking_of_the_planner_is_timed():
     moments = [moment(tick, braking_from(HIT - 40)) for tick in WINDOW]
     late = [
         replace(one, control=Control(-6.0, 0.0)) if one.scene.tick >= HIT - 8 else one
@@ -86,7 +86,7 @@ def test_the_planners_own_braking_is_timed():
     assert "The planner braked from 3.0 s before (-1.0 m/s2)." in said(free)
 
 
-def test_who_stands_does_not_brake():
+def test_stationary_ego_is_not_reported_as_braking():
     stood = [
         moment(tick, braking_from(HIT - 40), speed=0.0, control=Control(-1.0, 0.0))
         for tick in WINDOW
@@ -103,7 +103,7 @@ def test_who_stands_does_not_brake():
         ((1, 2), "It did not rank car 17 among its first 3."),
     ],
 )
-def test_the_ranking_is_judged_from_the_experts_braking_on(ranking, words):
+def test_ranking_is_judged_from_the_start_of_the_experts_braking(ranking, words):
     def ranked(tick):
         return (FOE,) if tick < HIT - 20 else ranking
 
@@ -112,7 +112,7 @@ def test_the_ranking_is_judged_from_the_experts_braking_on(ranking, words):
     assert words in said(moments)
 
 
-def test_a_ranking_by_masking_and_one_that_is_not_known_are_called_so():
+def test_masked_and_unknown_rankings_are_labelled():
     moments = [moment(tick, braking_from(HIT - 20)) for tick in WINDOW]
     unasked = [replace(one, planner=None) for one in moments]
 
@@ -121,7 +121,7 @@ def test_a_ranking_by_masking_and_one_that_is_not_known_are_called_so():
     assert text.endswith("Its ranking is not known: its code has changed.")
 
 
-def test_nothing_is_said_of_an_expert_that_could_not_be_asked():
+def test_expert_that_could_not_be_queried_is_not_mentioned():
     moments = [replace(moment(tick, braking_from(0)), expert=None) for tick in WINDOW]
 
     text = said(moments, expert_note="simulated again, the ego differ")
@@ -130,7 +130,7 @@ def test_nothing_is_said_of_an_expert_that_could_not_be_asked():
     assert "would have braked" not in text
 
 
-def test_a_red_light_is_measured_from_when_it_turned():
+def test_red_light_time_is_measured_from_the_change():
     state = lights(HIT - 30)
     moments = [
         moment(tick, braking_from(HIT - 44, NOBODY, Cause.LIGHT), light=state(tick))
@@ -148,7 +148,7 @@ def test_a_red_light_is_measured_from_when_it_turned():
     assert "red for 3.0 s or longer when" in said(always, infraction(InfractionKind.RED_LIGHT))
 
 
-def test_a_block_is_explained_by_who_stands_ahead_and_what_the_expert_would_do():
+def test_blocked_episode_names_the_obstacle_and_the_expert_action():
     def waits(tick):
         return (1.0, None) if tick == 30 else (-1.0, Reason(Cause.LEADER, FOE))
 
@@ -162,19 +162,19 @@ def test_a_block_is_explained_by_who_stands_ahead_and_what_the_expert_would_do()
     assert f"What kept it most often was leader: car 17 ({HIT} decisions)." in text
 
 
-def test_outside_lanes_tells_its_share():
+def test_outside_lanes_verdict_gives_the_share():
     item = infraction(InfractionKind.OUTSIDE_LANES, share=0.0123)
 
     assert said([moment(HIT, braking_from(0))], item).startswith("1.23% of the distance")
 
 
-def test_gaps_are_between_boxes_and_there_is_none_to_who_is_out_of_sight():
+def test_gap_is_between_boxes_and_absent_out_of_sight():
     assert gap_to(scene(0), FOE) == pytest.approx(60.1 - 20.0 - 2.25 - 2.45, abs=1e-3)
     assert gap_to(scene(HIT), FOE) == 0.0
     assert gap_to(scene(0), 999) is None
 
 
-def test_a_front_that_crossed_at_green_is_told():
+def test_front_crossing_at_green_is_reported():
     def state(tick):
         return Light.GREEN if tick < HIT - 4 else Light.RED
 

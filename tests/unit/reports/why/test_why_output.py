@@ -1,4 +1,4 @@
-"""What is printed and drawn: whole, readable, and safe whatever names are in it."""
+"""Printed and drawn output: complete, readable, and safe with hostile names."""
 
 import io
 from dataclasses import replace
@@ -49,7 +49,7 @@ def looked_at(**changes):
     return find(incident, looked), looked
 
 
-def test_an_episode_is_told_with_a_table_that_ends_at_the_incident(printed):
+def test_printed_table_of_an_episode_ends_at_the_incident(printed):
     finding, looked = looked_at()
 
     out = printed(text, lambda: print_episode(looked, [finding]))
@@ -73,7 +73,7 @@ def test_an_episode_is_told_with_a_table_that_ends_at_the_incident(printed):
     assert "3.0 s before: 2 others in sight, limit 8.3 m/s, straight on in 24 m" in out
 
 
-def test_scenes_that_differ_are_said_to(printed):
+def test_differing_scenes_are_reported(printed):
     finding, looked = looked_at(differs_at=40, difference="the ego")
 
     out = printed(text, lambda: print_episode(looked, [finding]))
@@ -81,7 +81,7 @@ def test_scenes_that_differ_are_said_to(printed):
     assert "from tick 40 of 100 on it is another episode (the ego)" in out
 
 
-def test_hostile_names_are_printed_as_one_line_of_text(printed, tmp_path):
+def test_untrusted_names_are_printed_as_one_line(printed, tmp_path):
     finding, looked = looked_at()
     looked = replace(looked, result=looked.result.model_copy(update={"agent": HOSTILE}))
 
@@ -94,7 +94,7 @@ def test_hostile_names_are_printed_as_one_line_of_text(printed, tmp_path):
     assert (tmp_path / "why.png").is_file()
 
 
-def test_the_picture_shows_ego_top_rank_and_the_experts_vehicle(tmp_path):
+def test_picture_shows_ego_top_ranked_and_expert_vehicle(tmp_path):
     finding, looked = looked_at()
 
     save_picture(finding, looked, tmp_path / "deep" / "why.png")
@@ -107,13 +107,13 @@ def test_the_picture_shows_ego_top_rank_and_the_experts_vehicle(tmp_path):
     assert not list(tmp_path.rglob("*.part"))
 
 
-def test_few_moments_are_all_shown():
+def test_all_moments_are_shown_if_there_are_few():
     incident, looked = postmortem(infraction(), [moment(HIT, braking_from(0))])
 
     assert len(spread_moments(find(incident, looked))) == 1
 
 
-def test_the_worst_routes_come_first_and_clean_episodes_are_left_out(printed):
+def test_worst_routes_are_first_and_clean_episodes_left_out(printed):
     clean = record(route="town01-1")
     marred = record(infraction(), route="town01-2", repetition=1)
     worse = record(infraction(), infraction(time=9.0), route="town01-3")
@@ -127,7 +127,7 @@ def test_the_worst_routes_come_first_and_clean_episodes_are_left_out(printed):
     assert "collision with a vehicle (car 17) at 3.6 s" in out
 
 
-def test_a_block_is_looked_at_for_as_long_as_it_took():
+def test_window_of_a_blocked_episode_covers_the_whole_block():
     blocked = infraction(InfractionKind.BLOCKED, time=400.0)
     [one] = incidents(record(blocked), 4.0)
 
@@ -136,10 +136,10 @@ def test_a_block_is_looked_at_for_as_long_as_it_took():
 
 
 @pytest.mark.parametrize("time", [-5.0, 1e11, 1e308])
-def test_an_infraction_that_was_not_recorded_is_named(time):
+def test_infraction_outside_the_recording_is_named(time):
     with pytest.raises(InputError, match="tells of an infraction at .* its recording is of 10 s"):
         check_recorded(record(infraction(InfractionKind.BLOCKED, time=time)), 200)
 
 
-def test_an_infraction_at_the_end_of_a_recording_was_recorded():
+def test_infraction_at_the_end_of_the_recording_is_explained():
     check_recorded(record(infraction(InfractionKind.BLOCKED, time=9.95)), 200)

@@ -1,4 +1,4 @@
-"""Parked cars belong to the town, stand clear of its lanes, and leave room for hazards."""
+"""Parked cars depend on the town, keep clear of lanes, and leave room for hazards."""
 
 import numpy as np
 import pytest
@@ -41,7 +41,7 @@ def cars(seed: int, *hazards: Hazard) -> Actors:
 
 
 @pytest.mark.parametrize("limit", [8.33, 13.89])
-def test_cars_stand_beside_the_lane_and_away_from_its_ends(limit: float) -> None:
+def test_parked_cars_are_beside_the_lane_and_away_from_its_ends(limit: float) -> None:
     town = street(1.0, limit)
     places = parking_places(town, Roadway(town))
     assert len(places.poses) > 20
@@ -55,14 +55,14 @@ def test_cars_stand_beside_the_lane_and_away_from_its_ends(limit: float) -> None
 
 
 @pytest.mark.parametrize(("parking", "limit"), [(0.0, 8.33), (1.0, 16.7)])
-def test_no_cars_where_none_are_wanted(parking: float, limit: float) -> None:
+def test_no_parked_cars_at_zero_share_or_on_fast_roads(parking: float, limit: float) -> None:
     town = street(parking, limit)
     places = parking_places(town, Roadway(town))
     assert len(places.poses) == 0
     assert places.edges == frozenset()
 
 
-def test_some_places_are_left_empty_and_which_depends_on_the_seed() -> None:
+def test_free_parking_places_depend_on_the_seed() -> None:
     town = street(1.0)
     count = len(parking_places(town, Roadway(town)).poses)
     taken = [cars(seed) for seed in range(40)]
@@ -72,13 +72,13 @@ def test_some_places_are_left_empty_and_which_depends_on_the_seed() -> None:
 
 
 @pytest.mark.parametrize("kind", [kind for kind in HAZARDS if HAZARDS[kind].kept_free])
-def test_hazards_have_room(kind: HazardKind) -> None:
+def test_parked_cars_keep_clear_of_hazards(kind: HazardKind) -> None:
     near = cars(3, Hazard(kind, 100.0, 40.0, 1)).poses[:, 0] - 100.0
     assert np.abs(near).min() > HAZARDS[kind].kept_free
     assert len(near) < len(cars(3).ids)
 
 
-def test_what_is_in_sight_keeps_its_number_and_stands() -> None:
+def test_visible_parked_cars_keep_their_id_and_position() -> None:
     town = street(1.0)
     parked = ParkedCars(parking_places(town, Roadway(town)), scenario(1))
     parked.look(0.0, 0.0, 0.0, 80.0, 4.5)
@@ -96,7 +96,7 @@ def test_what_is_in_sight_keeps_its_number_and_stands() -> None:
     assert len(parked.seen) == 0  # the level above
 
 
-def test_blocks_join_in_the_order_of_numbers_and_are_locked() -> None:
+def test_joined_actors_are_sorted_by_id_and_read_only() -> None:
     parked = cars(1)
     whole = join(Actors.none(), parked.only(np.arange(3)), parked.only(np.arange(3, 6)))
     assert whole.ids.tolist() == parked.ids[:6].tolist()

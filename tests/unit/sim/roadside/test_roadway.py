@@ -8,7 +8,7 @@ from plant_bench.world.town import load_town
 
 
 @pytest.mark.parametrize("reach", [0.5, 5.0, 15.0])
-def test_clearance_is_that_of_the_nearest_lane_however_few_are_looked_at(reach, monkeypatch):
+def test_clearance_is_the_distance_to_the_nearest_lane(reach, monkeypatch):
     town = load_town("town01")
     roadway, rng = Roadway(town), np.random.default_rng(0)
     lanes = list(town.lanes.values())
@@ -25,10 +25,10 @@ def test_clearance_is_that_of_the_nearest_lane_however_few_are_looked_at(reach, 
         found = roadway.clearance(places)
         assert found == pytest.approx(np.min(every, axis=0), abs=1e-9)
         with monkeypatch.context() as patch:
-            patch.setattr(room, "BESIDE", -1e6)  # nobody is beside: all are looked at
+            patch.setattr(room, "BESIDE", -1e6)  # no lane counts as beside: all are considered
             assert roadway.clearance(places).tobytes() == found.tobytes()
 
 
-def test_far_from_all_lanes_there_is_as_much_room_as_is_looked_at():
+def test_clearance_far_from_all_lanes_is_the_search_radius():
     roadway = Roadway(load_town("town01"))
     assert roadway.clearance(np.full((3, 2), 1e5)).tolist() == [NEAR] * 3

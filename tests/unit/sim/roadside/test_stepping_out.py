@@ -1,4 +1,4 @@
-"""A walker steps out only before those who can stop, and into gaps."""
+"""A pedestrian steps out only before vehicles that can stop, and into gaps."""
 
 from dataclasses import replace
 
@@ -17,7 +17,7 @@ STANDING = EgoState(0.0, 0.0, 0.0, 0.0)
 
 
 class Lights:
-    """Stands for SUMO."""
+    """A stub for SUMO's traffic lights."""
 
     def __init__(self, shown: Light, left: float) -> None:
         self.shown, self.left = shown, left
@@ -38,7 +38,7 @@ def rules(shown: Light = Light.GREEN, left: float = 20.0) -> SteppingOut:
     return SteppingOut(Lights(shown, left), route)
 
 
-def test_the_route_is_known_to_lead_over_a_crossing() -> None:
+def test_crossing_on_the_route_has_a_span() -> None:
     assert rules().span(OVER) == pytest.approx((98.0, 102.0), abs=1.0)
     aside = replace(OVER, id="d", points=((100.0, 50.0, 0.0), (100.0, 57.0, 0.0)))
     assert rules().span(aside) is None
@@ -46,7 +46,9 @@ def test_the_route_is_known_to_lead_over_a_crossing() -> None:
 
 @pytest.mark.parametrize("crossing", [OVER, SIGNALLED])
 @pytest.mark.parametrize("speed", [3.0, 8.0, 13.9])
-def test_never_before_an_ego_that_could_not_stop(crossing: Crossing, speed: float) -> None:
+def test_pedestrian_does_not_step_out_if_the_ego_cannot_stop(
+    crossing: Crossing, speed: float
+) -> None:
     ego = EgoState(0.0, 0.0, 0.0, speed)
     stop = 0.5 * speed + speed**2 / 8.0
     too_near = 98.0 - 2.45 - stop - 0.5
@@ -55,19 +57,19 @@ def test_never_before_an_ego_that_could_not_stop(crossing: Crossing, speed: floa
     assert rules().allowed(crossing, DURATION, ego, behind, [])
 
 
-def test_before_an_ego_that_can_stop_only_at_a_light() -> None:
+def test_pedestrian_steps_out_before_a_stopping_ego_only_at_a_light() -> None:
     ego = EgoState(0.0, 0.0, 0.0, 8.0)
     assert rules().allowed(SIGNALLED, DURATION, ego, 70.0, [])
     assert not rules().allowed(OVER, DURATION, ego, 70.0, [])
     assert rules().allowed(OVER, DURATION, ego, 20.0, [])  # a gap
 
 
-def test_not_while_the_ego_stands_on_it() -> None:
+def test_pedestrian_does_not_step_out_while_the_ego_is_on_the_crossing() -> None:
     assert not rules().allowed(OVER, DURATION, STANDING, 99.0, [])
     assert rules().allowed(OVER, DURATION, STANDING, 90.0, [])
 
 
-def test_lights_are_kept_and_must_last() -> None:
+def test_pedestrian_needs_a_green_light_that_lasts() -> None:
     ask = (SIGNALLED, DURATION, STANDING, 0.0, [])
     assert rules(Light.GREEN, 4.0).allowed(*ask)
     assert not rules(Light.GREEN, 2.0).allowed(*ask)
@@ -86,5 +88,5 @@ def test_lights_are_kept_and_must_last() -> None:
         (Moving(90.0, 30.0, 0.0, 10.0, 4.5, 1.8), True),  # another street
     ],
 )
-def test_gaps_between_vehicles(other: Moving, free: bool) -> None:
+def test_pedestrian_steps_out_in_gaps_between_vehicles(other: Moving, free: bool) -> None:
     assert rules().allowed(OVER, DURATION, STANDING, 0.0, [other]) is free

@@ -1,4 +1,4 @@
-"""People on foot: where they go, when they step out, and what is told of them."""
+"""Pedestrians: their paths, when they step out, and their privileged facts."""
 
 import random
 from collections.abc import Sequence
@@ -31,7 +31,7 @@ def two_sidewalks() -> Footways:
 
 
 class Rule:
-    """Stands for `SteppingOut`."""
+    """A stub for `SteppingOut`."""
 
     def __init__(self, allowed: bool) -> None:
         self.answer = allowed
@@ -48,7 +48,7 @@ class Rule:
 
 
 class Shown:
-    """Stands for `SumoProxies`."""
+    """A stub for the SUMO proxies."""
 
     def __init__(self) -> None:
         self.now: set[int] = set()
@@ -79,7 +79,7 @@ def run(crowd: Walkers, ego: EgoState, seconds: float) -> list[np.ndarray]:
     return poses
 
 
-def test_a_walk_is_continuous_and_knows_where_it_crosses() -> None:
+def test_walk_is_continuous_and_marks_its_crossings() -> None:
     walk = random_walk(two_sidewalks(), Heading("south", True), 50.0, random.Random(1))
     steps = np.hypot(*np.diff(walk.samples[:, :2], axis=0).T)
     assert steps.max() < SAMPLE + 1e-6
@@ -92,13 +92,13 @@ def test_a_walk_is_continuous_and_knows_where_it_crosses() -> None:
     assert left > 7.8
 
 
-def test_nobody_steps_out_who_may_not(far_ego: EgoState) -> None:
+def test_pedestrians_without_permission_do_not_cross(far_ego: EgoState) -> None:
     crowd = walkers(allowed=False)
     poses = np.concatenate(run(crowd, far_ego, 90.0))
     assert ((poses[:, 1] < 0.8) | (poses[:, 1] > 8.2) | (poses[:, 0] < 0.0)).all()
 
 
-def test_who_may_crosses_and_is_shown_only_meanwhile(far_ego: EgoState) -> None:
+def test_pedestrians_with_permission_cross_and_are_shown_meanwhile(far_ego: EgoState) -> None:
     shown = Shown()
     crowd = walkers(allowed=True, shown=shown)
     seen = 0
@@ -112,7 +112,7 @@ def test_who_may_crosses_and_is_shown_only_meanwhile(far_ego: EgoState) -> None:
     assert seen > 100
 
 
-def test_nobody_walks_into_a_standing_ego() -> None:
+def test_pedestrians_do_not_walk_into_a_stationary_ego() -> None:
     ego = EgoState(40.0, 4.0, 0.0, 0.0)  # across the way over the road
     crowd = walkers(allowed=True)
     poses = np.concatenate(run(crowd, ego, 30.0))
@@ -121,7 +121,7 @@ def test_nobody_walks_into_a_standing_ego() -> None:
     assert (np.hypot(poses[:, 0] - 40.0, poses[:, 1] - 4.0) < 3.0).any()  # they did come
 
 
-def test_walkers_enter_far_from_the_ego_and_are_taken_away_farther() -> None:
+def test_pedestrians_are_added_and_removed_far_from_the_ego() -> None:
     crowd = walkers(allowed=True)
     before = len(crowd.ids)
     assert before == pytest.approx(100.0 * 0.16, abs=2)
@@ -136,7 +136,7 @@ def test_walkers_enter_far_from_the_ego_and_are_taken_away_farther() -> None:
     assert away.min() > ENTRY_RADIUS - 6.0
 
 
-def test_facts_follow_the_actors_and_tell_the_way_and_the_wait(far_ego: EgoState) -> None:
+def test_pedestrian_facts_hold_path_stop_and_waiting_time(far_ego: EgoState) -> None:
     crowd = walkers(allowed=False)
     run(crowd, far_ego, 90.0)
     rows = crowd.seen(0.0, 0.0, 0.0, 200.0, 4.0)
@@ -152,10 +152,10 @@ def test_facts_follow_the_actors_and_tell_the_way_and_the_wait(far_ego: EgoState
     assert ((facts.desired_speeds >= 1.2) & (facts.desired_speeds <= 1.5)).all()
 
 
-def test_same_seed_same_walks(far_ego: EgoState) -> None:
+def test_same_seed_gives_the_same_walks(far_ego: EgoState) -> None:
     one, other = (run(walkers(allowed=True), far_ego, 5.0)[-1] for _ in range(2))
     assert np.array_equal(one, other)
 
 
-def test_no_density_nobody() -> None:
+def test_zero_density_has_no_pedestrians() -> None:
     assert len(walkers(allowed=True, density=0.0).ids) == 0

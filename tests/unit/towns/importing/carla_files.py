@@ -1,4 +1,4 @@
-"""Our own routes as CARLA's leaderboard would have them."""
+"""Routes of plant-bench in the format of CARLA's leaderboard."""
 
 import numpy as np
 

@@ -22,14 +22,14 @@ UNESCAPED = '<net><tlLogic id="a" programID="<unknown>"/></net>'  # so netconver
 
 
 @pytest.mark.parametrize("net", [UNESCAPED, "", "<net><edge><lane/></edge></net>"])
-def test_a_network_that_cannot_be_read_is_refused(monkeypatch, net):
+def test_unreadable_network_is_refused(monkeypatch, net):
     monkeypatch.setattr(mending, "convert_source", lambda *_, **__: Converted(net, ()))
 
     with pytest.raises(InputError, match="a network of map.xml that cannot be read"):
         mending.mend(SOURCE, "test", guess_signals=False, say=lambda _: None)
 
 
-def test_a_map_that_wants_too_much_memory_is_told_so(monkeypatch):
+def test_map_that_exceeds_the_memory_limit_is_refused(monkeypatch):
     said = "terminate called: std::bad_alloc\n"
     monkeypatch.setattr(converting, "_run", lambda *_: CompletedProcess([], -6, "", said))
 
@@ -37,7 +37,7 @@ def test_a_map_that_wants_too_much_memory_is_told_so(monkeypatch):
         converting.convert_source(SOURCE, guess_signals=False)
 
 
-def test_a_town_that_could_not_be_read_again_is_refused(monkeypatch):
+def test_town_that_fails_to_reload_is_refused(monkeypatch):
     town = load_town("town02")
     name, lane = next(iter(town.lanes.items()))
     high = replace(lane, points=lane.points + np.array([0.0, 0.0, 1e300]))

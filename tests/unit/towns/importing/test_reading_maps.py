@@ -1,4 +1,4 @@
-"""Map files of strangers: what is read of them, and what is refused with one line."""
+"""Untrusted map files: what is read, and what is refused with one line."""
 
 import gzip
 
@@ -44,14 +44,14 @@ def write(folder, content):
         ("<osm><way><tag k='lanes:forward' v='100000'/></way></osm>", "a road of 100000 lanes"),
     ],
 )
-def test_what_no_map_should_be_is_refused(content, words, tmp_path):
+def test_invalid_map_files_are_refused(content, words, tmp_path):
     with pytest.raises(InputError, match=words) as error:
         read_source(write(tmp_path, content))
 
     assert "\n" not in str(error.value)
 
 
-def test_a_packed_file_may_not_grow_without_end(tmp_path, monkeypatch):
+def test_oversized_compressed_map_is_refused(tmp_path, monkeypatch):
     monkeypatch.setattr(source, "MOST_BYTES", 2**20)
 
     with pytest.raises(InputError, match="more than 1 MB"):
@@ -63,7 +63,7 @@ def test_a_missing_file_is_named(tmp_path):
         read_source(tmp_path / "nothing.osm")
 
 
-def test_a_packed_network_is_counted(tmp_path):
+def test_compressed_network_is_read(tmp_path):
     found = read_source(write(tmp_path, gzip.compress(NET.encode())))
 
     assert found.kind is MapKind.SUMO
@@ -75,13 +75,13 @@ def test_a_packed_network_is_counted(tmp_path):
 @pytest.mark.parametrize(
     "name", ["", "../x", "/abs", "a/b", "a.b", "a b", "1a", "a" * 41, "😀", "..", "é", "town01\n"]
 )
-def test_a_name_that_could_lead_elsewhere_is_refused(name):
+def test_town_name_with_path_traversal_is_refused(name):
     with pytest.raises(InputError, match="--name"):
         check_name(name)
 
 
 @pytest.mark.parametrize("name", ["town01", "TOWN06", "unseen03"])
-def test_the_benchmarks_names_are_taken(name):
+def test_benchmark_town_names_are_refused(name):
     with pytest.raises(InputError, match="has a town of that name"):
         check_name(name)
 

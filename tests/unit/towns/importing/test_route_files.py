@@ -1,4 +1,4 @@
-"""CARLA's route files: read, matched to towns, and named where they do not fit."""
+"""CARLA's route files: read, matched to towns, and reported if they do not match."""
 
 import csv
 import math
@@ -36,7 +36,7 @@ def matched(tmp_path, text, town=TOWN02, limit=1.5):
     return match_routes(read(tmp_path, text), {"Town02": town}, limit, lambda _: None)
 
 
-def test_both_flavours_are_turned_right_handed(tmp_path):
+def test_both_carla_formats_become_right_handed(tmp_path):
     one = '<route id="7" town="Town01"><waypoint x="1" y="2" z="3" yaw="90"/>' * 1
     one += '<waypoint x="5" y="-6" z="0" yaw="0"/></route>'
     two = '<route id="8" town="Town02"><waypoints><position x="1" y="2" z="3"/>'
@@ -73,7 +73,7 @@ def test_an_unusable_route_file_is_refused_with_one_line(text, words, tmp_path):
 
 
 @pytest.mark.parametrize("version", [1, 2])
-def test_routes_come_back_as_they_were(version, tmp_path):
+def test_matched_routes_equal_the_originals(version, tmp_path):
     ours = town_routes("town02")
 
     for route, match in zip(ours, matched(tmp_path, as_carla(ours, version=version)), strict=True):
@@ -85,7 +85,7 @@ def test_routes_come_back_as_they_were(version, tmp_path):
         assert len(match.route.passages) >= len(route.passages) - 1
 
 
-def test_all_36_routes_of_longest6_fit_the_towns_they_were_made_in(tmp_path):
+def test_all_longest6_routes_match_their_own_towns(tmp_path):
     routes = load_suite("longest6")
     names = {route.town for route in routes}
     towns = {
@@ -100,7 +100,7 @@ def test_all_36_routes_of_longest6_fit_the_towns_they_were_made_in(tmp_path):
     assert all(match.route is not None for match in matches)
 
 
-def test_a_point_off_the_map_names_the_route_the_point_and_the_reason(tmp_path):
+def test_unmatched_point_names_route_point_and_reason(tmp_path):
     text = as_carla(town_routes("town02")[:1]).replace("</route>", "")
     text = text.replace("</routes>", "<waypoint x='900' y='-900' yaw='0'/></route></routes>")
 
@@ -112,7 +112,7 @@ def test_a_point_off_the_map_names_the_route_the_point_and_the_reason(tmp_path):
     assert "x 900.0, y -900.0" in str(match.row)
 
 
-def test_a_point_beside_its_lane_is_measured(tmp_path):
+def test_distance_of_an_off_lane_point_is_measured(tmp_path):
     text = as_carla(town_routes("town02")[:1])
     first = read(tmp_path, text)[0].points[0]
     away = text.replace(f'x="{first[0]:.2f}"', f'x="{first[0] + 1.2:.2f}"', 1)
@@ -126,7 +126,7 @@ def test_a_point_beside_its_lane_is_measured(tmp_path):
     assert match.point == 0
 
 
-def test_a_route_against_the_traffic_does_not_fit(tmp_path):
+def test_route_against_the_traffic_does_not_match(tmp_path):
     route = read(tmp_path, as_carla(town_routes("town02")[:1]))[0]
     points = [
         f'<waypoint x="{x:.2f}" y="{-y:.2f}" yaw="{180 - math.degrees(h):.1f}"/>'
@@ -141,7 +141,7 @@ def test_a_route_against_the_traffic_does_not_fit(tmp_path):
 
 
 @pytest.mark.parametrize(("height", "lane"), [(0.0, "below_0"), (7.0, "above_0")])
-def test_of_two_roads_above_each_other_that_of_the_route_s_height_is_taken(height, lane):
+def test_stacked_roads_are_matched_by_height(height, lane):
     levels = {"below_0": road("below", 0.0), "above_0": road("above", 7.0)}
     ways = LaneGraph(Town("levels", levels, (), {}, {}))
     points = np.array([[10.0, 0.0, height], [50.0, 0.0, height + 0.3], [90.0, 0.0, height + 0.6]])
@@ -156,7 +156,7 @@ def road(edge, z):
     return Lane(f"{edge}_0", edge, 0, points, 3.5, 13.9, None, (), None, None)
 
 
-def test_the_command_writes_the_suite_and_names_what_does_not_fit(tmp_path):
+def test_import_routes_writes_the_suite_and_names_unmatched_routes(tmp_path):
     text = as_carla(town_routes("town02")[:2])
     text = text.replace('id="1" town="Town02"', 'id="1" town="Town09"')
     (tmp_path / "file.xml").write_text(text, encoding="utf-8")
@@ -175,7 +175,7 @@ def test_the_command_writes_the_suite_and_names_what_does_not_fit(tmp_path):
         assert [row["outcome"][:9] for row in csv.DictReader(file)] == ["matched", "unmatched"]
 
 
-def test_nothing_is_written_where_nothing_fits(tmp_path):
+def test_nothing_is_written_if_no_route_matches(tmp_path):
     text = as_carla(town_routes("town02")[:1]).replace("Town02", "Town09")
     (tmp_path / "file.xml").write_text(text, encoding="utf-8")
     command = ["import-routes", str(tmp_path / "file.xml"), "--out", str(tmp_path / "suite")]
@@ -187,7 +187,7 @@ def test_nothing_is_written_where_nothing_fits(tmp_path):
 
 
 @pytest.mark.parametrize("pair", ["Town02", "=town02", "Town02=", "Town02=nowhere"])
-def test_a_mistaken_pair_of_towns_is_refused(pair, tmp_path):
+def test_invalid_town_map_option_is_refused(pair, tmp_path):
     (tmp_path / "file.xml").write_text(as_carla(town_routes("town02")[:1]), encoding="utf-8")
     command = ["import-routes", str(tmp_path / "file.xml"), "--out", str(tmp_path / "suite")]
 
@@ -198,7 +198,7 @@ def test_a_mistaken_pair_of_towns_is_refused(pair, tmp_path):
 
 @pytest.fixture
 def theirs(tmp_path, monkeypatch):
-    """Copy a town to a place of its own, under another name; returns its folder."""
+    """Copy a town to another folder, under another name; return the folder."""
     monkeypatch.setenv(TOWNS_VARIABLE, "")
     folder = tmp_path / "elsewhere" / "theirs"
     folder.mkdir(parents=True)
@@ -214,7 +214,7 @@ def import_routes(tmp_path, text, *more):
     return CliRunner().invoke(app, [*command, "--no-hazards", *more])
 
 
-def test_a_town_may_stand_for_two_of_carla_and_travels_once(theirs, tmp_path):
+def test_one_town_can_stand_for_two_carla_towns(theirs, tmp_path):
     text = as_carla(town_routes("town02")[:2]).replace('id="1" town="Town02"', 'id="1" town="T2"')
 
     done = import_routes(tmp_path, text, "--town-map", f"Town02={theirs} T2={theirs}")
@@ -224,7 +224,7 @@ def test_a_town_may_stand_for_two_of_carla_and_travels_once(theirs, tmp_path):
     assert (tmp_path / "suite" / "towns" / "theirs" / "town.json").is_file()
 
 
-def test_routes_that_would_have_one_name_are_refused(theirs, tmp_path):
+def test_routes_with_duplicate_names_are_refused(theirs, tmp_path):
     text = as_carla(town_routes("town02")[:2]).replace('id="1" town="Town02"', 'id="0" town="T2"')
 
     done = import_routes(tmp_path, text, "--town-map", f"Town02={theirs} T2={theirs}")
@@ -233,7 +233,7 @@ def test_routes_that_would_have_one_name_are_refused(theirs, tmp_path):
     assert not (tmp_path / "suite").exists()
 
 
-def test_a_town_that_the_suite_would_not_find_is_refused(theirs, tmp_path):
+def test_town_hidden_by_another_of_its_name_is_refused(theirs, tmp_path):
     hidden = theirs.rename(theirs.with_name("town02"))
 
     done = import_routes(
@@ -243,7 +243,7 @@ def test_a_town_that_the_suite_would_not_find_is_refused(theirs, tmp_path):
     assert "There are two towns 'town02'" in str(done.exception)
 
 
-def test_routes_in_towns_that_are_given_no_more_go_with_overwrite(theirs, tmp_path):
+def test_overwrite_removes_routes_of_towns_no_longer_given(theirs, tmp_path):
     text = as_carla(town_routes("town02")[:1])
     import_routes(tmp_path, text, "--town-map", f"Town02={theirs}")
     (tmp_path / "suite" / "notes.json").write_text("mine")
@@ -256,7 +256,7 @@ def test_routes_in_towns_that_are_given_no_more_go_with_overwrite(theirs, tmp_pa
 
 
 @pytest.mark.parametrize("name", ["town.json", "town.net.xml"])
-def test_a_damaged_town_is_refused_in_one_line(name, theirs, tmp_path):
+def test_damaged_town_is_refused_with_one_line(name, theirs, tmp_path):
     (theirs / name).write_bytes(b"\xff<")
 
     done = import_routes(
@@ -267,7 +267,7 @@ def test_a_damaged_town_is_refused_in_one_line(name, theirs, tmp_path):
     assert "\n" not in str(done.exception)
 
 
-def test_more_points_than_can_be_matched_in_a_minute_are_refused(tmp_path, monkeypatch):
+def test_too_many_points_to_match_are_refused(tmp_path, monkeypatch):
     monkeypatch.setattr(carla_routes, "MOST_POINTS_IN_ALL", 5)
     points = "<waypoint x='1' y='2'/>" * 2
     routes = "".join(f"<route id='{number}' town='a'>{points}</route>" for number in range(3))

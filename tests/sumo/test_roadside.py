@@ -1,4 +1,4 @@
-"""Pedestrians and parked cars in the towns: fair, continuous and the same for a seed."""
+"""Pedestrians and parked cars in the towns: fair, continuous and repeatable."""
 
 from dataclasses import replace
 from itertools import pairwise
@@ -30,7 +30,7 @@ def on_foot(scene: Scene) -> Actors:
 
 
 def drive(scenario: Scenario, ticks: int, stand_at: float = np.inf) -> list[Scene]:
-    """Drive as the expert does, and stand from an arc length of the route on."""
+    """Drive as the expert does, and stand still from an arc length of the route on."""
     driver = load_agent("expert")
     driver.reset(scenario.route)
     with Simulation(scenario) as simulation:
@@ -54,7 +54,7 @@ def drive(scenario: Scenario, ticks: int, stand_at: float = np.inf) -> list[Scen
     return scenes
 
 
-def test_walkers_are_seen_move_as_they_say_and_come_and_go_out_of_sight() -> None:
+def test_pedestrians_move_at_their_speed_and_appear_out_of_sight() -> None:
     scenes = drive(Scenario(route("town02-0"), 3), 1200)
     assert np.mean([len(on_foot(scene)) for scene in scenes]) > 2.0
     for before, after in pairwise(scenes):
@@ -67,7 +67,7 @@ def test_walkers_are_seen_move_as_they_say_and_come_and_go_out_of_sight() -> Non
             assert np.hypot(*odd.T).min(initial=SIGHT) > SIGHT - 2.0
 
 
-def test_nobody_walks_into_an_ego_that_stands_on_a_crossing() -> None:
+def test_pedestrians_do_not_walk_into_an_ego_standing_on_a_crossing() -> None:
     whole = route("town02-3")  # where people want to cross: without the rules some walk into it
     at = whole.passages[0].entry + 3.0  # the crossing lies just behind the line
     scenes = drive(Scenario(whole, 5), 2400, stand_at=at)
@@ -79,7 +79,7 @@ def test_nobody_walks_into_an_ego_that_stands_on_a_crossing() -> None:
         assert not overlap_one(scene.ego.pose, EGO_EXTENT, poses, extents).any()
 
 
-def test_same_seed_same_scenes_and_facts_in_the_order_of_actors() -> None:
+def test_same_seed_gives_equal_scenes_and_privileged_facts() -> None:
     scenario = Scenario(route("town02-1"), 4)
     seen = []
     for _ in range(2):
@@ -99,13 +99,13 @@ def test_same_seed_same_scenes_and_facts_in_the_order_of_actors() -> None:
     assert (facts.desired_speeds[parked] == 0.0).all()
 
 
-def test_on_an_empty_road_there_is_nobody() -> None:
+def test_empty_density_has_no_pedestrians_or_parked_cars() -> None:
     with Simulation(replace(Scenario(route("town02-0"), 1), density="empty")) as simulation:
         assert len(simulation.step(Control(0.0, 0.0)).actors) == 0
 
 
 @pytest.mark.parametrize("name", [f"town0{number}" for number in range(1, 7)])
-def test_in_all_towns_cars_are_clear_of_lanes_and_people_of_cars(name: str) -> None:
+def test_parked_cars_clear_lanes_and_pedestrians_clear_cars(name: str) -> None:
     places = places_of(name)
     parking = places.parking
     assert bool(len(parking.poses)) == (places.town.life.parking > 0.0)

@@ -1,4 +1,4 @@
-"""What is compiled gives what Python gives, on what planners meet on the road."""
+"""Compiled functions give the results of plain Python on inputs from real episodes."""
 
 import importlib
 import pkgutil
@@ -32,9 +32,9 @@ def modules() -> Iterator[ModuleType]:
 
 
 class Held:
-    """Calls what is compiled, and now and then Python's own, too; mutable.
+    """Calls the compiled function and, for some calls, the Python original too; mutable.
 
-    An error in a planner ends its episode: so what differs is kept.
+    An error in a planner ends its episode, so differences are collected instead of raised.
     """
 
     def __init__(self, function: Dispatcher) -> None:
@@ -57,7 +57,7 @@ def same(found: Any, wanted: Any) -> bool:
     return found == wanted
 
 
-def test_the_compiled_and_the_plain_agree_to_the_bit(
+def test_compiled_functions_equal_plain_python_bit_for_bit(
     monkeypatch: pytest.MonkeyPatch, beginning: Callable[[int], Route]
 ) -> None:
     held: dict[Dispatcher, Held] = {}

@@ -25,10 +25,10 @@ GIGABYTE = 1_000_000_000
 LENGTH = struct.Struct("<I")  # before each message: its length in bytes
 LONGEST_ANSWER = 1 << 20  # bytes
 PRINTED = 262_144  # bytes of what one process prints that are kept
-GRACE = 2.0  # s for the keeper to say what became of a planner that has closed its pipe
-CLOSING = 10.0  # s for the keeper to end whatever the planner started
+GRACE = 2.0  # s for the supervisor to say what became of a planner that has closed its pipe
+CLOSING = 10.0  # s for the supervisor to end whatever the planner started
 CHUNK = 1 << 16
-_KEEPER = str(Path(__file__).with_name("keeper.py"))
+_SUPERVISOR = str(Path(__file__).with_name("supervisor.py"))
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ class Limits:
 
 
 class PlannerProcess:
-    """A planner's process with its keeper; changes with each question.
+    """A planner's process with its supervisor; changes with each question.
 
     Args:
         command: What to start; it speaks the protocol on its standard input and output.
@@ -78,8 +78,8 @@ class PlannerProcess:
         self._status, status = os.pipe()
         memory = int(limits.memory * GIGABYTE)
         options = (str(control), str(status), str(memory), str(PRINTED))
-        self._keeper = subprocess.Popen(
-            [sys.executable, "-I", "-S", _KEEPER, *options, *command],
+        self._supervisor = subprocess.Popen(
+            [sys.executable, "-I", "-S", _SUPERVISOR, *options, *command],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             pass_fds=(control, status),
@@ -88,7 +88,7 @@ class PlannerProcess:
         )
         os.close(control)
         os.close(status)
-        stdin, stdout = self._keeper.stdin, self._keeper.stdout
+        stdin, stdout = self._supervisor.stdin, self._supervisor.stdout
         if stdin is None or stdout is None:  # never: both are pipes
             raise RuntimeError
         self._to, self._from = stdin.fileno(), stdout.fileno()
@@ -123,11 +123,11 @@ class PlannerProcess:
         self.alive = False
         os.close(self._control)
         try:
-            self._keeper.wait(CLOSING)
+            self._supervisor.wait(CLOSING)
         except subprocess.TimeoutExpired:
-            self._keeper.kill()
-            self._keeper.wait()
-        for stream in (self._keeper.stdin, self._keeper.stdout):
+            self._supervisor.kill()
+            self._supervisor.wait()
+        for stream in (self._supervisor.stdin, self._supervisor.stdout):
             if stream is not None:
                 with contextlib.suppress(OSError):
                     stream.close()
@@ -197,7 +197,7 @@ class PlannerProcess:
             return ProcessEndedError(f"its process ended with exit code {rest}.")
         if kind == "unstartable":
             return ProcessEndedError(f"it cannot be started: {rest}.")
-        return ProcessEndedError("its process and its keeper are gone.")
+        return ProcessEndedError("its process and its supervisor are gone.")
 
 
 def memory_limit(limits: Limits) -> MemoryLimitError:

@@ -5,7 +5,7 @@ through here but what the planner prints. It ends when the worker closes its pip
 kills the planner with all of its descendants, daemons included. Standard library only, since it
 must start in no time:
 
-    keeper.py CONTROL STATUS MEMORY PRINTED COMMAND...
+    supervisor.py CONTROL STATUS MEMORY PRINTED COMMAND...
 
 CONTROL and STATUS are file descriptors, MEMORY and PRINTED limits in bytes. One line is written to
 STATUS when the planner has ended: "exit CODE", "signal NUMBER", "memory", or "unstartable REASON".
@@ -105,7 +105,7 @@ class _Watch:
 
 
 def _become(command: list[str], status: int, words: int, memory: int) -> None:
-    """Turn this process into the planner; it dies with the keeper."""
+    """Turn this process into the planner; it dies with the supervisor."""
     _prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
     for number in (signal.SIGINT, signal.SIGPIPE, signal.SIGTERM):
         signal.signal(number, signal.SIG_DFL)

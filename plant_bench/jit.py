@@ -26,8 +26,8 @@ import numba
 from numba import njit, types
 from numba.core import config
 
-REAL, SINGLE, WHOLE = types.float64, types.float32, types.int64
-FLAG = types.boolean
+F64, F32, INT64 = types.float64, types.float32, types.int64
+BOOL = types.boolean
 
 _settings: Any = config  # also what NUMBA_* sets; its names are made when it is imported
 
@@ -37,12 +37,12 @@ def _read_only(item: types.Type, dimensions: int) -> types.Array:
     return types.Array(item, dimensions, "A", readonly=True)
 
 
-REALS, REALS_2D, REALS_3D = (_read_only(REAL, dimensions) for dimensions in (1, 2, 3))
-SINGLES, SINGLES_2D = (_read_only(SINGLE, dimensions) for dimensions in (1, 2))
-NEW_REALS, NEW_REALS_2D = types.Array(REAL, 1, "C"), types.Array(REAL, 2, "C")
-NEW_SINGLES_2D = types.Array(SINGLE, 2, "C")
-WHOLES = _read_only(WHOLE, 1)
-FLAGS = _read_only(FLAG, 1)
+F64_1D, F64_2D, F64_3D = (_read_only(F64, dimensions) for dimensions in (1, 2, 3))
+F32_1D, F32_2D = (_read_only(F32, dimensions) for dimensions in (1, 2))
+NEW_F64_1D, NEW_F64_2D = types.Array(F64, 1, "C"), types.Array(F64, 2, "C")
+NEW_F32_2D = types.Array(F32, 2, "C")
+INT64_1D = _read_only(INT64, 1)
+BOOL_1D = _read_only(BOOL, 1)
 
 
 def compiled(*arguments: types.Type) -> Callable[[Callable], Callable]:

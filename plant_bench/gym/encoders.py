@@ -11,7 +11,7 @@ from plant_bench.errors import InputError
 from plant_bench.features.raster import Rasteriser, RasterSpec
 from plant_bench.gym.object_encoder import ObjectEncoder
 from plant_bench.gym.token_encoder import TokenEncoder
-from plant_bench.sensing.inputs import PERCEIVED, UNSHARED
+from plant_bench.sensing.inputs import DRIVER_ONLY, PERCEIVED
 from plant_bench.world.town import Town
 
 
@@ -87,7 +87,7 @@ def encoder_of(wanted: object) -> Encoder:
     if not isinstance(wanted, Encoder):
         message = f"{wanted!r} is no observation: space, reset and encode are wanted, or a name."
         raise InputError(message)
-    if refused := encoder_inputs(wanted) & UNSHARED:
+    if refused := encoder_inputs(wanted) & DRIVER_ONLY:
         message = (
             f"{wanted!r} asks for {' and '.join(sorted(refused))}: nothing privileged is given."
         )

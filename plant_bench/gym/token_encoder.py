@@ -12,7 +12,7 @@ from plant_bench.features.tokens import TokenKind, Tokens, TokenSpec
 from plant_bench.gym.observation_bounds import FASTEST, ROUTE_REACH, box, in_bounds
 from plant_bench.world.town import Town
 
-# Walkers and the lines of lights are told; conflicts and tracks, which follow from boxes, are not.
+# Walkers and the lines of lights are told; conflicts and motion, which follow from boxes, are not.
 PLAIN_TOKENS = TokenSpec(vulnerable=True, stop_line=True)
 
 
@@ -32,7 +32,7 @@ class TokenEncoder:
             message = f"{most} tokens: more than {spec.segments + 1} are wanted."
             raise InputError(message)
         self._spec, self._most = spec, most
-        self._tracks = MotionTracker()
+        self._tracker = MotionTracker()
         reach = ROUTE_REACH + FASTEST * spec.horizon
         self.space = spaces.Dict(
             {
@@ -49,13 +49,13 @@ class TokenEncoder:
     def reset(self, town: Town) -> None:
         """Forget who was where."""
         del town
-        self._tracks.forget()
+        self._tracker.reset()
 
     def encode(self, observation: Observation) -> dict[str, np.ndarray]:
         """Return `SceneInput` as arrays."""
         rates = None
         if self._spec.motion and observation.actors is not None:
-            rates = self._tracks.rates(observation.time, observation.actors)
+            rates = self._tracker.rates(observation.time, observation.actors)
         given = scene_input(observation, self._spec, rates)
         attributes, kinds = self._fitting(given.tokens)
         count = len(kinds)

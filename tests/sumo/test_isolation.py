@@ -27,8 +27,7 @@ REASONS = {
     "Segfaults": "act raised ProcessEndedError: its process was ended by SIGSEGV.",
     "ExitsAtOnce": "act raised ProcessEndedError: its process ended with exit code 3.",
     "Raises": "act raised ValueError: no way out of <object object at 0x...>",
-    "AnswersNaN": "act returned Control(acceleration=nan, steering=0.0): finite numbers are "
-    "wanted.",
+    "AnswersNaN": "act: expected finite numbers, got Control(acceleration=nan, steering=0.0).",
     "ClosesItsPipe": "act raised ProcessEndedError: it has closed its pipe.",
     "AnswersGarbage": "act raised ProtocolError: it said more than it was asked, or before it was "
     "asked.",

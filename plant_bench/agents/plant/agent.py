@@ -16,7 +16,7 @@ from plant_bench.data_files import models_dir
 from plant_bench.errors import AgentError
 from plant_bench.features.motion import MotionTracker
 from plant_bench.features.network_inputs import SceneInput, scene_input
-from plant_bench.features.tokens import NOWHERE
+from plant_bench.features.tokens import NO_ROW
 from plant_bench.model_folder import CONFIG_FILE, WEIGHTS_FILE
 from plant_bench.world.route import Route
 from plant_bench.world.scene import Light
@@ -54,7 +54,7 @@ class PlanT:
     def reset(self, route: Route | None) -> None:
         """Start a new episode; the route is told with each observation."""
         del route
-        self.motion.forget()
+        self.motion.reset()
         self.interval = INTERVAL
 
     def act(self, observation: Observation) -> Plan:
@@ -83,7 +83,7 @@ class PlanT:
             raise AgentError(message)
         given = self._given(observation)
         ranks = -np.hypot(actors.poses[:, 0] - ego.x, actors.poses[:, 1] - ego.y).astype(float)
-        told = given.tokens.places != NOWHERE
+        told = given.tokens.places != NO_ROW
         ranks[given.tokens.places[told]] = self._predictor.attention(given)[told]
         return ranks
 

@@ -7,7 +7,7 @@ from plant_bench.agent import PLAN_INTERVAL
 from plant_bench.errors import InputError
 from plant_bench.features.motion import rates_between, rows_of
 from plant_bench.features.network_inputs import scene_input
-from plant_bench.features.tokens import ATTRIBUTES, NOWHERE, Tokens, TokenSpec, actor_attributes
+from plant_bench.features.tokens import ATTRIBUTES, NO_ROW, Tokens, TokenSpec, actor_attributes
 from plant_bench.learner import Encoded, Frame
 
 PADDING = {"attributes": 0.0, "kinds": 0.0, "futures": np.nan}  # kind 0 is `TokenKind.PADDING`
@@ -49,7 +49,7 @@ def encode(frame: Frame, spec: TokenSpec) -> Encoded:
 def _futures(frame: Frame, tokens: Tokens, ids: np.ndarray) -> Float[np.ndarray, "tokens 6"]:
     """Return the later attributes of the tokens' actors in the frame of the ego now."""
     futures = np.full((len(tokens), ATTRIBUTES), np.nan)
-    mine = (tokens.places != NOWHERE).nonzero()[0]
+    mine = (tokens.places != NO_ROW).nonzero()[0]
     there, found = rows_of(ids[tokens.places[mine]], frame.later.ids)
     futures[mine[there]] = actor_attributes(frame.observation.ego, frame.later, found)
     return futures

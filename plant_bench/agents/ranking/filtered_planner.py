@@ -5,7 +5,7 @@ import numpy as np
 from plant_bench.agent import Agent, Control, Explains, Input, Observation, Plan, Ranker, Reason
 from plant_bench.agent_check import decision_interval
 from plant_bench.errors import AgentError
-from plant_bench.sensing.inputs import given
+from plant_bench.sensing.inputs import restrict
 from plant_bench.world.route import Route
 from plant_bench.world.scene import ActorKind, Actors
 
@@ -55,11 +55,11 @@ class Filtered:
 
     def act(self, observation: Observation) -> Plan | Control:
         """Rank all actors, and let the planner decide with the first of them."""
-        seen = given(observation, self._agent.inputs)
+        seen = restrict(observation, self._agent.inputs)
         if seen.actors is None:
             message = "A filtered planner needs the input 'objects'."
             raise AgentError(message)
-        ranks = self._ranker.rank(given(observation, self._ranker_inputs))
+        ranks = self._ranker.rank(restrict(observation, self._ranker_inputs))
         return self._agent.act(seen.showing(self._shown(ranks, seen.actors)))
 
     def explain(self) -> Reason | None:

@@ -7,7 +7,7 @@ declares.
 import numpy as np
 from jaxtyping import Float
 
-from plant_bench.agent import NOBODY, Input, Observation
+from plant_bench.agent import NO_ACTOR, Input, Observation
 from plant_bench.agents.expert import Expert
 from plant_bench.errors import AgentError
 from plant_bench.world.route import Route
@@ -69,7 +69,7 @@ class Oracle:
         ranks = -distances(observation.ego, actors)
         self._expert.act(observation.showing(actors.kinds != ActorKind.PEDESTRIAN))
         who = self._expert.explain().actor
-        if who != NOBODY:
+        if who != NO_ACTOR:
             ranks[actors.ids == who] = 1.0
         return ranks
 

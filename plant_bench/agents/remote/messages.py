@@ -6,7 +6,7 @@ from typing import Any
 
 from plant_bench.agent import Observation
 from plant_bench.agents.remote.codec import array_in, array_out, typed_array_out
-from plant_bench.sensing.inputs import INPUTS, Record
+from plant_bench.sensing.inputs import INPUTS, WireRecord
 from plant_bench.world.route import LaneChange, LaneSpan, Passage, Route
 from plant_bench.world.scene import EgoState
 
@@ -59,11 +59,11 @@ def observation_in(wire: Wire) -> Observation:
     )
 
 
-def _records() -> list[tuple[str, Record]]:
+def _records() -> list[tuple[str, WireRecord]]:
     return [(row.field, row.record) for row in INPUTS.values() if row.field and row.record]
 
 
-def _record_out(value: object, record: Record) -> Wire:
+def _record_out(value: object, record: WireRecord) -> Wire:
     numbers = {name: getattr(value, name) for name in record.numbers}
     return {
         name: int(number) if isinstance(number, IntEnum) else number
@@ -71,7 +71,7 @@ def _record_out(value: object, record: Record) -> Wire:
     } | _arrays_out(value, record.arrays)
 
 
-def _record_in(wire: Wire, record: Record) -> Any:
+def _record_in(wire: Wire, record: WireRecord) -> Any:
     numbers = {name: make(wire[name]) for name, make in record.numbers.items()}
     arrays = {name: array_in(wire[name], kind) for name, kind in record.arrays.items()}
     return record.type(**numbers, **arrays)

@@ -29,7 +29,7 @@ def forecast_after(*observations: Observation) -> Forecast:
     """Return the forecast of whom one has watched."""
     forecast = MotionForecast()
     for observation in observations:
-        forecast.watch(observation)
+        forecast.update(observation)
     return forecast(observations[-1], np.array([0]))
 
 
@@ -63,8 +63,8 @@ def test_people_are_taken_to_walk_straight_on() -> None:
 
 def test_what_was_watched_before_is_forgotten() -> None:
     forecast = MotionForecast()
-    forecast.watch(seen(0.0, 0.0))
-    forecast.forget()
-    forecast.watch(seen(0.5, 5.0))
+    forecast.update(seen(0.0, 0.0))
+    forecast.reset()
+    forecast.update(seen(0.5, 5.0))
     found = forecast(seen(0.5, 5.0), np.array([0]))
     assert found.lengths[0] == pytest.approx(np.full(len(TIMES), 4.0))

@@ -52,5 +52,5 @@ def test_asking_twice_changes_nothing_and_copies_go_their_own_way() -> None:
     again = tracks.rates(0.5, cars((1, 1.0, 0.0)))
 
     assert first.accelerations.tolist() == again.accelerations.tolist() == [2.0]
-    tracks.forget()
+    tracks.reset()
     assert tracks.rates(0.6, cars((1, 5.0, 0.0))).accelerations.tolist() == [0.0]

@@ -80,8 +80,8 @@ def all_gone(processes, patience=10.0):
         ("AnswersGarbage", "ProtocolError", "it said more than it was asked"),
         ("AnnouncesTooMuch", "ProtocolError", "it announced a message of more than"),
         ("PrintsForEver", "TimeLimitError", "no answer within 0.5 s (--tick-limit)."),
-        ("AnswersNaN", "AgentError", "finite numbers are wanted"),
-        ("AnswersNothing", "AgentError", "a Plan or a Control is wanted"),
+        ("AnswersNaN", "AgentError", "expected finite numbers"),
+        ("AnswersNothing", "AgentError", "expected a Plan or a Control"),
     ],
 )
 def test_whoever_misbehaves_is_ended_with_a_reason(name, error, reason):

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from plant_bench.agent import NOBODY, Cause, Control, Reason
+from plant_bench.agent import NO_ACTOR, Cause, Control, Reason
 from plant_bench.reports.why.incident_findings import find, gap_to
 from plant_bench.reports.why.verdicts import verdict
 from plant_bench.scoring.infractions import InfractionKind
@@ -133,7 +133,7 @@ def test_nothing_is_said_of_an_expert_that_could_not_be_asked():
 def test_a_red_light_is_measured_from_when_it_turned():
     state = lights(HIT - 30)
     moments = [
-        moment(tick, braking_from(HIT - 44, NOBODY, Cause.LIGHT), light=state(tick))
+        moment(tick, braking_from(HIT - 44, NO_ACTOR, Cause.LIGHT), light=state(tick))
         for tick in WINDOW
     ]
 

@@ -143,7 +143,7 @@ def test_a_graph_whose_values_lie_in_another_file_is_refused(tmp_path: Path) -> 
     graph = onnx.helper.make_graph([node], "g", [], [output])
     (tmp_path / "network.onnx").write_bytes(onnx.helper.make_model(graph).SerializeToString())
 
-    with pytest.raises(InputError, match="in another file, which are not read"):
+    with pytest.raises(InputError, match="in another file, which is not allowed"):
         GraphPredictor(tmp_path / "network.onnx")
 
 

@@ -25,7 +25,7 @@ _KEPT = _PACKAGE / "__pycache__" / "source-code.json"
 _FOR_TYPES = ("TYPE_CHECKING",)
 _DEFINITIONS = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
 _SPOKEN = re.compile(rf"({_NAME}(?:\.\w+)+):\w+")  # "plant_bench.a.b:Class" in a table
-COMPUTING = frozenset(  # packages of ours whose version may change a number
+NUMERICAL_PACKAGES = frozenset(  # packages of ours whose version may change a number
     {
         "jax",
         "libsumo",

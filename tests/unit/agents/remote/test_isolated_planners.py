@@ -179,7 +179,7 @@ def test_isolation_changes_no_file_that_the_checksum_covers(tmp_path):
         (f"{HOSTILE}:Goood", "Did you mean 'Good'"),
         ("expart", "Did you mean 'expert'"),
         ("command:", "names no program"),
-        ("command:'", "is no command"),
+        ("command:'", "is not a valid command"),
         ("command:./no_such_program", "is not there"),
         (f"command:{HOSTILE}", "is not executable"),
         ("command:true", "does not start: ProcessEndedError: its process ended with exit code 0"),

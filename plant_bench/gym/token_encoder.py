@@ -1,4 +1,4 @@
-"""PlanT's object tokens as arrays of a fixed size: the numbers are those of `features.tokens`."""
+"""Encodes an observation as PlanT's object tokens (`features.tokens`), in fixed-size arrays."""
 
 import numpy as np
 from gymnasium import spaces
@@ -17,19 +17,19 @@ PLAIN_TOKENS = TokenSpec(vulnerable=True, stop_line=True)
 
 
 class TokenEncoder:
-    """What PlanT is told: object tokens, filled up with zeros, and the few facts beside them.
+    """PlanT's inputs: object tokens, padded with zeros, and the scalar inputs.
 
     Args:
-        spec: What becomes a token.
-        most: Rows; actors come nearest first, and those that do not fit are left out.
+        spec: Which objects become tokens.
+        most: Number of rows; actors come nearest first, the farthest are left out.
 
     Raises:
-        InputError: There are fewer rows than route segments and a stop line need.
+        InputError: There are too few rows for the route segments and a stop line.
     """
 
     def __init__(self, spec: TokenSpec = PLAIN_TOKENS, most: int = 40) -> None:
         if most <= spec.segments + 1:
-            message = f"{most} tokens: more than {spec.segments + 1} are wanted."
+            message = f"most: expected more than {spec.segments + 1} tokens, got {most}."
             raise InputError(message)
         self._spec, self._most = spec, most
         self._tracker = MotionTracker()
@@ -47,7 +47,7 @@ class TokenEncoder:
         )
 
     def reset(self, town: Town) -> None:
-        """Forget who was where."""
+        """Start a new episode."""
         del town
         self._tracker.reset()
 
@@ -81,7 +81,7 @@ class TokenEncoder:
     def _fitting(
         self, tokens: Tokens
     ) -> tuple[Float[np.ndarray, "tokens attributes"], UInt8[np.ndarray, " tokens"]]:
-        """Return the tokens without the farthest actors that do not fit; the rest always does."""
+        """Return the tokens without the farthest actors that do not fit."""
         surplus = max(len(tokens) - self._most, 0)
         actors = int(np.count_nonzero(tokens.places >= 0))
         keep = np.ones(len(tokens), bool)

@@ -11,7 +11,7 @@ from plant_bench.agents.remote.process_reuse import Connection, Profile, first_p
 from plant_bench.agents.remote.remote_errors import ProtocolError
 from plant_bench.agents.remote.responses import ControlAnswer, PlanAnswer, Ranks, Ready
 from plant_bench.errors import AgentError
-from plant_bench.inference_timing import ForwardPass, tell_pass
+from plant_bench.inference_timing import ForwardPass, record_pass
 from plant_bench.world.route import Route
 
 
@@ -53,7 +53,7 @@ class RemoteAgent:
         question = observation_out("act", observation)
         answer = self._connection.ask(question, ControlAnswer, PlanAnswer)
         for seconds, tokens in answer.passes:
-            tell_pass(ForwardPass(seconds, tokens))
+            record_pass(ForwardPass(seconds, tokens))
         reason, self._explain_failed = answer.reason, answer.explain_failed
         self._reason = None if reason is None else Reason(Cause(reason.cause), reason.actor)
         self.interval = answer.interval

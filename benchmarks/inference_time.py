@@ -34,7 +34,7 @@ from plant_bench.agents.plant.onnx_network import GraphPredictor
 from plant_bench.agents.plant.predictor import TorchPredictor
 from plant_bench.data_files import models_dir
 from plant_bench.features.network_inputs import SceneInput
-from plant_bench.features.tokens import NOWHERE, TokenKind, Tokens
+from plant_bench.features.tokens import NO_ROW, TokenKind, Tokens
 from plant_bench.inference_timing import listen_to_passes
 from plant_bench.runner.run.provenance import processor_name
 
@@ -66,7 +66,7 @@ def scene_of(tokens: int) -> SceneInput:
     kinds[-2:] = TokenKind.ROUTE
     shape = (tokens, SHIPPED.tokens.attributes)
     attributes = rng.normal(scale=5.0, size=shape).astype(np.float32)
-    places = np.full(tokens, NOWHERE, np.int64)
+    places = np.full(tokens, NO_ROW, np.int64)
     return SceneInput(Tokens(attributes, kinds, places), 0.0, (15.0, -3.0), 6.0, 13.0)
 
 

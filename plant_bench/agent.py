@@ -1,7 +1,7 @@
-"""The contract between the benchmark and a planner: the only file a planner's author must read.
+"""The planner interface: inputs, observations and actions. All that a planner's author must read.
 
-A planner is any object with `inputs`, `reset` and `act`; no base class is needed. It declares what
-it wants to see, is given that and nothing else, and answers each tick with a `Plan` or a `Control`.
+A planner is any object with `inputs`, `reset` and `act`; no base class is needed. It declares its
+inputs, gets these and nothing else, and returns a `Plan` or a `Control` at each tick.
 
     class Straight:
         inputs = frozenset({Input.ROUTE})
@@ -13,7 +13,7 @@ it wants to see, is given that and nothing else, and answers each tick with a `P
 
 `act` is called 20 times a simulated second. A planner with an attribute `interval` is called again
 after that many ticks, and its control is held in between (TransFuser and PlanT with perception
-decide at 10 Hz: interval 2). It is read after each decision, so that it may change.
+decide at 10 Hz: interval 2). The attribute is read after each decision, so it may change.
 
 All values are in SI units and radians; the world frame is x east, y north, yaw counter-clockwise
 from +x; the ego frame is x forward, y left, at the centre of the ego's box.
@@ -35,15 +35,15 @@ PLAN_INTERVAL = 0.5  # s between waypoints (PlanT, section 3; data at 2 Hz)
 ROUTE_AHEAD = 100  # route points in an observation, one a metre
 PATH_STEP = 1.0  # m between the poses of a privileged path
 PATH_POSES = 121  # poses of a privileged path, the first at the actor's centre
-MOST_INTERVAL = 20  # ticks between two decisions: one second
-NOBODY = -1  # in place of an actor's id
+MOST_INTERVAL = 20  # ticks between two decisions, at most: one second
+NO_ACTOR = -1  # instead of an actor's id: no actor
 LIGHT_RANGE = 50.0  # m: lights farther ahead are not in view
 
 
 class Input(StrEnum):
-    """What a planner may ask to be given; `plant_bench.sensing.inputs` says more of each.
+    """The built-in inputs that a planner may declare; `plant_bench.sensing.inputs` describes each.
 
-    SIMULATOR is no observation: it hands the ego to SUMO's own driver, and actions go unheard.
+    SIMULATOR is no observation: SUMO's own driver model drives the ego, and actions are ignored.
     """
 
     OBJECTS = "objects"
@@ -61,15 +61,15 @@ _FACT_TYPES = tuple((name, _REAL) for name in _FACTS)
 
 @dataclass(frozen=True, eq=False, slots=True)
 class RouteAhead:
-    """The route from the ego's place on it, in the world frame.
+    """The route ahead of the ego, in the world frame.
 
     Attributes:
         progress: Arc length already driven, metres.
-        past: Of it, since the first of `points`: the ego is so far beyond that point.
-        offset: The ego's lateral distance from the route, positive to the left of it.
-        points: One a metre, the first the last point passed; fewer near the end.
-        headings: Radians at each point.
-        speed_limits: m/s at each point, as `Observation.speed_limit`.
+        past: Distance driven past the first of `points`, metres.
+        offset: The ego's lateral distance from the route, metres, positive to the left.
+        points: One point per metre, from the last one passed; fewer near the end.
+        headings: Heading at each point, radians.
+        speed_limits: Speed limit at each point, m/s, as `Observation.speed_limit`.
     """
 
     progress: float
@@ -80,7 +80,7 @@ class RouteAhead:
     speed_limits: Float[np.ndarray, " steps"]
 
     def __post_init__(self) -> None:
-        """Let all arrays be of float64, which compiled planners take."""
+        """Convert all arrays to float64, the type that compiled planners expect."""
         convert_arrays(self, _ROUTE_TYPES)
 
 
@@ -89,9 +89,9 @@ class NextLight:
     """The next traffic light on the route within `LIGHT_RANGE`.
 
     Attributes:
-        state: What it shows.
-        distance: From the ego's front bumper to the stop line along the route, metres; negative
-            for up to a car's length after the front has crossed it.
+        state: Its colour.
+        distance: Distance along the route from the ego's front bumper to the stop line, metres;
+            negative for up to a car's length after the front has crossed the line.
     """
 
     state: Light
@@ -100,15 +100,15 @@ class NextLight:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Privileged:
-    """What only the simulator knows of the actors, in their order (PlanT, section 4: the expert).
+    """Simulator-only facts about the actors, in their order (PlanT, section 4: the expert).
 
     Attributes:
         paths: Poses of the box centre along each actor's true lanes, every `PATH_STEP` metres.
-        accelerations: m/s2.
-        desired_speeds: m/s, the lane's limit times the driver's factor.
-        stop_distances: Metres of path until the front must stop for a red light or for others with
-            the right of way; infinite where it may go on.
-        stopped_for: Seconds it has been standing.
+        accelerations: Accelerations, m/s2.
+        desired_speeds: The lane's speed limit times the driver's speed factor, m/s.
+        stop_distances: Path length until the front must stop for a red light or for vehicles with
+            right of way, metres; infinite if it need not stop.
+        stopped_for: Time since the actor stopped, seconds.
     """
 
     paths: Float[np.ndarray, "actors steps 3"]
@@ -118,11 +118,11 @@ class Privileged:
     stopped_for: Float[np.ndarray, " actors"]
 
     def __post_init__(self) -> None:
-        """Let all arrays be of float64, which compiled planners take."""
+        """Convert all arrays to float64, the type that compiled planners expect."""
         convert_arrays(self, _FACT_TYPES)
 
     def only(self, keep: np.ndarray) -> "Privileged":
-        """Return the facts of the actors that a mask or an index array selects."""
+        """Return the facts about the actors that a mask or an index array selects."""
         return Privileged(
             self.paths[keep],
             self.accelerations[keep],
@@ -134,18 +134,19 @@ class Privileged:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Observation:
-    """What a planner is given at one tick; fields it did not declare are None.
+    """A planner's input at one tick; fields of inputs that it did not declare are None.
 
     Attributes:
         time: Seconds since the start of the episode.
         ego: The ego vehicle.
-        speed_limit: At the ego's place, m/s: the posted one, or what the lane's curvature allows.
-        actors: Others in sight (`Input.OBJECTS`).
+        speed_limit: Speed limit at the ego's position, m/s: the posted one, or what the lane's
+            curvature allows.
+        actors: Other road users in sight (`Input.OBJECTS`).
         route: The route ahead (`Input.ROUTE`).
-        light: The next traffic light, None also where none is in view (`Input.LIGHT`).
-        privileged: The simulator's facts on `actors` (`Input.PRIVILEGED`).
-        sensors: Images, point clouds and the like, by the name of the input that was declared
-            (`plant_bench.sensing.inputs` says which there are, and their shapes).
+        light: The next traffic light; None also if none is in range (`Input.LIGHT`).
+        privileged: Simulator-only facts about `actors` (`Input.PRIVILEGED`).
+        sensors: Images, point clouds and other arrays by the name of the declared input
+            (`plant_bench.sensing.inputs` lists them with their shapes).
     """
 
     time: float
@@ -158,7 +159,7 @@ class Observation:
     sensors: Mapping[str, np.ndarray] = field(default_factory=dict)
 
     def showing(self, keep: np.ndarray) -> "Observation":
-        """Return the observation with the actors alone that a mask or an index array selects."""
+        """Return the observation with only the actors that a mask or an index array selects."""
         actors, facts = self.actors, self.privileged
         return replace(
             self,
@@ -180,11 +181,11 @@ class Plan:
 
 @dataclass(frozen=True, slots=True)
 class Control:
-    """What the ego's actuators are asked for; limits are the vehicle's own.
+    """Requested acceleration and steering; the vehicle's own limits apply.
 
     Attributes:
         acceleration: m/s2, negative to brake.
-        steering: Front wheel angle in radians, positive to the left.
+        steering: Front wheel angle, radians, positive to the left.
     """
 
     acceleration: float
@@ -197,59 +198,59 @@ class Agent(Protocol):
 
     @property
     def inputs(self) -> frozenset[str]:
-        """What it asks to be given: names of `Input`, or others of the table of inputs."""
+        """The inputs that it declares: `Input` values, or other names in the table of inputs."""
         ...
 
     def reset(self, route: Route | None) -> None:
-        """Start a new episode and forget the last one.
+        """Start a new episode; clear all state of the last one.
 
         Args:
-            route: The global plan, as a navigation system has it; None without `Input.ROUTE`.
+            route: The route to drive, as from a navigation system; None without `Input.ROUTE`.
         """
         ...
 
     def act(self, observation: Observation) -> Plan | Control:
-        """Decide; called every tick, or every `interval` ticks."""
+        """Return an action; called every tick, or every `interval` ticks."""
         ...
 
 
 @runtime_checkable
 class Ranker(Protocol):
-    """A planner that can tell which actors matter to it."""
+    """A planner that can rank the actors by their relevance to its decision."""
 
     def rank(self, observation: Observation) -> Float[np.ndarray, " actors"]:
-        """Return the relevance of each actor, the higher the more relevant (PlanT, section 4.2)."""
+        """Return each actor's relevance; higher is more relevant (PlanT, section 4.2)."""
         ...
 
 
 class Cause(IntEnum):
-    """Why a planner drives no faster; recordings hold these numbers."""
+    """What limits a planner's speed; recordings store these numbers."""
 
-    FREE = 0  # nothing keeps it
-    LIMIT = 1  # it slows down for a speed limit or a curve
+    FREE = 0  # nothing
+    LIMIT = 1  # a speed limit or a curve
     LIGHT = 2  # a traffic light
-    LEADER = 3  # whom it follows, or who stands in its way
-    CONFLICT = 4  # who would cross its path
-    JUNCTION = 5  # who leaves it no room beyond a junction
+    LEADER = 3  # a vehicle ahead, moving or stationary
+    CONFLICT = 4  # an actor predicted to cross the ego's path
+    JUNCTION = 5  # a vehicle that blocks the exit of a junction
 
 
 @dataclass(frozen=True, slots=True)
 class Reason:
-    """The one thing that decided a planner's acceleration.
+    """Why a planner chose its last acceleration.
 
     Attributes:
-        cause: What kind of thing.
-        actor: The id of the one actor it brakes for; `NOBODY` where the cause is no actor.
+        cause: The kind of constraint.
+        actor: The id of the actor it brakes for; `NO_ACTOR` if the cause is no actor.
     """
 
     cause: Cause
-    actor: int = NOBODY
+    actor: int = NO_ACTOR
 
 
 @runtime_checkable
 class Explains(Protocol):
-    """A planner that can tell why it brakes; recordings keep what it says."""
+    """A planner that can explain its braking; recordings store the reasons."""
 
     def explain(self) -> Reason | None:
-        """Return the reason of the last action; None where it cannot tell."""
+        """Return the reason for the last action; None if there is no explanation."""
         ...

@@ -1,4 +1,4 @@
-"""Checks of what planners declare and answer: the other side of the contract in `agent.py`."""
+"""Validates planners: declared inputs, decision interval, actions, reasons and state reset."""
 
 import copy
 import math
@@ -8,7 +8,7 @@ import numpy as np
 
 from plant_bench.agent import (
     MOST_INTERVAL,
-    NOBODY,
+    NO_ACTOR,
     PLAN_STEPS,
     Agent,
     Control,
@@ -24,30 +24,30 @@ from plant_bench.world.route import Route
 
 
 def decision_interval(agent: Agent) -> int:
-    """Return after how many ticks a planner wants to decide again.
+    """Return the number of ticks until a planner's next decision.
 
     Raises:
-        AgentError: Its `interval` is no whole number of 1 to 20.
+        AgentError: Its `interval` is not an integer from 1 to 20.
     """
     interval = getattr(agent, "interval", 1)
     if not isinstance(interval, int) or not 1 <= interval <= MOST_INTERVAL:
-        message = f"interval {interval!r}: a whole number from 1 to {MOST_INTERVAL} is wanted."
+        message = f"interval: expected an integer from 1 to {MOST_INTERVAL}, got {interval!r}."
         raise AgentError(message)
     return interval
 
 
 def reason_of(agent: Agent) -> Reason | None:
-    """Return why a planner acted as it just did; None if it does not explain itself.
+    """Return the reason for a planner's last action; None if it gives none.
 
     Raises:
-        AgentError: It gives something that is no `Reason`.
+        AgentError: `explain` returned something other than a `Reason` or None.
     """
     explain = getattr(agent, "explain", None)  # `isinstance` of a protocol takes 10 to 20 us
     if explain is None:
         return None
     reason = explain()
     if reason is not None and not isinstance(reason, Reason):
-        message = f"explain returned a {type(reason).__name__}: a Reason or None is wanted."
+        message = f"explain: expected a Reason or None, got a {type(reason).__name__}."
         raise AgentError(message)
     return reason
 
@@ -62,41 +62,41 @@ def check_action(action: object) -> Plan | Control:
         try:
             control = Control(float(action.acceleration), float(action.steering))
         except (TypeError, ValueError, OverflowError) as error:
-            message = f"act returned {action}: two numbers are wanted."
+            message = f"act: expected a Control of two numbers, got {action}."
             raise AgentError(message) from error
         if not (math.isfinite(control.acceleration) and math.isfinite(control.steering)):
-            message = f"act returned {action}: finite numbers are wanted."
+            message = f"act: expected finite numbers, got {action}."
             raise AgentError(message)
         return control
     if isinstance(action, Plan):
         try:
             waypoints = np.asarray(action.waypoints, dtype=float)
         except (TypeError, ValueError) as error:
-            message = "act returned a Plan whose waypoints are not numbers."
+            message = "act: expected a Plan whose waypoints are numbers."
             raise AgentError(message) from error
         if waypoints.shape != (PLAN_STEPS, 2) or not np.isfinite(waypoints).all():
             message = (
-                f"act returned a Plan of shape {waypoints.shape}: ({PLAN_STEPS}, 2) finite "
-                "waypoints in the ego frame are wanted."
+                f"act: expected a Plan of shape ({PLAN_STEPS}, 2), finite waypoints in the ego "
+                f"frame, got shape {waypoints.shape}."
             )
             raise AgentError(message)
         return Plan(waypoints)
-    message = f"act returned a {type(action).__name__}: a Plan or a Control is wanted."
+    message = f"act: expected a Plan or a Control, got a {type(action).__name__}."
     raise AgentError(message)
 
 
 def same_action(one: Plan | Control, other: Plan | Control) -> bool:
-    """Tell whether two actions are equal, number for number."""
+    """Return whether two actions are exactly equal."""
     if isinstance(one, Plan) and isinstance(other, Plan):
         return bool(np.array_equal(one.waypoints, other.waypoints))
     return isinstance(one, Control) and one == other
 
 
 def check_agent(agent: object, route: Route, observations: list[Observation]) -> None:
-    """Check a planner against the contract, by driving it through given observations twice.
+    """Check that a planner meets the interface: run it twice on the same observations.
 
-    `reset` must clear its memory: the same observations give the same actions. Actions must be
-    valid, and observations must be left as they were.
+    `reset` must clear its state: the same observations must give the same actions. Actions must be
+    valid, and observations must not be modified.
 
     Args:
         agent: The planner.
@@ -104,28 +104,31 @@ def check_agent(agent: object, route: Route, observations: list[Observation]) ->
         observations: A few ticks of one episode, for instance from a recording.
 
     Raises:
-        AgentError: What it did, and what was wanted.
+        AgentError: The planner breaks a rule; the message says which.
     """
     if not isinstance(agent, Agent):
-        message = f"{type(agent).__name__} is no Agent: inputs, reset and act are wanted."
+        message = (
+            f"{type(agent).__name__} is not a planner: expected the attributes inputs, reset "
+            "and act."
+        )
         raise AgentError(message)
     check_inputs(agent.inputs, type(agent).__name__)
     decision_interval(agent)
-    given = route if Input.ROUTE in agent.inputs else None
+    shown_route = route if Input.ROUTE in agent.inputs else None
     drives: list[list[Plan | Control]] = []
     for _ in range(2):
-        agent.reset(given)
+        agent.reset(shown_route)
         actions = []
         for observation in observations:
             before = copy.deepcopy(observation)
             actions.append(check_action(agent.act(observation)))
             _check_reason(agent, observation)
             if not _equal(before, observation):
-                message = f"{type(agent).__name__}.act changed its observation: it must not."
+                message = f"{type(agent).__name__}.act must not modify its observation."
                 raise AgentError(message)
         drives.append(actions)
     if not all(map(same_action, *drives)):
-        message = f"{type(agent).__name__} acts differently after reset: it must forget the past."
+        message = f"{type(agent).__name__} acts differently after reset: reset must clear state."
         raise AgentError(message)
     if isinstance(agent, Ranker):
         _check_ranks(agent, observations)
@@ -133,10 +136,10 @@ def check_agent(agent: object, route: Route, observations: list[Observation]) ->
 
 def _check_reason(agent: Agent, observation: Observation) -> None:
     reason = reason_of(agent)
-    if reason is None or reason.actor == NOBODY:
+    if reason is None or reason.actor == NO_ACTOR:
         return
     if observation.actors is None or reason.actor not in observation.actors.ids:
-        message = f"explain returned actor {reason.actor}: the id of one in sight is wanted."
+        message = f"explain: expected the id of an actor in sight, got {reason.actor}."
         raise AgentError(message)
 
 
@@ -145,7 +148,7 @@ def _check_ranks(agent: Ranker, observations: list[Observation]) -> None:
         ranks = np.asarray(agent.rank(observation))
         count = 0 if observation.actors is None else len(observation.actors)
         if ranks.shape != (count,) or not np.isfinite(ranks).all():
-            message = f"rank returned shape {ranks.shape}: ({count},) finite values are wanted."
+            message = f"rank: expected ({count},) finite values, got shape {ranks.shape}."
             raise AgentError(message)
 
 

@@ -1,4 +1,4 @@
-"""What the ego's controller does with a plan or a route: pure pursuit and plan following."""
+"""The ego's controller: pure pursuit on the route, and plan following."""
 
 import math
 
@@ -10,12 +10,12 @@ REAR_AXLE = 0.5 * WHEELBASE  # m behind the box centre
 LOOKAHEAD_TIME = 0.45  # s
 LOOKAHEAD_LEAST = 3.5  # m from the rear axle
 
-PLAN_RESPONSE = 0.4  # s in which the planned speed is to be reached
-PLAN_STANDSTILL = 0.4  # m/s of planned speed below which to stop (PlanT, PlanT_agent.py)
+PLAN_RESPONSE = 0.4  # s to reach the planned speed
+PLAN_STANDSTILL = 0.4  # m/s of planned speed below which the ego stops (PlanT, PlanT_agent.py)
 
 
 def follow_route(ego: EgoState, route: RouteAhead) -> float:
-    """Return the steering that brings the rear axle onto the route (pure pursuit)."""
+    """Return the steering angle that leads the rear axle onto the route (pure pursuit), radians."""
     reach = max(LOOKAHEAD_LEAST, LOOKAHEAD_TIME * ego.speed + 2.0)
     cos, sin = math.cos(ego.yaw), math.sin(ego.yaw)
     rear_x, rear_y = ego.x - REAR_AXLE * cos, ego.y - REAR_AXLE * sin
@@ -37,16 +37,16 @@ def _pursue(cos: float, sin: float, dx: float, dy: float) -> float:
 
 
 def control_of(action: Plan | Control, ego: EgoState) -> Control:
-    """Return the control that carries an action out."""
+    """Return the control that executes an action."""
     return action if isinstance(action, Control) else follow_plan(action, ego)
 
 
 def follow_plan(plan: Plan, ego: EgoState) -> Control:
     """Return the control that drives a plan's waypoints.
 
-    The speed is that between the first two waypoints and the aim lies midway between them, farther
-    out at speed (PlanT, PlanT_agent.py; pure pursuit in place of its PID, since the vehicle's
-    geometry is known here).
+    The target speed is that between the first two waypoints; the steering aims at the first
+    waypoint beyond the lookahead distance (PlanT, PlanT_agent.py; pure pursuit instead of its PID
+    controller, since the vehicle's geometry is known here).
     """
     waypoints = plan.waypoints.tolist()
     (x0, y0), (x1, y1) = waypoints[:2]

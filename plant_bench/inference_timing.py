@@ -1,11 +1,11 @@
-"""Where a planner says what its forward passes took; their median is its inference time (IT).
+"""Measures the time of a planner's forward passes; their median is its inference time (IT).
 
     with forward_pass(tokens=len(objects)):
         waypoints = network(objects)
 
-Only the network belongs in there: neither features before it nor control after it. Without a
-listener nothing is kept, so a planner may always tell. It is told through the running context and
-not returned: planners inside planners need not pass it on, and no action depends on the clock.
+Only the network belongs inside: neither features before it nor control after it. Without a listener
+nothing is recorded, so planners may always measure. Times are passed through a context variable:
+wrapped planners need not forward them, and no action depends on the clock.
 """
 
 import time
@@ -20,8 +20,8 @@ class ForwardPass:
     """One pass of a network over one scene.
 
     Attributes:
-        seconds: Wall time.
-        tokens: Objects that it was given.
+        seconds: Wall time, seconds.
+        tokens: Number of input objects.
     """
 
     seconds: float
@@ -32,7 +32,7 @@ _listener: ContextVar[list[ForwardPass] | None] = ContextVar("forward passes", d
 
 
 def listen_to_passes() -> list[ForwardPass]:
-    """Return a list that grows with each forward pass from now on, until the next call of this."""
+    """Return a list to which all forward passes are appended until the next call."""
     passes: list[ForwardPass] = []
     _listener.set(passes)
     return passes
@@ -40,14 +40,14 @@ def listen_to_passes() -> list[ForwardPass]:
 
 @contextmanager
 def forward_pass(tokens: int) -> Iterator[None]:
-    """Time what is done inside as one forward pass over so many tokens."""
+    """Time the body as one forward pass over `tokens` objects."""
     begin = time.perf_counter()
     yield
-    tell_pass(ForwardPass(time.perf_counter() - begin, tokens))
+    record_pass(ForwardPass(time.perf_counter() - begin, tokens))
 
 
-def tell_pass(done: ForwardPass) -> None:
-    """Tell of a forward pass that was timed elsewhere, in another process for instance."""
+def record_pass(done: ForwardPass) -> None:
+    """Record a forward pass that was timed elsewhere, for instance in another process."""
     passes = _listener.get()
     if passes is not None:
         passes.append(done)

@@ -1,12 +1,12 @@
-"""Loops over small arrays as machine code (numba): a call of numpy costs more than they do.
+"""Compiles loops over small arrays with numba, ahead of use; a numpy call would take longer.
 
-A compiled function is kept on the disk, beside its source or in the user's cache, in a folder that
-is named by the content of its own file, of this one, and numba's version. A change of another file
-would not be noticed: it therefore uses nothing that its file imports from plant-bench, but is given
-such numbers (a test holds to that).
+Compiled functions are cached on disk, beside the source or in the user's cache, in a folder named
+after a hash of their file, of this file, and of numba's version. Changes of other files would go
+unnoticed: a compiled function must therefore use nothing that its file imports from plant-bench;
+such values are passed as arguments (a test checks this).
 
-Sums are made in the order of the loops, and no operations are fused. Actors' numbers are float32,
-and so are sums and products of these alone. An index beyond an array's end raises `IndexError`.
+Sums are computed in the order of the loops, and no operations are fused. Actors' values are
+float32, and so are sums and products of these alone. An index out of range raises `IndexError`.
 """
 
 import functools
@@ -26,46 +26,46 @@ import numba
 from numba import njit, types
 from numba.core import config
 
-REAL, SINGLE, WHOLE = types.float64, types.float32, types.int64
-FLAG = types.boolean
+F64, F32, INT64 = types.float64, types.float32, types.int64
+BOOL = types.boolean
 
-_settings: Any = config  # also what NUMBA_* sets; its names are made when it is imported
+_settings: Any = config  # includes NUMBA_* variables; its attributes are created at import
 
 
 def _read_only(item: types.Type, dimensions: int) -> types.Array:
-    """Return the type of an array that is only read, however it lies in memory."""
+    """Return the type of a read-only array with any memory layout."""
     return types.Array(item, dimensions, "A", readonly=True)
 
 
-REALS, REALS_2D, REALS_3D = (_read_only(REAL, dimensions) for dimensions in (1, 2, 3))
-SINGLES, SINGLES_2D = (_read_only(SINGLE, dimensions) for dimensions in (1, 2))
-NEW_REALS, NEW_REALS_2D = types.Array(REAL, 1, "C"), types.Array(REAL, 2, "C")
-NEW_SINGLES_2D = types.Array(SINGLE, 2, "C")
-WHOLES = _read_only(WHOLE, 1)
-FLAGS = _read_only(FLAG, 1)
+F64_1D, F64_2D, F64_3D = (_read_only(F64, dimensions) for dimensions in (1, 2, 3))
+F32_1D, F32_2D = (_read_only(F32, dimensions) for dimensions in (1, 2))
+NEW_F64_1D, NEW_F64_2D = types.Array(F64, 1, "C"), types.Array(F64, 2, "C")
+NEW_F32_2D = types.Array(F32, 2, "C")
+INT64_1D = _read_only(INT64, 1)
+BOOL_1D = _read_only(BOOL, 1)
 
 
 def compiled(*arguments: types.Type) -> Callable[[Callable], Callable]:
-    """Compile a function, when it is defined, for arguments of some types.
+    """Return a decorator that compiles a function at its definition.
 
     Args:
-        arguments: The types, one an argument.
+        arguments: The types of the function's arguments.
     """
 
     def made(function: Callable) -> Callable:
-        plain = inspect.unwrap(function)  # tests check what is imported, which numba cannot compile
+        plain = inspect.unwrap(function)  # jaxtyping's wrappers in tests cannot be compiled
         folder = _folder(inspect.getfile(plain))
         found = None
         if folder is not None:
             try:
-                with _keeping_in(folder):
+                with _cached_in(folder):
                     found = _compile(plain, arguments, keep=True)
-            except Exception:  # noqa: BLE001  a broken or full folder; what else it is, is raised below
+            except Exception:  # noqa: BLE001  a broken or full folder; other errors recur below
                 shutil.rmtree(folder, ignore_errors=True)
         if found is None:
             found = _compile(plain, arguments, keep=False)
         if not found.stats.cache_hits:
-            _tell()
+            _log_once()
         return found
 
     return made
@@ -76,8 +76,8 @@ def _compile(function: Callable, arguments: tuple[types.Type, ...], *, keep: boo
 
 
 @contextmanager
-def _keeping_in(folder: Path) -> Iterator[None]:
-    """Let numba keep what it compiles in a folder."""
+def _cached_in(folder: Path) -> Iterator[None]:
+    """Set numba's cache folder."""
     before, _settings.CACHE_DIR = _settings.CACHE_DIR, str(folder)
     try:
         yield
@@ -87,7 +87,7 @@ def _keeping_in(folder: Path) -> Iterator[None]:
 
 @functools.cache
 def _folder(source: str) -> Path | None:
-    """Return where the functions of a file are kept; None where nothing can be written."""
+    """Return the cache folder of a file's functions; None if no place is writable."""
     path = Path(source)
     digest = hashlib.sha256(numba.__version__.encode())
     for part in (path, Path(__file__)):
@@ -106,22 +106,22 @@ def _folder(source: str) -> Path | None:
 
 
 def _elsewhere() -> Iterator[Path]:
-    """Where an installation that must not be written to keeps what is compiled."""
+    """Yield cache folders for an installation that is not writable."""
     if _settings.CACHE_DIR:
         yield Path(_settings.CACHE_DIR)
-    with suppress(RuntimeError):  # there is no home
+    with suppress(RuntimeError):  # no home directory
         yield Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "plant-bench"
 
 
 def _sweep(base: Path, stem: str) -> None:
-    """Remove what was kept of a file's earlier contents."""
+    """Remove the cache of a file's earlier versions."""
     for old in base.glob(f"{stem}-" + "[0-9a-f]" * 16):
         shutil.rmtree(old, ignore_errors=True)
 
 
 @functools.cache
-def _tell() -> None:
-    """Say, once and to a person, why the start takes longer."""
+def _log_once() -> None:
+    """Log once, on a terminal, why the start takes longer."""
     if sys.stderr.isatty() and multiprocessing.parent_process() is None:
-        message = "Compiling planners' loops for this processor: some seconds, the first time only."
+        message = "Compiling planners for this processor: takes some seconds, the first time only."
         logging.getLogger(__name__).warning(message)

@@ -1,30 +1,30 @@
-"""The contract between training and a planner that learns: all that its author must read.
+"""The interface of a trainable planner: encoding, network, loss and options.
 
-A learner brings what is its own: how a frame becomes its network's input, the network, the loss,
-and its options as one dataclass. Recordings, batches, checkpoints, early stopping by closed-loop
-score, the card and the ablations are the same for all, and know no planner by its name.
+A learner defines how a frame becomes its network's input, the network, the loss, and its options as
+one dataclass. Recordings, batches, checkpoints, early stopping by closed-loop score, the model card
+and ablations are shared by all learners and depend on none of them.
 
     class Mine(Learner):
         name = "mine"                     # of the network, in the model's config.json
-        agent = "my_package.agent:Mine"   # drives with a model: `--agent my_package.agent:Mine@DIR`
+        agent = "my_package.agent:Mine"   # drives a model: `--agent my_package.agent:Mine@DIR`
         Options = MyOptions               # a frozen dataclass; its fields are the command's options
 
-        def encode(self, frame):          # numpy arrays, of one shape for all frames
-            return {"picture": draw(frame), "waypoints": frame.waypoints}
+        def encode(self, frame):          # numpy arrays of the same shapes for all frames
+            return {"image": draw(frame), "waypoints": frame.waypoints}
 
         def network(self):
             return MyNetwork(self.options)
 
-        def loss(self, network, batch):   # tensors by the same names, with one more axis
-            answer = network(batch["picture"])
-            return {"waypoints": (answer - batch["waypoints"]).abs().mean()}
+        def loss(self, network, batch):   # tensors by the same names, with a batch axis
+            predicted = network(batch["image"])
+            return {"waypoints": (predicted - batch["waypoints"]).abs().mean()}
 
 `plant-bench train my_package.learn:Mine` trains it; so does `train path/to/file.py:Mine`, and
 `train mine` where an installed package declares the entry point `mine` of the group
 `plant_bench.learners`.
 
-An option's help is its line in the docstring's "Attributes:"; `metadata` of a field may hold "min",
-"max", and "option": another name on the command line.
+An option's help text is its line under "Attributes:" in the docstring; a field's `metadata` may
+hold "min", "max", and "option": a different name on the command line.
 """
 
 from abc import ABC, abstractmethod
@@ -57,18 +57,19 @@ Losses = Mapping[str, Tensor]
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Frame:
-    """One instant of a recording, two a second; the same for every learner.
+    """One instant of a recording, sampled at 2 Hz; the same for every learner.
 
     Attributes:
-        observation: What a planner sees. What was executed is in its `ego`.
+        observation: The planner's input. Its `ego` holds the executed acceleration and steering.
         before: The actors half a second earlier.
         later: The actors half a second later.
-        waypoints: Where the ego's centre should be 0.5, 1.0, 1.5 and 2.0 s later, in the ego frame,
-            metres. `--targets` says what that is: where it went, or where `answer` leads.
-        answer: The control that the expert last asked for, whether or not it was executed.
-        disturbed: Whether something else than the answer was executed in the next two seconds.
-        route: That was driven.
-        seed: Of the episode.
+        waypoints: Target positions of the ego's centre 0.5, 1.0, 1.5 and 2.0 s later, in the ego
+            frame, metres. `--targets` selects them: the driven path, or the path that `answer`
+            leads to.
+        answer: The expert's most recent action, executed or not.
+        disturbed: Whether any other action was executed in the next two seconds.
+        route: The route driven.
+        seed: The episode's seed.
     """
 
     observation: Observation
@@ -82,10 +83,10 @@ class Frame:
 
     @property
     def town(self) -> Town:
-        """The town, read once in a process.
+        """The town; loaded once per process.
 
         Raises:
-            InputError: It is not there.
+            InputError: It does not exist.
         """
         return _town(self.route.town, self.route.town_folders)
 
@@ -100,16 +101,16 @@ class Forward(Protocol):
     """A network as `Learner.loss` calls it.
 
     Attributes:
-        training: Whether it is being trained; otherwise it is checked on the routes held out.
+        training: True in training, False in validation on the held-out routes.
     """
 
     @property
     def training(self) -> bool:
-        """As above."""
+        """True in training, False in validation."""
         ...
 
     def __call__(self, *inputs: Any) -> Any:
-        """Do a forward pass; its matrices may be multiplied in bfloat16."""
+        """Run a forward pass; matrix products may use bfloat16."""
         ...
 
 
@@ -118,12 +119,12 @@ OptionsT = TypeVar("OptionsT")
 
 @dataclass(frozen=True)
 class Choice:
-    """One of the things that an ablation compares.
+    """One variant in an ablation.
 
     Attributes:
-        name: Of the choice; unique among all of a learner's.
-        change: Makes its options from those of the base.
-        paper: DS in the paper.
+        name: The variant's name; unique among all of a learner's.
+        change: Returns the variant's options, given the base options.
+        paper: Driving score (DS) in the paper.
     """
 
     name: str
@@ -132,23 +133,24 @@ class Choice:
 
 
 class Learner(ABC, Generic[OptionsT]):
-    """A planner that learns; made anew in each process, from its options alone.
+    """A trainable planner; each process creates it from its options.
 
     Attributes:
-        name: Of the network, in the model's config.
-        agent: What drives with a model folder, as in `--agent AGENT@FOLDER`.
-        Options: A frozen dataclass, perhaps of others; all values have defaults.
-        inputs: What a frame's observation holds; nothing privileged.
-        cached: Whether encodings are small enough for the disk. They are then made once; otherwise
-            anew for each batch, by the processes of `--loaders`.
-        padding: The arrays of `encode` that have a row for each of a frame's objects, all equally
-            many, with what fills those of a batch up.
-        encoders: Modules whose code decides what `encode` returns; the learner's own if empty.
-        ablations: What may be compared, by the ablation's name; the share of the data always can.
-        paper: DS of the whole in its paper, for the table of ablations.
+        name: The network's name in the model's config.
+        agent: The planner that drives a model folder, as in `--agent AGENT@FOLDER`.
+        Options: A frozen dataclass, which may be nested; all fields have defaults.
+        inputs: The inputs in a frame's observation; none may be privileged.
+        cached: Whether encodings are small enough to be cached on disk. If so, they are computed
+            once, otherwise for each batch, by the processes of `--loaders`.
+        padding: The arrays of `encode` with one row per object of a frame, all of equal length,
+            mapped to the value that pads them in a batch.
+        encoders: Modules whose code determines the output of `encode`; the learner's own if empty.
+        ablations: The variants to compare, by the ablation's name; ablating the amount of data is
+            always possible.
+        paper: Driving score (DS) of the full model in its paper, for the table of ablations.
 
     Args:
-        options: Of `Options`.
+        options: An instance of `Options`.
     """
 
     name: ClassVar[str]
@@ -166,82 +168,82 @@ class Learner(ABC, Generic[OptionsT]):
 
     @abstractmethod
     def encode(self, frame: Frame) -> Encoded:
-        """Return what is learned from a frame: input and targets, by name.
+        """Return a frame's network inputs and targets, by name.
 
-        Equal frames give equal arrays: chance belongs into `loss`, where torch's is seeded by step.
+        Must be deterministic: randomness belongs in `loss`, where torch is seeded for each step.
         """
 
     @abstractmethod
     def network(self) -> Module:
-        """Return a new network; torch's random numbers are seeded before."""
+        """Return a new network; torch is seeded before this call."""
 
     @abstractmethod
     def loss(self, network: Forward, batch: Batch) -> Losses:
-        """Return named means over the batch; the first is minimised, all are logged."""
+        """Return losses by name, each a mean over the batch; the first is minimised, all logged."""
 
     @property
     def config(self) -> Mapping[str, Any]:
-        """What is written into the model's config: JSON-able, all that its agent needs."""
+        """The model's config: JSON-serialisable, with all that its planner needs."""
         return asdict(self.options)  # pyright: ignore[reportArgumentType]
 
     @property
     def recipe(self) -> Mapping[str, Any]:
-        """All options that decide the weights: a training goes on only where they are equal."""
+        """All options that determine the weights: training resumes only if they are equal."""
         return asdict(self.options)  # pyright: ignore[reportArgumentType]
 
     @property
     def encoding(self) -> Mapping[str, Any]:
-        """The options that decide what `encode` returns, if encodings are cached."""
+        """The options that determine the output of `encode`, for the cache of encodings."""
         return self.recipe
 
     @classmethod
     def options_of(cls, config: Mapping[str, Any]) -> Any:
-        """Return the options of a trained model, for ablations of it.
+        """Return the options of a trained model.
 
         Args:
-            config: Of the model, as `config` gave it.
+            config: The model's config, as returned by `config`.
 
         Raises:
-            ValueError: It is none of this learner's.
+            ValueError: It is not a config of this learner.
         """
         return TypeAdapter(cls.Options).validate_python(dict(config))
 
     def start_from(self, earlier: Any, state: Mapping[str, Tensor]) -> Mapping[str, Tensor]:
-        """Return the weights to start from, made from those of an earlier model (`--start`).
+        """Return initial weights, converted from those of an earlier model (`--start`).
 
         Args:
             earlier: Options of the earlier model, see `options_of`.
-            state: Its weights; may be empty, if it is only checked that they would do.
+            state: Its weights; empty if only compatibility is to be checked.
 
         Raises:
-            InputError: They cannot be started from.
+            InputError: The models are not compatible.
         """
         del earlier
         return state
 
     def facts(self, network: Module) -> Mapping[str, str]:
-        """Return what the model's card tells of it, besides what is told of all models."""
+        """Return additional facts for the model card."""
         del network
         return {}
 
     @property
     def title(self) -> str:
-        """What the model's card and the table of ablations call it."""
+        """The model's title in its card and in the table of ablations."""
         return self.name
 
     def export(self, folder: Path) -> None:
-        """Write what else a finished model's folder is to hold, beside weights and config.
+        """Write further files into a finished model's folder, beside weights and config.
 
         Raises:
-            InputError: It cannot be.
+            InputError: Writing them is not possible.
         """
         del folder
 
     def for_driving(self) -> Any:
-        """Return the options with which a model's fast form is written (`ablate --onnx`).
+        """Return the options with which `export` writes a faster model (`ablate --onnx`).
 
         Raises:
-            InputError: There is none.
+            InputError: The learner has no such export.
         """
-        message = f"'{self.name}' writes no graph: leave out --onnx."
+        message = f"'{self.name}' has no ONNX export: leave out --onnx."
         raise InputError(message)

@@ -1,7 +1,7 @@
-"""A trained network on disk, whichever it is: `weights.safetensors` and `config.json` in a folder.
+"""Saves and loads any trained network: `weights.safetensors` and `config.json` in a folder.
 
-The config names the network, so that none is loaded as another, and the protocol it was trained
-under. Torch is loaded where weights are written or read, and not before.
+The config holds the network's name, so that none is loaded as another, and the protocol it was
+trained under. Torch is imported only when weights are written or read.
 """
 
 import errno
@@ -33,16 +33,16 @@ Config = TypeVar("Config")
 def save_model(
     network_name: str, config: Mapping[str, Any], state: Mapping[str, Tensor], folder: Path
 ) -> None:
-    """Write weights (half precision) and config, each file whole or not at all.
+    """Write weights (half precision) and config, each file atomically.
 
     Args:
-        network_name: Of the network: who loads another one from here is refused.
-        config: What the network is made from, as JSON-able values.
-        state: Of the network.
-        folder: Where to.
+        network_name: The network's name; loading under another name is an error.
+        config: The network's config, JSON-serialisable.
+        state: The network's weights.
+        folder: The model folder.
 
     Raises:
-        OSError: The disk is full, or it cannot be written for another reason.
+        OSError: Writing failed, for instance because the disk is full.
     """
     import torch
 
@@ -59,10 +59,10 @@ def save_model(
 def save_tensors(
     tensors: dict[str, Tensor], path: Path, metadata: dict[str, str] | None = None
 ) -> None:
-    """Write a safetensors file that others may read, too.
+    """Write a safetensors file that is readable by all users.
 
     Raises:
-        OSError: The disk is full, or it cannot be written for another reason.
+        OSError: Writing failed, for instance because the disk is full.
     """
     from safetensors import SafetensorError
     from safetensors.torch import save_file
@@ -71,11 +71,11 @@ def save_tensors(
         save_file(tensors, path, metadata=metadata)
     except SafetensorError as error:  # also for a full disk
         raise OSError(errno.EIO, in_one_line(error), str(path)) from error
-    path.chmod(0o644)  # safetensors makes it private
+    path.chmod(0o644)  # safetensors creates it as 0600
 
 
 def weights_hash(folder: Path) -> str:
-    """Return a hash of a folder's weights.
+    """Return a hash of a model folder's weights.
 
     Raises:
         InputError: There are none.
@@ -84,35 +84,35 @@ def weights_hash(folder: Path) -> str:
         check_file(folder / WEIGHTS_FILE, largest=LARGEST_WEIGHTS)
         return hashlib.sha256((folder / WEIGHTS_FILE).read_bytes()).hexdigest()[:16]
     except (OSError, ValueError) as error:
-        message = f"There are no weights in {folder}: a model's folder is expected."
+        message = f"There are no weights in {folder}: expected a model folder."
         raise InputError(message) from error
 
 
 def read_config(
     folder: Path, network_name: str, made_from: Callable[[dict[str, Any]], Config]
 ) -> Config:
-    """Return what a folder's network is made from.
+    """Return a model folder's config.
 
     Args:
-        folder: Of the model.
-        network_name: As it was saved.
-        made_from: Makes it from the values; raises ValueError where they are of no use.
+        folder: The model folder.
+        network_name: The name under which the network was saved.
+        made_from: Creates the config from the values; raises ValueError if they are invalid.
 
     Raises:
-        InputError: There is none, or it is broken, of another network, format or protocol.
+        InputError: It is missing or broken, or has another network, format or protocol.
     """
     path = folder / CONFIG_FILE
     try:
         about = read_json(path)
         _check_header(about.pop("format"), about.pop("network"), network_name)
         if (protocol := about.pop("protocol")) != PROTOCOL:
-            message = f"trained under the protocol '{protocol}'; this is '{PROTOCOL}': train anew"
+            message = f"trained under protocol '{protocol}', expected '{PROTOCOL}': train again"
             raise ValueError(message)
         return made_from(about)
     except FileNotFoundError as error:
         message = (
             f"There are no weights in {folder}: `plant-bench train {network_name} --out {folder}` "
-            "makes them; with `--agent NAME@FOLDER` a planner takes those of another folder."
+            "creates them; `--agent NAME@FOLDER` uses those of another folder."
         )
         raise InputError(message) from error
     except (OSError, KeyError, ValueError, AttributeError, TypeError) as error:
@@ -123,17 +123,17 @@ def read_config(
 def _check_header(number: object, network: object, network_name: str) -> None:
     if number != MODEL_FORMAT or network != network_name:
         message = (
-            f"format {number} of network '{network}' found, "
-            f"format {MODEL_FORMAT} of '{network_name}' expected"
+            f"expected format {MODEL_FORMAT} of network '{network_name}', "
+            f"got format {number} of '{network}'"
         )
         raise ValueError(message)
 
 
 def load_weights(network: Module, folder: Path) -> None:
-    """Fill a network with a folder's weights.
+    """Load a model folder's weights into a network.
 
     Raises:
-        InputError: They are missing or broken, are of another shape, or are not finite.
+        InputError: They are missing or broken, have other shapes, or are not finite.
     """
     fill(network, load_state(folder), folder)
 
@@ -155,16 +155,16 @@ def load_state(folder: Path) -> dict[str, Tensor]:
     except (OSError, SafetensorError, RuntimeError, ValueError, TypeError) as error:
         raise _useless(path, error) from error
     if not all(math.isfinite(values.sum()) for values in state.values()):
-        message = f"The weights {path} hold values that are not finite: train anew."
+        message = f"The weights {path} have values that are not finite: train again."
         raise InputError(message)
     return state
 
 
 def fill(network: Module, state: Mapping[str, Tensor], folder: Path) -> None:
-    """Put weights that came from a folder into a network.
+    """Load weights into a network; `folder` is for the error message.
 
     Raises:
-        InputError: They do not fit.
+        InputError: Their names or shapes do not match.
     """
     try:
         network.load_state_dict(state)
@@ -178,5 +178,5 @@ def _single(values: Tensor) -> Tensor:
 
 def _useless(path: Path, error: Exception) -> InputError:
     return InputError(
-        f"Cannot use the weights {path}: {in_one_line(error)} Get the file again, or train anew."
+        f"Cannot use the weights {path}: {in_one_line(error)} Get the file again, or train again."
     )

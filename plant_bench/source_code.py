@@ -1,8 +1,8 @@
-"""What a piece of code is made of: the modules that it imports, and a hash of what they say.
+"""Hashes Python code and finds its imports, for checksums.
 
-Comments, docstrings, blank lines and line breaks do not count, so that words can be changed and
-files formatted anew without changing what rests on the code. What was found out of a file is kept
-in `__pycache__`, by the hash of its bytes: parsing all files again would take half a second.
+Comments, docstrings, blank lines and line breaks do not count, so that rewording and reformatting
+change no checksum. The results are cached in `__pycache__` by the hash of a file's bytes, since
+parsing all files would take half a second.
 """
 
 import ast
@@ -25,7 +25,7 @@ _KEPT = _PACKAGE / "__pycache__" / "source-code.json"
 _FOR_TYPES = ("TYPE_CHECKING",)
 _DEFINITIONS = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
 _SPOKEN = re.compile(rf"({_NAME}(?:\.\w+)+):\w+")  # "plant_bench.a.b:Class" in a table
-COMPUTING = frozenset(  # packages of ours whose version may change a number
+NUMERICAL_PACKAGES = frozenset(  # imported packages whose version may change results
     {
         "jax",
         "libsumo",
@@ -39,18 +39,18 @@ COMPUTING = frozenset(  # packages of ours whose version may change a number
         "torch",
     }
 )
-_BESIDE = re.compile(r"[\w-]+(?:\.[\w-]+)+")  # what may be the name of a file
+_BESIDE = re.compile(r"[\w-]+(?:\.[\w-]+)+")  # possibly a file name
 
 
 @dataclass(frozen=True, slots=True)
 class Source:
-    """What a Python file says.
+    """The hash and references of a Python file.
 
     Attributes:
-        hash: Of its syntax tree without docstrings.
-        modules: What it imports, by the names in `import` and `from`, relative ones with their
-            dots; and modules of this package in texts such as "plant_bench.a.b:Class".
-        texts: Texts in it that may be names of files.
+        hash: Hash of the syntax tree without docstrings.
+        modules: Imported names, as in `import` and `from`, relative ones with their dots; and
+            modules of this package in strings such as "plant_bench.a.b:Class".
+        texts: Strings that may be file names.
     """
 
     hash: str
@@ -59,40 +59,40 @@ class Source:
 
 
 def import_closure(*roots: str, without: Collection[str] = ()) -> frozenset[str]:
-    """Return all modules of this package that modules import, at once or when they are called.
+    """Return all modules of this package that modules import, at import time or in functions.
 
-    Imports for type checkers alone do not count, nor does the package's own `__init__`, which gives
-    names to users.
+    Imports for type checkers do not count, nor does the package's own `__init__`, which only
+    provides the public names.
 
     Args:
         roots: Names of modules; they are part of the closure.
-        without: Modules that are left out, with what only they import. A name covers its
-            sub-modules.
+        without: Modules to leave out, together with those that only they import. A name includes
+            its submodules.
 
     >>> sorted(import_closure("plant_bench.geometry.pose"))
     ['plant_bench.geometry', 'plant_bench.geometry.pose']
     """
     found: set[str] = set()
-    coming = [name for name in roots if not is_part(name, without)]
-    while coming:
-        name = coming.pop()
+    pending = [name for name in roots if not is_part(name, without)]
+    while pending:
+        name = pending.pop()
         if name in found:
             continue
         found.add(name)
         near = {*imported_modules(module_file(name)), *_parents(name)} - {_NAME}
-        coming += [other for other in near if not is_part(other, without)]
+        pending += [other for other in near if not is_part(other, without)]
     _keep()
     return frozenset(found)
 
 
 def modules_below(package: str) -> list[str]:
-    """Return a package of this one and all modules in it."""
+    """Return a subpackage and all modules in it."""
     folder = module_file(package).parent
     return sorted(filter(None, map(module_name, folder.rglob("*.py"))))
 
 
 def is_part(name: str, modules: Iterable[str]) -> bool:
-    """Tell whether a module is one of some modules, or below one of them."""
+    """Return whether a module is one of `modules`, or inside one of them."""
     return any(name == other or name.startswith(f"{other}.") for other in modules)
 
 
@@ -103,17 +103,17 @@ def imported_modules(path: Path) -> set[str]:
 
 
 def imported_packages(files: Iterable[Path]) -> frozenset[str]:
-    """Return the top-level names of all that Python files import from outside this package."""
+    """Return the top-level names of all third-party packages that Python files import."""
     modules = (name for path in files for name in source_of(path).modules)
     first = {name.partition(".")[0] for name in modules if not name.startswith(".")}
     return frozenset(first - {_NAME} - sys.stdlib_module_names)
 
 
 def library_versions(packages: Iterable[str]) -> list[str]:
-    """Return name and version of each installed package, in the order of their names.
+    """Return name and version of each installed package, sorted by name.
 
     Args:
-        packages: As they are imported; those that no installed package has are left out.
+        packages: Import names; those of packages that are not installed are left out.
 
     >>> [text.partition("==")[0] for text in library_versions(["numpy", "libsumo", "no_such"])]
     ['libsumo', 'numpy']
@@ -136,7 +136,7 @@ def _distributions() -> Mapping[str, list[str]]:
 
 
 def data_files(module: str) -> list[Path]:
-    """Return the files beside a module that are no Python and that it names in a text."""
+    """Return the non-Python files in a module's folder that it names in a string."""
     path = module_file(module)
     beside = [path.with_name(text) for text in source_of(path).texts]
     return sorted(file for file in beside if file.suffix != ".py" and file.is_file())
@@ -156,7 +156,7 @@ def module_file(name: str) -> Path:
 
 
 def module_name(path: Path) -> str | None:
-    """Return the name of the module of this package that a file holds; None for another's."""
+    """Return the name of a file's module in this package; None for other files."""
     path = path.resolve()
     if path.suffix != ".py" or not path.is_relative_to(_PACKAGE):
         return None
@@ -165,7 +165,7 @@ def module_name(path: Path) -> str | None:
 
 
 def code_hash(modules: Iterable[str]) -> str:
-    """Return a hash of what modules of this package do, with the files that they name."""
+    """Return a hash of the code of modules of this package, and of the files that they name."""
     digest = hashlib.sha256()
     for name in sorted(set(modules)):
         for path in (module_file(name), *data_files(name)):
@@ -175,7 +175,7 @@ def code_hash(modules: Iterable[str]) -> str:
 
 
 def file_hash(path: Path) -> str:
-    """Return a hash of a file: of its code for Python, of its bytes for others.
+    """Return a file's hash: of the code of Python files, of the bytes of others.
 
     Raises:
         OSError: It cannot be read.
@@ -186,7 +186,7 @@ def file_hash(path: Path) -> str:
 
 
 def source_of(path: Path) -> Source:
-    """Return what a Python file says.
+    """Return the hash and references of a Python file; cached.
 
     Raises:
         OSError: It cannot be read.
@@ -200,7 +200,7 @@ def source_of(path: Path) -> Source:
 
 
 def source_in(content: bytes) -> Source:
-    """Return what Python source says; where it is none, a hash of the bytes and nothing else.
+    """Return the hash and references of Python source; if invalid, only the hash of its bytes.
 
     >>> source_in(b"x = 1  # one").hash == source_in(b"x = (1)").hash
     True
@@ -223,7 +223,7 @@ def source_in(content: bytes) -> Source:
 
 
 def _write(value: object, out: Callable[[str], None]) -> None:
-    """Write a syntax tree as text that is the same for all versions of Python.
+    """Write a syntax tree as text that is the same in all versions of Python.
 
     Empty fields are left out, since new versions add some.
     """
@@ -258,15 +258,15 @@ def _is_text(statement: ast.stmt) -> bool:
 
 
 def _statements(tree: ast.AST) -> Iterator[ast.AST]:
-    """Give all nodes but those for type checkers and docstrings."""
-    coming: list[ast.AST] = [tree]
-    while coming:
-        node = coming.pop()
+    """Yield all nodes except docstrings and code for type checkers."""
+    pending: list[ast.AST] = [tree]
+    while pending:
+        node = pending.pop()
         yield node
         if isinstance(node, ast.If) and ast.unparse(node.test).endswith(_FOR_TYPES):
-            coming += node.orelse
+            pending += node.orelse
         elif not (isinstance(node, ast.stmt) and _is_text(node)):
-            coming += ast.iter_child_nodes(node)
+            pending += ast.iter_child_nodes(node)
 
 
 def _named(tree: ast.Module) -> Iterator[str]:
@@ -293,7 +293,7 @@ def _parents(name: str) -> list[str]:
 
 @cache
 def _module(name: str) -> str | None:
-    """Return the module that a dotted name means: itself, or the one that holds the name."""
+    """Return the module that a dotted name refers to: itself, or the one that contains it."""
     while name:
         if _file(name) is not None:
             return name
@@ -309,12 +309,12 @@ def _file(name: str) -> Path | None:
     return next((file for file in candidates if first == _NAME and file.is_file()), None)
 
 
-_saved = 0  # how many files were known when they were read or written last
+_saved = 0  # number of files in the cache when it was last read or written
 
 
 @cache
 def _kept() -> dict[str, Source]:
-    """Return what is known of files, by the hash of their bytes; grows."""
+    """Return the cache of files' hashes and references, by the hash of their bytes; mutable."""
     global _saved
     with suppress(OSError, ValueError, TypeError, KeyError):
         found = json.loads(_KEPT.read_text(encoding="utf-8"))
@@ -329,7 +329,7 @@ def _kept() -> dict[str, Source]:
 
 
 def _keep() -> None:
-    """Write down what is known, where that is more than before and can be written."""
+    """Save the cache if it has grown and its folder is writable."""
     global _saved
     kept = _kept()
     if len(kept) <= _saved:

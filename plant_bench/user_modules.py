@@ -1,6 +1,6 @@
-"""Modules that are not ours: loaded by name or file, and which files belong to them.
+"""Loads users' planners and learners by module name or file, and finds the files they consist of.
 
-Planners and learners come through here; checksums cover the files.
+Checksums cover these files.
 """
 
 import hashlib
@@ -14,7 +14,7 @@ from typing import Any
 from plant_bench.errors import InputError, did_you_mean
 from plant_bench.source_code import source_of
 
-_OURS = Path(__file__).resolve().parent
+_PACKAGE = Path(__file__).resolve().parent
 _INSTALLED = {"site-packages", "dist-packages"}
 
 
@@ -27,35 +27,35 @@ def _root(file: Path) -> Path:
 
 
 def package_files(file: Path) -> set[Path]:
-    """Return all modules of the package that a file is in; the file alone where there is none."""
+    """Return all modules of a file's package; only the file if it is in none."""
     root = _root(file)
     return set(root.rglob("*.py")) if (root / "__init__.py").is_file() else {file.resolve()}
 
 
 def own_files(file: Path) -> set[Path]:
-    """Return a file and all that it imports from its own folder, or from its whole package.
+    """Return a file and all files that it imports from its own folder or package.
 
-    Imports inside functions count. What is imported by a computed name, and what a file reads, does
-    not: planners list that as `files`. plant-bench itself, and packages installed below that
-    folder, are no part of it.
+    Imports inside functions count. Imports by computed names and files that are read do not:
+    planners list these in `files`. plant-bench itself, and packages installed below that folder,
+    are excluded.
     """
     root = _root(file)
     base = root.parent if (root / "__init__.py").is_file() else root
     found: set[Path] = set()
-    coming = [file.resolve()]
-    while coming:
-        path = coming.pop()
+    pending = [file.resolve()]
+    while pending:
+        path = pending.pop()
         if path in found or not _is_own(path, root):
             continue
         found.add(path)
         if path.suffix == ".py":
             for name in source_of(path).modules:
-                coming += _files_of(name, path, base)
+                pending += _files_of(name, path, base)
     return found | {file.resolve()}
 
 
 def _files_of(name: str, importer: Path, base: Path) -> list[Path]:
-    """Return the files that an import loads, as far as they lie below a folder."""
+    """Return the files below a folder that an import loads."""
     start = base
     if name.startswith("."):
         level = len(name) - len(name.lstrip("."))
@@ -68,21 +68,21 @@ def _files_of(name: str, importer: Path, base: Path) -> list[Path]:
 
 
 def _is_own(path: Path, root: Path) -> bool:
-    if not path.is_relative_to(root) or path.is_relative_to(_OURS):
+    if not path.is_relative_to(root) or path.is_relative_to(_PACKAGE):
         return False
     return _INSTALLED.isdisjoint(path.relative_to(root.parent).parts)
 
 
 def load_named(module: str, name: str, who: str) -> Any:
-    """Return what a module has under a name: a class, or a function that makes one's instances.
+    """Return a class or factory function from a module.
 
     Args:
-        module: Its dotted name, or the path of a Python file.
-        name: In it.
-        who: Says in messages what is loaded, as in "agent 'mine.py:Mine'".
+        module: The module's dotted name, or the path of a Python file.
+        name: The name in the module.
+        who: Description for error messages, such as "agent 'mine.py:Mine'".
 
     Raises:
-        InputError: There is no such module or name, or loading it raised something.
+        InputError: There is no such module or name, or the module raised an exception.
     """
     found = load_module(module, who)
     value = getattr(found, name, None)
@@ -95,10 +95,10 @@ def load_named(module: str, name: str, who: str) -> Any:
 
 
 def load_module(module: str, who: str) -> ModuleType:
-    """Return a module by its dotted name or the path of its file; as `load_named`.
+    """Return a module by its dotted name or file path; see `load_named`.
 
     Raises:
-        InputError: There is no such module, or loading it raised something.
+        InputError: There is no such module, or it raised an exception.
     """
     try:
         if module.endswith(".py"):
@@ -113,13 +113,13 @@ def load_module(module: str, who: str) -> ModuleType:
 
 
 def _find_modules_in(folder: Path) -> None:
-    """Let imports find what lies in a folder, as a script there could."""
+    """Add a folder to the import path, as for a script in it."""
     if str(folder) not in sys.path:
         sys.path.append(str(folder))
 
 
 def _from_file(path: Path) -> ModuleType:
-    """Load a file once in a process, whoever asks for it; again once its text has changed."""
+    """Load a file once per process, and again if its content has changed."""
     path = path.expanduser().resolve()
     _find_modules_in(path.parent)
     if not path.is_file():
@@ -131,7 +131,7 @@ def _from_file(path: Path) -> ModuleType:
         return sys.modules[name]
     found = importlib.util.spec_from_file_location(name, path)
     if found is None or found.loader is None:
-        message = f"{path} is no Python file."
+        message = f"{path} is not a Python file."
         raise InputError(message)
     module = importlib.util.module_from_spec(found)
     sys.modules[name] = module

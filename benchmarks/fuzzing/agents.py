@@ -50,7 +50,7 @@ class _Spoken(PlannerProcess):
         for end in (self._from, self._to, self._speaks):
             os.set_blocking(end, False)
         streams = [os.fdopen(end, mode) for end, mode in ((self._to, "wb"), (self._from, "rb"))]
-        self._keeper: Any = SimpleNamespace(
+        self._supervisor: Any = SimpleNamespace(
             wait=lambda _: None, stdin=streams[0], stdout=streams[1]
         )
 

@@ -1,1 +1,1 @@
-"""The drivers: one planner, one file; they know neither SUMO nor the score."""
+"""The built-in planners, one file or folder each; they depend on neither SUMO nor scoring."""

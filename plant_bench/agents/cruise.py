@@ -1,4 +1,4 @@
-"""The negative control: follows the route and its lights, and sees nobody."""
+"""The planner `cruise`, a negative control: follows route and lights and ignores all actors."""
 
 from plant_bench.agent import Control, Input, Observation
 from plant_bench.agents.idm import idm, light_limit
@@ -14,17 +14,19 @@ class Cruise:
     inputs = frozenset({Input.ROUTE, Input.LIGHT})
 
     def reset(self, route: Route | None) -> None:
-        """Start a new episode; there is nothing to forget."""
+        """Start a new episode; there is no state to clear."""
 
     def act(self, observation: Observation) -> Control:
-        """Drive.
+        """Return the control.
 
         Raises:
-            AgentError: The observation holds no route.
+            AgentError: The observation has no route.
         """
         route, ego = observation.route, observation.ego
         if route is None:
             message = "Cruise needs the input 'route'."
             raise AgentError(message)
-        pull = min(idm(ego.speed, allowed_speed(route)), light_limit(ego.speed, observation.light))
-        return Control(pull, follow_route(ego, route))
+        acceleration = min(
+            idm(ego.speed, allowed_speed(route)), light_limit(ego.speed, observation.light)
+        )
+        return Control(acceleration, follow_route(ego, route))

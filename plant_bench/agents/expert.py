@@ -1,4 +1,4 @@
-"""The expert: the careful driver with a privileged forecast (PlanT, section 4)."""
+"""The planner `expert`: the careful driver with a privileged forecast (PlanT, section 4)."""
 
 from plant_bench.agent import Control, Input, Observation, Reason
 from plant_bench.agents.careful.driver import CarefulDriver
@@ -7,7 +7,7 @@ from plant_bench.world.route import Route
 
 
 class Expert:
-    """Knows each vehicle's true lanes, acceleration and right of way."""
+    """Rule-based driver that knows each vehicle's true lanes, acceleration and right of way."""
 
     inputs = frozenset({Input.OBJECTS, Input.ROUTE, Input.LIGHT, Input.PRIVILEGED})
 
@@ -24,9 +24,9 @@ class Expert:
         self._driver.reset(route)
 
     def act(self, observation: Observation) -> Control:
-        """Drive."""
+        """Return the control."""
         return self._driver.act(observation)
 
     def explain(self) -> Reason:
-        """Return why it drives no faster."""
+        """Return what limits its speed."""
         return self._driver.explain()

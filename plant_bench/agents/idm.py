@@ -1,4 +1,4 @@
-"""The Intelligent Driver Model, and what it makes of stop lines and traffic lights."""
+"""The Intelligent Driver Model (IDM), also for stop lines and traffic lights."""
 
 import math
 
@@ -11,34 +11,34 @@ IDM_HEADWAY = 1.0  # s (Treiber, Hennecke, Helbing 2000 use 1.6; 1.0 is SUMO's o
 IDM_STANDSTILL = 2.5  # m, SUMO's default minGap
 HARDEST_BRAKING = 8.0  # m/s2
 
-YELLOW_BRAKING = 3.5  # m/s2 up to which a driver stops for a yellow light
+YELLOW_BRAKING = 3.5  # m/s2; stop at yellow unless that needs harder braking
 
 
 def idm(speed: float, target: float, gap: float = math.inf, leader_speed: float = 0.0) -> float:
-    """Return the acceleration of the Intelligent Driver Model.
+    """Return the acceleration of the Intelligent Driver Model, m/s2.
 
     Args:
-        speed: m/s.
-        target: Speed wanted on a free road, m/s.
-        gap: Metres from bumper to bumper.
-        leader_speed: m/s.
+        speed: The vehicle's speed, m/s.
+        target: Desired speed on a free road, m/s.
+        gap: Distance to the leader, bumper to bumper, metres.
+        leader_speed: The leader's speed, m/s.
     """
     free = 1.0 - (speed / max(target, 0.1)) ** 4
     if gap == math.inf:
         return max(IDM_ACCELERATION * free, -IDM_BRAKING)
     dynamic = speed * (speed - leader_speed) / (2.0 * math.sqrt(IDM_ACCELERATION * IDM_BRAKING))
-    wanted = IDM_STANDSTILL + max(0.0, speed * IDM_HEADWAY + dynamic)
-    pull = IDM_ACCELERATION * (free - (wanted / max(gap, 0.1)) ** 2)
-    return max(pull, -HARDEST_BRAKING)
+    desired_gap = IDM_STANDSTILL + max(0.0, speed * IDM_HEADWAY + dynamic)
+    acceleration = IDM_ACCELERATION * (free - (desired_gap / max(gap, 0.1)) ** 2)
+    return max(acceleration, -HARDEST_BRAKING)
 
 
 def stop_within(speed: float, distance: float) -> float:
-    """Return the acceleration that stops before a line `distance` metres ahead of the bumper."""
+    """Return the acceleration that stops at a line `distance` metres ahead of the bumper, m/s2."""
     return idm(speed, 100.0, distance + IDM_STANDSTILL - 0.8, 0.0)
 
 
 def light_limit(speed: float, light: NextLight | None) -> float:
-    """Return the acceleration that a traffic light allows."""
+    """Return the highest acceleration that a traffic light allows, m/s2."""
     if light is None or light.state in (Light.GREEN, Light.UNKNOWN):
         return math.inf
     if light.distance < -1.0:

@@ -1,4 +1,4 @@
-"""A reference line: follows its leader by the IDM, stops for its lights and sees nothing else."""
+"""The planner `idm`, a baseline: follows its leader by the IDM and stops at red lights."""
 
 from plant_bench.agent import Control, Input, Observation
 from plant_bench.agents.careful.driver import HALF, INTERVAL
@@ -11,16 +11,16 @@ from plant_bench.world.route import Route
 
 
 class IdmFollower:
-    """Keeps its distance from whom it follows, and yields to nobody."""
+    """Keeps its distance from the vehicle ahead; never yields to crossing traffic."""
 
     inputs = frozenset({Input.OBJECTS, Input.ROUTE, Input.LIGHT})
     interval = INTERVAL
 
     def reset(self, route: Route | None) -> None:
-        """Start a new episode; there is nothing to forget."""
+        """Start a new episode; there is no state to clear."""
 
     def act(self, observation: Observation) -> Control:
-        """Drive.
+        """Return the control.
 
         Raises:
             AgentError: An input is missing.
@@ -31,8 +31,8 @@ class IdmFollower:
             raise AgentError(message)
         leader = corridor(route, actors, route.past, ego.speed).leader()
         target = allowed_speed(route)
-        pull = min(
+        acceleration = min(
             idm(ego.speed, target, leader.distance - HALF, leader.speed),
             light_limit(ego.speed, observation.light),
         )
-        return Control(pull, follow_route(ego, route))
+        return Control(acceleration, follow_route(ego, route))

@@ -1,4 +1,4 @@
-"""The rule-based planner: the expert's algorithm on a planner's inputs (PlanT, section 4)."""
+"""The planner `rule-based`: the expert's algorithm without privileged inputs (PlanT, section 4)."""
 
 from plant_bench.agent import Control, Input, Observation, Reason
 from plant_bench.agents.careful.driver import CarefulDriver
@@ -7,7 +7,7 @@ from plant_bench.world.route import Route
 
 
 class RuleBased:
-    """Takes all others to go on at constant speed and heading."""
+    """Predicts constant speed and heading for all actors."""
 
     inputs = frozenset({Input.OBJECTS, Input.ROUTE, Input.LIGHT})
 
@@ -24,9 +24,9 @@ class RuleBased:
         self._driver.reset(route)
 
     def act(self, observation: Observation) -> Control:
-        """Drive."""
+        """Return the control."""
         return self._driver.act(observation)
 
     def explain(self) -> Reason:
-        """Return why it drives no faster."""
+        """Return what limits its speed."""
         return self._driver.explain()

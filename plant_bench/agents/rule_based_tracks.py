@@ -1,4 +1,4 @@
-"""The rule-based planner with a better forecast: what tracks tell in place of straight on."""
+"""The planner `rule-based-tracks`: `rule-based`, but forecasting accelerations and turns."""
 
 import math
 
@@ -10,18 +10,18 @@ from plant_bench.world.route import Route
 
 
 class RuleBasedTracks:
-    """Takes all others to go on speeding up, slowing down and turning as they do.
+    """Predicts that all actors keep their accelerations and turn rates.
 
-    It is the guard of `plant`, too; alone, it shows what that is worth.
+    Also the safety layer of `plant`; driving alone, it shows what that layer contributes.
 
     Args:
-        tracks: What remembers who was where, where somebody else does so already.
+        tracker: A motion tracker to share; a new one by default.
     """
 
     inputs = frozenset({Input.OBJECTS, Input.ROUTE, Input.LIGHT})
 
-    def __init__(self, tracks: MotionTracker | None = None) -> None:
-        self._forecast = MotionForecast(tracks)
+    def __init__(self, tracker: MotionTracker | None = None) -> None:
+        self._forecast = MotionForecast(tracker)
         self._driver = CarefulDriver(self._forecast)
 
     @property
@@ -32,21 +32,21 @@ class RuleBasedTracks:
     def reset(self, route: Route | None) -> None:
         """Start a new episode."""
         self._driver.reset(route)
-        self._forecast.forget()
+        self._forecast.reset()
 
-    def watch(self, observation: Observation) -> None:
-        """Remember who is where, without a decision.
+    def update(self, observation: Observation) -> None:
+        """Update the motion tracker without a decision.
 
         Raises:
-            AgentError: The observation holds no actors.
+            AgentError: The observation has no actors.
         """
-        self._forecast.watch(observation)
+        self._forecast.update(observation)
 
-    def act(self, observation: Observation, wish: float = math.inf) -> Control:
-        """Drive, with an acceleration of `wish` in m/s2 at the most."""
-        self.watch(observation)
-        return self._driver.act(observation, wish)
+    def act(self, observation: Observation, max_acceleration: float = math.inf) -> Control:
+        """Return the control, with at most `max_acceleration`, m/s2."""
+        self.update(observation)
+        return self._driver.act(observation, max_acceleration)
 
     def explain(self) -> Reason:
-        """Return why it drives no faster."""
+        """Return what limits its speed."""
         return self._driver.explain()

@@ -1,18 +1,18 @@
-"""A reference line: SUMO's own driver on the same route, without any forecast of ours."""
+"""The planner `sumo`, a baseline: SUMO's own driver model drives the route."""
 
 from plant_bench.agent import Control, Input, Observation
 from plant_bench.world.route import Route
 
 
 class SumoDriver:
-    """Is driven by SUMO's car following, lane changing and junction rules."""
+    """SUMO's car-following, lane-changing and junction models drive the ego."""
 
     inputs = frozenset({Input.SIMULATOR})
     interval = 20
 
     def reset(self, route: Route | None) -> None:
-        """Start a new episode; there is nothing to do."""
+        """Start a new episode; there is no state to clear."""
 
     def act(self, observation: Observation) -> Control:
-        """Answer with nothing: the simulator drives."""
+        """Return the current control, which is ignored: the simulator drives."""
         return Control(observation.ego.acceleration, observation.ego.steering)

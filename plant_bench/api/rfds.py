@@ -12,7 +12,7 @@ from plant_bench.agents.loading.registry import load_agent
 from plant_bench.agents.ranking.expert_filtered import (
     ATTENTION,
     MASKING,
-    OF_A_PLANNER,
+    PLANNER_RANKERS,
     RANKERS,
     ranks_itself,
 )
@@ -54,19 +54,19 @@ class RelevanceRequest:
         """
         agent = self.agent
         names = self.rankers or ([] if agent is None else [_best_ranker(agent)])
-        if not names or (agent is None and set(names) & set(OF_A_PLANNER)):
+        if not names or (agent is None and set(names) & set(PLANNER_RANKERS)):
             message = "--agent is wanted: whose ranking shall be scored?"
             raise InputError(message)
         if unknown := [name for name in names if name not in RANKERS]:
             message = f"There is no ranker '{unknown[0]}': {', '.join(RANKERS)} are known."
             raise InputError(message)
         return [
-            f"{name}:{agent}" if name in OF_A_PLANNER else name for name in dict.fromkeys(names)
+            f"{name}:{agent}" if name in PLANNER_RANKERS else name for name in dict.fromkeys(names)
         ]
 
     def checksum(self, ranker: str) -> str:
         """Return the content hash of the planner that ranks; empty where none does."""
-        if self.agent is None or ranker not in OF_A_PLANNER:
+        if self.agent is None or ranker not in PLANNER_RANKERS:
             return ""
         return agent_checksum(self.agent)
 

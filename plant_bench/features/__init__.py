@@ -1,1 +1,1 @@
-"""What learned planners are told: observations as numbers. No torch."""
+"""Features for learned planners: observations as numeric arrays. Needs no torch."""

@@ -1,7 +1,7 @@
-"""How the speed and heading of others have changed in the last half second: what a tracker tells.
+"""Accelerations and turn rates of actors, from observations half a second apart.
 
-A planner that sees one instant only cannot tell who pulls away from who crawls, nor who turns from
-who goes straight on. Nothing here is privileged: it is the difference of two observations.
+A single observation does not show whether a vehicle is accelerating or turning. Nothing here is
+privileged: it is the difference of two observations, as a tracker would provide.
 """
 
 import copy
@@ -12,20 +12,20 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float, Int
 
-from plant_bench.jit import REAL, SINGLES, SINGLES_2D, WHOLES, compiled
+from plant_bench.jit import F32_1D, F32_2D, F64, INT64_1D, compiled
 from plant_bench.world.scene import Actors
 
-# s between the two observations: half a second, as in the data, less what decisions are apart.
-LEAST_SPAN = 0.44
+# s between the two observations, at least: half a second, as in the data, less a decision interval.
+MIN_SPAN = 0.44
 MOTION_ATTRIBUTES = 2
 
 
 class Rates(NamedTuple):
-    """How actors change; 0 for who was not in sight before.
+    """Accelerations and turn rates of actors; 0 for actors that were not in sight before.
 
     Attributes:
         accelerations: m/s2.
-        turns: rad/s, counter-clockwise.
+        turns: Turn rates, rad/s, counter-clockwise.
     """
 
     accelerations: Float[np.ndarray, " actors"]
@@ -33,17 +33,17 @@ class Rates(NamedTuple):
 
 
 def no_rates(actors: Actors) -> Rates:
-    """Return rates of nothing but 0."""
+    """Return zero rates for all actors."""
     return Rates(np.zeros(len(actors), np.float32), np.zeros(len(actors), np.float32))
 
 
 def rows_of(
-    ids: Int[np.ndarray, " wanted"], among: Int[np.ndarray, " actors"]
+    ids: Int[np.ndarray, " queries"], among: Int[np.ndarray, " actors"]
 ) -> tuple[Int[np.ndarray, " found"], Int[np.ndarray, " found"]]:
-    """Return which of some ids are among others, and their rows there."""
+    """Return the indices of the ids that occur in `among`, and their rows there."""
     if not len(among):
-        nobody = np.empty(0, np.intp)
-        return nobody, nobody
+        none = np.empty(0, np.intp)
+        return none, none
     order = among.argsort()
     rows = order[np.searchsorted(among, ids, sorter=order).clip(max=len(order) - 1)]
     found = np.flatnonzero(among[rows] == ids)
@@ -51,7 +51,7 @@ def rows_of(
 
 
 def rates_between(before: Actors, now: Actors, seconds: float) -> Rates:
-    """Return how actors have changed between two instants, in the order of the later one."""
+    """Return the rates between two instants, in the order of the later actors."""
     return Rates(
         *_rates_between(
             before.ids, before.poses, before.speeds, now.ids, now.poses, now.speeds, seconds
@@ -59,7 +59,7 @@ def rates_between(before: Actors, now: Actors, seconds: float) -> Rates:
     )
 
 
-@compiled(WHOLES, SINGLES_2D, SINGLES, WHOLES, SINGLES_2D, SINGLES, REAL)
+@compiled(INT64_1D, F32_2D, F32_1D, INT64_1D, F32_2D, F32_1D, F64)
 def _rates_between(old_ids, old_poses, old_speeds, ids, poses, speeds, seconds):
     accelerations = np.zeros(len(ids), np.float32)
     turns = np.zeros(len(ids), np.float32)
@@ -75,29 +75,31 @@ def _rates_between(old_ids, old_poses, old_speeds, ids, poses, speeds, seconds):
 
 
 class MotionTracker:
-    """Remembers who was where in the last half second; mutable."""
+    """Keeps the observed actors of the last half second and computes their rates; mutable."""
 
     def __init__(self) -> None:
-        self._seen: deque[tuple[float, Actors]] = deque()
+        self._history: deque[tuple[float, Actors]] = deque()
         self._latest: tuple[Actors, Rates] | None = None
 
-    def forget(self) -> None:
-        """Start anew."""
-        self._seen.clear()
+    def reset(self) -> None:
+        """Clear the history."""
+        self._history.clear()
         self._latest = None
 
     def copied(self) -> "MotionTracker":
-        """Return tracks that remember the same, and go on apart from these."""
+        """Return an independent tracker with the same history."""
         other = copy.copy(self)
-        other._seen = self._seen.copy()
+        other._history = self._history.copy()
         return other
 
     def rates(self, time: float, actors: Actors) -> Rates:
-        """Return how actors seen now have changed, and remember them; asked again, the same.
+        """Return the rates of the observed actors, and add them to the history.
+
+        A second call with the same actors returns the same rates.
 
         Args:
-            time: Of the observation, seconds.
-            actors: In it.
+            time: Time of the observation, seconds.
+            actors: The observed actors.
         """
         if self._latest is not None and self._latest[0] is actors:
             return self._latest[1]
@@ -106,12 +108,12 @@ class MotionTracker:
         return rates
 
     def _changes(self, time: float, actors: Actors) -> Rates:
-        seen = self._seen
-        if not seen or time > seen[-1][0]:
-            seen.append((time, actors))
-        while len(seen) > 1 and time - seen[1][0] >= LEAST_SPAN:
-            seen.popleft()
-        then, before = seen[0]
-        if time - then < LEAST_SPAN:
+        history = self._history
+        if not history or time > history[-1][0]:
+            history.append((time, actors))
+        while len(history) > 1 and time - history[1][0] >= MIN_SPAN:
+            history.popleft()
+        then, before = history[0]
+        if time - then < MIN_SPAN:
             return no_rates(actors)
         return rates_between(before, actors, time - then)

@@ -1,4 +1,4 @@
-"""One observation as a planner's numbers; training and driving both come through here."""
+"""Converts an observation into PlanT's network inputs, for training and for driving."""
 
 import math
 from dataclasses import dataclass
@@ -15,15 +15,15 @@ TARGET_AHEAD = 20  # m along the route to the decoder's target point
 
 @dataclass(frozen=True, eq=False, slots=True)
 class SceneInput:
-    """What a learned planner is told of one instant.
+    """The network inputs of one scene.
 
     Attributes:
-        tokens: The objects.
-        red: 1 where the next light within `plant_bench.agent.LIGHT_RANGE` is red or yellow, else 0.
-        target: The route's point `TARGET_AHEAD` metres on, in the ego frame, metres; the route's
+        tokens: The object tokens.
+        red: 1 if the next light within `plant_bench.agent.LIGHT_RANGE` is red or yellow, else 0.
+        target: The route point `TARGET_AHEAD` metres ahead, in the ego frame, metres; the route's
             last point near its end.
-        speed: The ego's, m/s. PlanT is not told it.
-        limit: `allowed_speed`, m/s. PlanT is not told it.
+        speed: The ego's speed, m/s. Not an input in the PlanT paper.
+        limit: `allowed_speed`, m/s. Not an input in the PlanT paper.
     """
 
     tokens: Tokens
@@ -36,12 +36,12 @@ class SceneInput:
 def scene_input(
     observation: Observation, spec: TokenSpec, rates: Rates | None = None
 ) -> SceneInput:
-    """Return what a planner is told.
+    """Return the network inputs of an observation.
 
     Args:
-        observation: What is seen.
-        spec: What becomes a token.
-        rates: How the observation's actors change, if tracks are told.
+        observation: The observation.
+        spec: Which objects become tokens, and their attributes.
+        rates: The rates of the observation's actors, if `spec.motion`.
 
     Raises:
         AgentError: The observation lacks objects or route.

@@ -1,7 +1,7 @@
-"""The bird's-eye view: what a planner may see, as layers of pixels around the ego.
+"""Bird's-eye-view rasters: observations as image channels around the ego.
 
-The ego heads to the first row; its centre is on the middle column, `below` pixels above the lower
-edge. Learned planners on pixels (PlanCNN, AIM-BEV, Roach) and the Gymnasium environment share it.
+The ego faces the top row; its centre is on the middle column, `below` pixels above the lower edge.
+For planners with raster inputs (PlanCNN, AIM-BEV, Roach) and the Gymnasium environment.
 """
 
 from collections import deque
@@ -16,20 +16,21 @@ from plant_bench.features.raster_layers import PAINTERS, Canvas, Layer
 from plant_bench.features.road_raster import LINE_VALUES, ROAD_VALUES, road_map
 from plant_bench.world.town import Town
 
-REMEMBERED = frozenset({Layer.VEHICLES, Layer.SPEEDS, Layer.VULNERABLE, Layer.LIGHTS})
+DYNAMIC = frozenset({Layer.VEHICLES, Layer.SPEEDS, Layer.VULNERABLE, Layer.LIGHTS})
 
 
 @dataclass(frozen=True)
 class RasterSpec:
-    """What is drawn.
+    """Size, scale and channels of a raster.
 
     Attributes:
         size: Pixels along each side.
-        scale: Pixels a metre.
+        scale: Pixels per metre.
         below: Pixels from the ego's centre to the lower edge.
-        layers: Channels in order.
-        past: Seconds ago, rising to now: layers of what moves (`REMEMBERED`) have one more channel
-            for each, before that of now. Early in an episode it is the oldest there is.
+        layers: The layers, in order.
+        past: Ages of past frames in seconds, in descending order. Layers of moving objects
+            (`DYNAMIC`) have one more channel for each, before the present one. Early in an episode
+            the oldest frame replaces missing ones.
 
     Raises:
         InputError: A value is out of range.
@@ -51,24 +52,24 @@ class RasterSpec:
     past: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
-        """Refuse what cannot be drawn."""
+        """Check the values."""
         if self.size < 1 or self.scale <= 0.0 or not 0 <= self.below <= self.size:
             message = (
-                f"size {self.size}, scale {self.scale}, below {self.below}: at least one pixel, a "
-                "positive scale and an ego inside the picture are wanted."
+                "Expected a size of at least one pixel, a positive scale and 0 <= below <= size, "
+                f"got size {self.size}, scale {self.scale}, below {self.below}."
             )
             raise InputError(message)
         if not self.layers or min(self.past, default=1.0) <= 0.0:
-            message = "At least one layer is wanted, and times in the past above 0."
+            message = "Expected at least one layer, and ages of past frames above 0."
             raise InputError(message)
 
     @property
     def channels(self) -> tuple[str, ...]:
-        """The name of each channel, as in "vehicles" and "vehicles-0.5"."""
+        """The channels' names, such as "vehicles" and "vehicles-0.5"."""
         return tuple(
             f"{layer}-{ago:g}" if ago else f"{layer}"
             for layer in self.layers
-            for ago in ((*self.past, 0.0) if layer in REMEMBERED else (0.0,))
+            for ago in ((*self.past, 0.0) if layer in DYNAMIC else (0.0,))
         )
 
 
@@ -88,20 +89,20 @@ ROACH = RasterSpec(
 
 
 class Rasteriser:
-    """Draws observations of one episode; mutable, for what it remembers of the past.
+    """Draws the observations of one episode; mutable, since it keeps past frames.
 
     Args:
-        town: Whose roads are drawn.
-        spec: What is drawn.
+        town: The town whose roads are drawn.
+        spec: Size, scale and channels.
     """
 
     def __init__(self, town: Town, spec: RasterSpec) -> None:
         self._spec = spec
         self._roads = road_map(town, spec.scale)
-        self._seen: deque[Observation] = deque()
+        self._history: deque[Observation] = deque()
 
     def draw(self, observation: Observation) -> UInt8[np.ndarray, "channels size size"]:
-        """Return the next observation as an image; asked in order of time.
+        """Return the raster of an observation; call it in order of time.
 
         Raises:
             AgentError: The observation lacks objects or route.
@@ -121,15 +122,15 @@ class Rasteriser:
             elif layer is Layer.LANE_LINES:
                 channels.append(LINE_VALUES[codes])
             else:
-                shown = moments if layer in REMEMBERED else moments[-1:]
+                shown = moments if layer in DYNAMIC else moments[-1:]
                 channels += [canvas.picture(PAINTERS[layer], moment) for moment in shown]
         return np.stack(channels)
 
     def _remember(self, observation: Observation) -> None:
         longest = max(self._spec.past, default=0.0)
-        self._seen.append(observation)
-        while len(self._seen) > 1 and observation.time - self._seen[1].time > longest - 1e-6:
-            self._seen.popleft()
+        self._history.append(observation)
+        while len(self._history) > 1 and observation.time - self._history[1].time > longest - 1e-6:
+            self._history.popleft()
 
     def _ago(self, now: Observation, ago: float) -> Observation:
-        return min(self._seen, key=lambda then: abs(now.time - ago - then.time))
+        return min(self._history, key=lambda then: abs(now.time - ago - then.time))

@@ -1,4 +1,4 @@
-"""The layers of a bird's-eye view: what each shows, and how it is painted.
+"""The layers of a bird's-eye-view raster: contents and drawing functions.
 
 Constants are Roach's (zhejz/carla-roach, carla_gym/core/obs_manager/birdview/chauffeurnet.py).
 """
@@ -18,17 +18,17 @@ from plant_bench.world.scene import EGO_EXTENT, EGO_LENGTH, ActorKind, EgoState,
 
 ROUTE_VIEW = 80  # m of route drawn (Roach)
 ROUTE_WIDTH = 3.2  # m (Roach: 16 pixels at 5 a metre)
-STOP_LINE = (1.2, 3.5)  # m along and across the lane (Roach: 6 pixels thick; a lane is 3.5 m wide)
+STOP_LINE = (1.2, 3.5)  # m along and across the lane (Roach: 6 pixels; lanes are 3.5 m wide)
 LIGHT_VALUES = {Light.GREEN: 80, Light.YELLOW: 170, Light.RED: 255}  # Roach
-VULNERABLE_SCALE, VULNERABLE_LEAST = 2.0, 1.6  # times, and m at least: people are small (Roach)
+VULNERABLE_SCALE, VULNERABLE_LEAST = 2.0, 1.6  # factor, and minimum size in metres (Roach)
 FULL = 255
-STANDING, FASTEST = 55, 20.0  # the value of who stands; m/s from which on it is `FULL`
+STANDING, FASTEST = 55, 20.0  # value of stationary vehicles; m/s from which on it is `FULL`
 
 _IS_VULNERABLE = np.array([kind in (ActorKind.PEDESTRIAN, ActorKind.BICYCLE) for kind in ActorKind])
 
 
 class Layer(StrEnum):
-    """What a channel shows; 0 where there is nothing of it."""
+    """The layers and their pixel values; 0 is background."""
 
     ROAD = "road"  # 255: lanes and junctions
     ROUTE = "route"  # 255: the next 80 m of the route, 3.2 m wide
@@ -42,7 +42,7 @@ class Layer(StrEnum):
 
 
 def brightness(speed: float) -> int:
-    """Return the value that tells a speed: 55 for who stands, 255 from 20 m/s on.
+    """Return the pixel value of a speed: 55 if stationary, 255 from 20 m/s on.
 
     >>> brightness(0.0), brightness(10.0), brightness(30.0)
     (55, 155, 255)
@@ -51,12 +51,12 @@ def brightness(speed: float) -> int:
 
 
 class Canvas:
-    """Draws what is given in the world into pictures of one view; mutable.
+    """Draws shapes in world coordinates into images around the ego; mutable.
 
     Args:
-        ego: From whom it is seen; heads to the first row.
+        ego: The ego, which faces the top row.
         size: Pixels along each side.
-        scale: Pixels a metre.
+        scale: Pixels per metre.
         below: Pixels from the ego's centre to the lower edge.
     """
 
@@ -68,14 +68,14 @@ class Canvas:
     def picture(
         self, paint: Callable[["Canvas", Observation], None], moment: Observation
     ) -> UInt8[np.ndarray, "size size"]:
-        """Return an empty picture after somebody has painted on it."""
+        """Return an image drawn by `paint` on a blank canvas."""
         image = Image.new("L", (self._size, self._size))
         self._draw = ImageDraw.Draw(image)
         paint(self, moment)
         return np.asarray(image)
 
     def line(self, points: Float[np.ndarray, "points 2"], width: float, value: int) -> None:
-        """Draw a line of the world, `width` metres wide."""
+        """Draw a polyline in world coordinates, `width` metres wide."""
         pixels = self._pixels(to_frame(points, *self._ego.pose)).reshape(-1).tolist()
         thick = max(round(width * self._scale), 1)
         self._draw.line(pixels, fill=value, width=thick, joint="curve")
@@ -86,7 +86,7 @@ class Canvas:
         extents: Float[np.ndarray, "boxes 2"],
         values: list[int],
     ) -> None:
-        """Draw boxes of the world."""
+        """Draw filled boxes in world coordinates."""
         if not len(poses):
             return
         near = np.hypot(poses[:, 0] - self._ego.x, poses[:, 1] - self._ego.y)
@@ -97,7 +97,7 @@ class Canvas:
             self._draw.polygon(corner, fill=values[place])
 
     def _pixels(self, points: Float[np.ndarray, "points 2"]) -> Float[np.ndarray, "points 2"]:
-        """Return places in the ego frame as Pillow counts them: from the first pixel's centre."""
+        """Convert ego-frame points to Pillow coordinates: (0, 0) is the first pixel's centre."""
         column = 0.5 * self._size - points[:, 1] * self._scale - 0.5
         row = self._size - self._below - points[:, 0] * self._scale - 0.5
         return np.stack((column, row), axis=1)
@@ -124,19 +124,19 @@ def _ego(canvas: Canvas, moment: Observation) -> None:
 
 
 def _vehicles(canvas: Canvas, moment: Observation) -> None:
-    _vehicles_as(canvas, moment, tell_speed=False)
+    _vehicles_as(canvas, moment, by_speed=False)
 
 
 def _speeds(canvas: Canvas, moment: Observation) -> None:
-    _vehicles_as(canvas, moment, tell_speed=True)
+    _vehicles_as(canvas, moment, by_speed=True)
 
 
-def _vehicles_as(canvas: Canvas, moment: Observation, *, tell_speed: bool) -> None:
+def _vehicles_as(canvas: Canvas, moment: Observation, *, by_speed: bool) -> None:
     if moment.actors is None:
         return
     shown = moment.actors.only(~_IS_VULNERABLE[moment.actors.kinds])
     speeds = shown.speeds.tolist()
-    values = [brightness(speed) if tell_speed else FULL for speed in speeds]
+    values = [brightness(speed) if by_speed else FULL for speed in speeds]
     canvas.boxes(shown.poses, shown.extents, values)
 
 

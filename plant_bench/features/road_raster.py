@@ -1,7 +1,7 @@
-"""A town's road surface and lane lines as one picture, from which windows around the ego are cut.
+"""A town's road surface and lane lines as one image, from which windows around the ego are cut.
 
-Drawn once a town and scale; a window then costs a fraction of a millisecond, however many lanes
-there are. A planner may know the map (Roach and AIM-BEV do): a town is no privileged fact.
+Drawn once per town and scale; a window then takes a fraction of a millisecond, whatever the number
+of lanes. Planners may use the map (Roach and AIM-BEV do): it is not privileged.
 """
 
 import math
@@ -15,8 +15,8 @@ from plant_bench.world.scene import EgoState
 from plant_bench.world.town import Lane, Town
 
 ROAD, BROKEN, SOLID = 1, 2, 4  # bits of a pixel
-LINE_WIDTH = 0.3  # m: seen as one or two pixels at Roach's 5 a metre
-MARGIN = 10.0  # m of nothing around the outermost lane
+LINE_WIDTH = 0.3  # m: one or two pixels at Roach's 5 per metre
+MARGIN = 10.0  # m of background around the outermost lanes
 FULL, CROSSABLE = 255, 120  # Roach: solid lines, broken lines
 
 ROAD_VALUES = np.array([FULL * (code & ROAD) for code in range(8)], np.uint8)
@@ -26,11 +26,11 @@ LINE_VALUES = np.array(
 
 
 class RoadMap:
-    """A town's roads from above; immutable.
+    """An image of a town's roads; immutable.
 
     Args:
         town: The town.
-        scale: Pixels a metre.
+        scale: Pixels per metre.
     """
 
     def __init__(self, town: Town, scale: float) -> None:
@@ -43,10 +43,10 @@ class RoadMap:
         self._draw(town)
 
     def window(self, ego: EgoState, size: int, below: int) -> UInt8[np.ndarray, "size size"]:
-        """Return the codes of the pixels around the ego, which heads to the first row.
+        """Return the pixel codes around the ego, which faces the top row.
 
         Args:
-            ego: Where the window is.
+            ego: The ego.
             size: Pixels along each side.
             below: Pixels from the ego's centre to the lower edge.
         """
@@ -73,7 +73,7 @@ class RoadMap:
                     draw.line(self._pixels(edge), fill=ROAD | code, width=thin, joint="curve")
 
     def _pixels(self, points: Float[np.ndarray, "points 2"]) -> list[tuple[float, float]]:
-        """Return places as Pillow counts them: from the centre of the first pixel."""
+        """Convert world points to Pillow coordinates: (0, 0) is the first pixel's centre."""
         u = (points[:, 0] - self._left) * self._scale - 0.5
         v = (self._top - points[:, 1]) * self._scale - 0.5
         return list(zip(u.tolist(), v.tolist(), strict=True))
@@ -86,16 +86,16 @@ def road_map(town: Town, scale: float) -> RoadMap:
 
 
 def _sides(lane: Lane, code: int) -> list[float]:
-    """Return on which sides a lane has lines of a code: 1 is left; none inside junctions."""
+    """Return the sides with lines of a code: 1.0 left, -1.0 right; none inside junctions."""
     if lane.junction is not None or len(lane.points) < 2:
         return []
     neighbours = {1.0: lane.left, -1.0: lane.right}
-    wanted = code == BROKEN
-    return [side for side, other in neighbours.items() if (other is not None) == wanted]
+    broken = code == BROKEN
+    return [side for side, other in neighbours.items() if (other is not None) == broken]
 
 
 def _beside(points: Float[np.ndarray, "points 2"], offset: float) -> Float[np.ndarray, "points 2"]:
-    """Return a line moved sideways, positive to the left."""
+    """Return a polyline shifted sideways by `offset` metres, positive to the left."""
     ahead = np.gradient(points, axis=0)
     ahead /= np.maximum(np.hypot(ahead[:, 0], ahead[:, 1]), 1e-9)[:, None]
     return points + offset * np.stack((-ahead[:, 1], ahead[:, 0]), axis=1)

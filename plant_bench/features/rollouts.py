@@ -1,23 +1,26 @@
-"""Where constant accelerations lead along a route: what the expert weighs, and what is learned."""
+"""Rolls out constant accelerations along the route: travelled distances and ego poses."""
 
 import numpy as np
 from jaxtyping import Float
 
 from plant_bench.agent import RouteAhead
-from plant_bench.jit import REAL, REALS, REALS_2D, WHOLE, compiled
+from plant_bench.jit import F64, F64_1D, F64_2D, INT64, compiled
 
 STEP = 0.25  # s between two instants
-STEPS = 28  # instants, the first now: 6.75 s, in which a large junction is crossed from standing
+STEPS = 28  # instants, from now to 6.75 s: enough to cross a large junction from standstill
 
 
 def rollout(
     speed: float, accelerations: Float[np.ndarray, " choices"], top: float
 ) -> Float[np.ndarray, "choices steps"]:
-    """Return how far each constant acceleration gets, between standing and a top speed."""
+    """Return the distance travelled at each instant for each acceleration, metres.
+
+    Speeds are clipped to 0 and `top`.
+    """
     return _rollout(speed, accelerations, max(top, speed), STEP, STEPS)
 
 
-@compiled(REAL, REALS, REAL, REAL, WHOLE)
+@compiled(F64, F64_1D, F64, F64, INT64)
 def _rollout(speed, accelerations, top, interval, steps):
     travel = np.zeros((len(accelerations), steps))
     for choice in range(len(accelerations)):
@@ -32,11 +35,11 @@ def _rollout(speed, accelerations, top, interval, steps):
 def ego_poses(
     route: RouteAhead, travel: Float[np.ndarray, "choices steps"]
 ) -> Float[np.ndarray, "choices steps 3"]:
-    """Return the ego's poses on the route after the given distances."""
+    """Return the ego's poses on the route after the travelled distances."""
     return _poses(route.points, route.headings, route.past, travel)
 
 
-@compiled(REALS_2D, REALS, REAL, REALS_2D)
+@compiled(F64_2D, F64_1D, F64, F64_2D)
 def _poses(points, headings, past, travel):
     poses = np.empty((travel.shape[0], travel.shape[1], 3))
     for row in range(travel.shape[0]):

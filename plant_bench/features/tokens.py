@@ -1,7 +1,7 @@
-"""PlanT's objects: road users and route segments as tokens of six attributes (PlanT, section 3).
+"""PlanT's object tokens: road users and route segments with six attributes (PlanT, section 3).
 
-A token is (z, x, y, yaw, width, length) in the ego frame: z is the speed of an actor, or the place
-of a route segment in their order. Metres, m/s and radians.
+A token is (z, x, y, yaw, width, length) in the ego frame: z is an actor's speed, or a route
+segment's index. Metres, m/s and radians.
 """
 
 import math
@@ -17,21 +17,21 @@ from plant_bench.agent import NextLight, RouteAhead
 from plant_bench.features.motion import MOTION_ATTRIBUTES, Rates, no_rates
 from plant_bench.features.predicted_conflicts import CONFLICT_ATTRIBUTES, predicted_conflicts
 from plant_bench.geometry.pose import wrap_angle
-from plant_bench.jit import FLAG, FLAGS, REALS, SINGLES, SINGLES_2D, WHOLES, compiled
+from plant_bench.jit import BOOL, BOOL_1D, F32_1D, F32_2D, F64_1D, INT64_1D, compiled
 from plant_bench.world.scene import EGO_LENGTH, EGO_WIDTH, ActorKind, Actors, EgoState, Light
 
 ATTRIBUTES = 6
-NOWHERE = -1  # the place among the actors of what is none
+NO_ROW = -1  # instead of an actor's row, for tokens that are no actors
 STOPS = (Light.RED, Light.YELLOW)
-CROSSED = 1.0  # m beyond a stop line from which on it is left behind
+CROSSED = 1.0  # m past a stop line beyond which it is ignored
 LINE_LENGTH = 0.5  # m along the route
-LEAST_SQUARE = 1e-6  # m2/s2, of a relative speed
+MIN_SQUARE = 1e-6  # m2/s2, lower bound of a squared relative speed
 
 _IS_VULNERABLE = np.array([kind in (ActorKind.PEDESTRIAN, ActorKind.BICYCLE) for kind in ActorKind])
 
 
 class TokenKind(IntEnum):
-    """The object types, each with an embedding of its own."""
+    """The token types; each has its own embedding."""
 
     PADDING = 0
     VEHICLE = 1
@@ -42,27 +42,28 @@ class TokenKind(IntEnum):
 
 @dataclass(frozen=True)
 class TokenSpec:
-    """What becomes a token.
+    """Which objects become tokens, and with which attributes.
 
     Attributes:
-        reach: Metres from the ego's centre within which actors count, and within which a route
-            segment must start (D_max = 30; PlanT, "Implementation").
-        horizon: Seconds; farther actors count, too, that come within the reach in this time if
-            they and the ego go on as now. PlanT has none; 30 m are two seconds at 50 km/h.
+        reach: Distance from the ego's centre within which actors become tokens, and within which a
+            route segment must start, metres (D_max = 30; PlanT, "Implementation").
+        horizon: Also include farther actors that come within `reach` in this time at constant
+            velocities, seconds. Not in PlanT; 30 m are two seconds at 50 km/h.
         segments: Number of route segments (N_s = 2; PlanT, "Implementation").
-        longest: Metres at which a segment is split (L_max = 10; PlanT, "Implementation").
-        tolerance: Metres of the Ramer-Douglas-Peucker subsampling (0.5; PlanT, dataset.py).
-        view: Metres of route looked at (50; PlanT, dataset.py).
-        speed: Whether actors' speeds are told (PlanT, table 2).
-        rear: Whether actors behind the ego are told (PlanT, table 2).
-        vulnerable: Whether walkers and riders are told as a type of their own. PlanT leaves
-            walkers out, and riders are vehicles to it.
-        stop_line: Whether the line of a red or yellow light is told as a box across the route.
-            PlanT is told by its flag that there is one, not where.
+        longest: Length at which a segment is split, metres (L_max = 10; PlanT, "Implementation").
+        tolerance: Tolerance of the Ramer-Douglas-Peucker subsampling, metres (0.5; PlanT,
+            dataset.py).
+        view: Length of route used, metres (50; PlanT, dataset.py).
+        speed: Whether tokens include actors' speeds (PlanT, table 2).
+        rear: Whether actors behind the ego become tokens (PlanT, table 2).
+        vulnerable: Whether pedestrians and cyclists become tokens of their own type. PlanT leaves
+            out pedestrians and treats cyclists as vehicles.
+        stop_line: Whether the stop line of a red or yellow light becomes a token: a box across the
+            route. PlanT has only a flag for such a light, without its position.
         conflicts: Whether actors have four more attributes: where and when they conflict with the
-            ego's route under constant motion (`features.predicted_conflicts`). PlanT has none.
+            ego's route under constant motion (`features.predicted_conflicts`). Not in PlanT.
         motion: Whether actors have two more attributes, acceleration and turn rate
-            (`features.motion`), which predicted conflicts then assume constant. PlanT has none.
+            (`features.motion`), which predicted conflicts then assume constant. Not in PlanT.
     """
 
     reach: float = 30.0
@@ -80,19 +81,19 @@ class TokenSpec:
 
     @property
     def attributes(self) -> int:
-        """The number of a token's attributes."""
+        """Number of attributes per token."""
         return ATTRIBUTES + CONFLICT_ATTRIBUTES * self.conflicts + MOTION_ATTRIBUTES * self.motion
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Tokens:
-    """The objects of one scene: actors, the nearest first; the route's segments; the stop line.
+    """The tokens of one scene: actors, nearest first; then route segments; then the stop line.
 
     Attributes:
-        attributes: z, x, y, yaw, width, length; those of `conflicts` and `motion`, 0 for what is no
-            actor.
+        attributes: z, x, y, yaw, width, length; then those of `conflicts` and `motion`, 0 for
+            tokens that are no actors.
         kinds: `TokenKind` values.
-        places: Place in the observation's actors; `NOWHERE` for what is none.
+        places: Row in the observation's actors; `NO_ROW` for tokens that are no actors.
     """
 
     attributes: Float[np.ndarray, "tokens attributes"]
@@ -111,7 +112,7 @@ def tokens_of(
     light: NextLight | None = None,
     rates: Rates | None = None,
 ) -> Tokens:
-    """Return the objects of a scene as the planner is told them."""
+    """Return the tokens of a scene."""
     if rates is None or not spec.motion:
         rates = no_rates(actors)
     places = _nearest_first(ego, actors, spec)
@@ -136,7 +137,7 @@ def tokens_of(
     kinds[rows:] = TokenKind.STOP_LINE
     if spec.vulnerable:
         kinds[:near][_IS_VULNERABLE[actors.kinds[places]]] = TokenKind.VULNERABLE
-    all_places = np.full(count, NOWHERE, np.int64)
+    all_places = np.full(count, NO_ROW, np.int64)
     all_places[:near] = places
     return Tokens(attributes, kinds, all_places)
 
@@ -144,11 +145,11 @@ def tokens_of(
 def actor_attributes(
     ego: EgoState, actors: Actors, places: Int[np.ndarray, " tokens"]
 ) -> Float[np.ndarray, "tokens 6"]:
-    """Return the six attributes of some actors in the frame of `ego`, in the order of `places`."""
+    """Return six attributes per actor in the frame of `ego`, in the order of the rows `places`."""
     return _in_frame(np.array(ego.pose), actors.poses, actors.speeds, actors.extents, places)
 
 
-@compiled(REALS, SINGLES_2D, SINGLES, SINGLES_2D, WHOLES)
+@compiled(F64_1D, F32_2D, F32_1D, F32_2D, INT64_1D)
 def _in_frame(frame, poses, speeds, extents, places):
     cos, sin = math.cos(frame[2]), math.sin(frame[2])
     attributes = np.empty((len(places), ATTRIBUTES))
@@ -202,21 +203,21 @@ def stop_line_attributes(
 
 
 def _nearest_first(ego: EgoState, actors: Actors, spec: TokenSpec) -> Int[np.ndarray, " tokens"]:
-    """Return the places of the actors that count; equal distances by id, the actors' order."""
+    """Return the rows of the actors that become tokens, nearest first; ties in their order."""
     yaws = actors.poses[:, 2]
     counts = actors.kinds != ActorKind.PEDESTRIAN
     return _sorted_near(
         np.array((ego.x, ego.y, ego.yaw, ego.speed, spec.reach, spec.horizon)),
         actors.poses,
         actors.speeds,
-        np.cos(yaws),  # of float32: numpy's own, which the C library's do not equal
+        np.cos(yaws),  # numpy's float32 cosine, which differs from the C library's
         np.sin(yaws),
         counts | spec.vulnerable,
         spec.rear,
     )
 
 
-@compiled(REALS, SINGLES_2D, SINGLES, SINGLES, SINGLES, FLAGS, FLAG)
+@compiled(F64_1D, F32_2D, F32_1D, F32_1D, F32_1D, BOOL_1D, BOOL)
 def _sorted_near(ego, poses, speeds, cos, sin, counts, rear):
     single = np.float32
     x, y, reach, horizon = single(ego[0]), single(ego[1]), ego[4], single(ego[5])
@@ -229,14 +230,14 @@ def _sorted_near(ego, poses, speeds, cos, sin, counts, rear):
         inside = square < single(reach * reach)
         if not inside and horizon > single(0.0):
             u, v = speeds[row] * cos[row] - ego_u, speeds[row] * sin[row] - ego_v
-            nearing = max(u * u + v * v, single(LEAST_SQUARE))
-            time = min(max(-(dx * u + dy * v) / nearing, single(0.0)), horizon)
+            square_speed = max(u * u + v * v, single(MIN_SQUARE))
+            time = min(max(-(dx * u + dy * v) / square_speed, single(0.0)), horizon)
             then_x, then_y = dx + u * time, dy + v * time
             inside = then_x * then_x + then_y * then_y < single(reach * reach)
         ahead = single(ego_cos) * dx + single(ego_sin) * dy >= single(0.0)
         if not (inside and counts[row] and (rear or ahead)):
             continue
-        place = near  # equal ones stay in their order
+        place = near  # stable insertion sort
         while place and squares[place - 1] > square:
             squares[place], places[place] = squares[place - 1], places[place - 1]
             place -= 1
@@ -249,7 +250,7 @@ _Point = list[float]
 
 
 def _split(corners: list[_Point], longest: float, most: int) -> list[tuple[_Point, _Point]]:
-    """Return the first pieces of a line, cut at its corners and wherever one gets too long."""
+    """Return the first `most` pieces of a polyline, cut at its corners and at `longest` metres."""
     pieces: list[tuple[_Point, _Point]] = []
     for (x, y), (end_x, end_y) in pairwise(corners):
         left = math.hypot(end_x - x, end_y - y)

@@ -15,7 +15,7 @@ def arc_lengths(points: Float[np.ndarray, "points 2"]) -> Float[np.ndarray, " po
 
 
 def without_repeats(points: Float[np.ndarray, "points 2"]) -> Float[np.ndarray, "kept 2"]:
-    """Return the points but those within a millimetre of the one before."""
+    """Return the points without those within a millimetre of the previous one."""
     steps = np.hypot(*np.diff(points, axis=0).T)
     return points[np.concatenate(([True], steps > 1e-3))]
 
@@ -56,12 +56,12 @@ def curvatures(points: Float[np.ndarray, "points 2"]) -> Float[np.ndarray, " poi
 
 
 def value_at(at: float, along: Sequence[float], values: Sequence[float]) -> float:
-    """Return a value at an arc length, linear between points; equal to `numpy.interp`, bit for bit.
+    """Return the value at an arc length by linear interpolation; equals `numpy.interp` exactly.
 
-    For single places: numpy takes more than twice as long for one. The ends go on beyond them.
+    More than twice as fast as numpy for a single position. Beyond the ends, the end values hold.
 
     Args:
-        at: Where.
+        at: Arc length to interpolate at.
         along: Arc length of each point, ascending.
         values: At each point.
     """
@@ -76,10 +76,10 @@ def value_at(at: float, along: Sequence[float], values: Sequence[float]) -> floa
 
 
 class Cursor:
-    """A place on a polyline that only moves forward; mutable.
+    """A position on a polyline that `advance` moves forward only; mutable.
 
-    The searches are plain Python on purpose: a step forward touches one or two segments, which is
-    cheaper than any numpy call, and this runs at every tick.
+    The search is plain Python on purpose: a step forward visits one or two segments, which is
+    faster than any numpy call, and it runs at every tick.
 
     Args:
         points: The polyline, any spacing.

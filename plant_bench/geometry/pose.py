@@ -1,4 +1,4 @@
-"""Frames: a pose is (x, y, yaw) in metres and radians, counter-clockwise from +x."""
+"""Poses and coordinate frames: (x, y, yaw) in metres and radians, counter-clockwise from +x."""
 
 import math
 
@@ -36,7 +36,7 @@ def to_frame(
 def from_frame(
     points: Float[np.ndarray, "points 2"], x: float, y: float, yaw: float
 ) -> Float[np.ndarray, "points 2"]:
-    """Express points given in the frame of a pose in the world; the inverse of `to_frame`."""
+    """Express points in the frame of a pose in the world frame; the inverse of `to_frame`."""
     cos, sin = math.cos(yaw), math.sin(yaw)
     px, py = points[:, 0], points[:, 1]
     return np.stack((x + cos * px - sin * py, y + sin * px + cos * py), axis=1)

@@ -1,4 +1,4 @@
-"""The benchmark as a Gymnasium environment; importing this registers "PlantBench-v0".
+"""The benchmark as a Gymnasium environment; importing it registers "PlantBench-v0".
 
     gymnasium.make("plant_bench.gym:PlantBench-v0", suite="longest6", routes="0-2")
 

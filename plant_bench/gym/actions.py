@@ -1,4 +1,4 @@
-"""Actions as numbers: a control scaled to the vehicle's limits, or a plan's waypoints."""
+"""Action spaces of the environment: a normalised control, or a plan's waypoints."""
 
 from typing import Any, Protocol, runtime_checkable
 
@@ -16,35 +16,35 @@ BACKWARDS = -5.0  # m
 
 @runtime_checkable
 class ActionKind(Protocol):
-    """What an action of the environment means."""
+    """Converts actions of the environment into planner actions."""
 
     @property
     def space(self) -> spaces.Box[Any]:
-        """The actions."""
+        """The action space."""
         ...
 
     def decode(self, action: Float[np.ndarray, "..."]) -> Plan | Control:
-        """Return what the vehicle is asked for by an action inside the space."""
+        """Return the plan or control of an action inside the space."""
         ...
 
 
 class ControlAction:
-    """Acceleration and steering, each -1 to 1: of the hardest braking, throttle and steering."""
+    """Acceleration and steering, each -1 to 1, as shares of the vehicle's limits."""
 
     def __init__(self) -> None:
         self.space = spaces.Box(-1.0, 1.0, (2,), np.float32)
 
     def decode(self, action: Float[np.ndarray, "..."]) -> Control:
-        """Return the control; 0 is neither throttle nor brake, and straight on."""
+        """Return the control; 0 is no acceleration, and straight on."""
         pedal, wheel = action.tolist()
         limit = BRAKING_LIMIT if pedal < 0.0 else ACCELERATION_LIMIT
         return Control(pedal * limit, wheel * STEERING_LIMIT)
 
     def encode(self, control: Control) -> Float[np.ndarray, " 2"]:
-        """Return the action that asks for a control; what the vehicle cannot do is cut off."""
+        """Return the action of a control, clipped to the vehicle's limits."""
         limit = BRAKING_LIMIT if control.acceleration < 0.0 else ACCELERATION_LIMIT
-        wanted = (control.acceleration / limit, control.steering / STEERING_LIMIT)
-        return np.clip(np.array(wanted, np.float32), -1.0, 1.0)
+        action = (control.acceleration / limit, control.steering / STEERING_LIMIT)
+        return np.clip(np.array(action, np.float32), -1.0, 1.0)
 
 
 class PlanAction:
@@ -79,7 +79,7 @@ def action_kind(name: str) -> ActionKind:
 
 
 def inside(action: object, space: spaces.Box[Any]) -> Float[np.ndarray, "..."]:
-    """Return an action as an array of the space; what lies beyond the bounds is cut off.
+    """Return an action as an array, clipped to the space.
 
     Raises:
         InputError: It has another shape, or values that are not finite.
@@ -87,9 +87,9 @@ def inside(action: object, space: spaces.Box[Any]) -> Float[np.ndarray, "..."]:
     try:
         given = np.asarray(action, dtype=space.dtype)
     except (TypeError, ValueError) as error:
-        message = f"The action {action!r} is not numbers: an array of {space.shape} is wanted."
+        message = f"Action: expected numbers of shape {space.shape}, got {action!r}."
         raise InputError(message) from error
     if given.shape != space.shape or not np.isfinite(given).all():
-        message = f"An action of shape {given.shape}: {space.shape} of finite numbers is wanted."
+        message = f"Action: expected finite numbers of shape {space.shape}, got {given.shape}."
         raise InputError(message)
     return np.clip(given, space.low, space.high)

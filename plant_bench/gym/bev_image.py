@@ -1,4 +1,4 @@
-"""The bird's-eye view in colours, for people."""
+"""Renders the bird's-eye view as a colour image, for `render()`."""
 
 import numpy as np
 from jaxtyping import UInt8
@@ -27,7 +27,7 @@ LIGHT_COLOURS = {80: (47, 158, 68), 170: (240, 140, 0), 255: (224, 49, 49)}
 
 
 def picture(town: Town, observation: Observation) -> UInt8[np.ndarray, "height width 3"]:
-    """Return a scene as a picture, the ego heading upwards."""
+    """Return an image of a scene, with the ego facing upwards."""
     layers = Rasteriser(town, VIEW).draw(observation)
     shown = np.empty((VIEW.size, VIEW.size, 3), np.uint8)
     shown[:] = GROUND

@@ -1,4 +1,4 @@
-"""Observations as arrays of a fixed size. Nothing privileged: each sees what a planner is given."""
+"""Observation encoders: fixed-size arrays from observations, without privileged inputs."""
 
 from typing import Any, Protocol, runtime_checkable
 
@@ -11,21 +11,21 @@ from plant_bench.errors import InputError
 from plant_bench.features.raster import Rasteriser, RasterSpec
 from plant_bench.gym.object_encoder import ObjectEncoder
 from plant_bench.gym.token_encoder import TokenEncoder
-from plant_bench.sensing.inputs import PERCEIVED, UNSHARED
+from plant_bench.sensing.inputs import DRIVER_ONLY, PERCEIVED
 from plant_bench.world.town import Town
 
 
 @runtime_checkable
 class Encoder(Protocol):
-    """Turns what is seen into arrays; may remember the episode.
+    """Converts observations into arrays; may keep state within an episode.
 
-    One with an attribute `inputs` is given these, as a planner that declares them, else what
-    `plant_bench.sensing.inputs.PERCEIVED` lists.
+    An attribute `inputs` declares its inputs, as for planners; the default is
+    `plant_bench.sensing.inputs.PERCEIVED`.
     """
 
     @property
     def space(self) -> spaces.Space[Any]:
-        """What `encode` returns is in it."""
+        """The space of the encoded observations."""
         ...
 
     def reset(self, town: Town) -> None:
@@ -51,17 +51,17 @@ class RasterEncoder:
         self._rasteriser: Rasteriser | None = None
 
     def reset(self, town: Town) -> None:
-        """Forget what was seen, and draw another town from now on."""
+        """Start a new episode in a town."""
         self._rasteriser = Rasteriser(town, self._spec)
 
     def encode(self, observation: Observation) -> UInt8[np.ndarray, "channels size size"]:
-        """Return the picture.
+        """Return the raster.
 
         Raises:
             InputError: There was no reset.
         """
         if self._rasteriser is None:
-            message = "A raster knows no town before reset(town)."
+            message = "The raster encoder has no town: call reset(town) first."
             raise InputError(message)
         return self._rasteriser.draw(observation)
 
@@ -73,28 +73,28 @@ ENCODERS: dict[str, type[TokenEncoder] | type[ObjectEncoder] | type[RasterEncode
 }
 
 
-def encoder_of(wanted: object) -> Encoder:
-    """Return an encoder by its name, or the one given.
+def encoder_of(encoder: object) -> Encoder:
+    """Return an encoder by its name, or the given encoder.
 
     Raises:
-        InputError: There is none of this name, or it is no encoder.
+        InputError: There is none of this name, or the object is not an encoder.
     """
-    if isinstance(wanted, str):
-        if wanted not in ENCODERS:
-            message = f"There is no observation {wanted!r}. Observations: {', '.join(ENCODERS)}."
+    if isinstance(encoder, str):
+        if encoder not in ENCODERS:
+            message = f"There is no observation {encoder!r}. Observations: {', '.join(ENCODERS)}."
             raise InputError(message)
-        return ENCODERS[wanted]()
-    if not isinstance(wanted, Encoder):
-        message = f"{wanted!r} is no observation: space, reset and encode are wanted, or a name."
+        return ENCODERS[encoder]()
+    if not isinstance(encoder, Encoder):
+        message = f"Observation: expected a name, or space, reset and encode, got {encoder!r}."
         raise InputError(message)
-    if refused := encoder_inputs(wanted) & UNSHARED:
+    if refused := encoder_inputs(encoder) & DRIVER_ONLY:
         message = (
-            f"{wanted!r} asks for {' and '.join(sorted(refused))}: nothing privileged is given."
+            f"{encoder!r} declares {' and '.join(sorted(refused))}: expected no privileged inputs."
         )
         raise InputError(message)
-    return wanted
+    return encoder
 
 
 def encoder_inputs(encoder: Encoder) -> frozenset[str]:
-    """Return what an encoder is to be given, as planners declare it."""
+    """Return an encoder's inputs."""
     return frozenset(getattr(encoder, "inputs", PERCEIVED))

@@ -1,4 +1,4 @@
-"""PlantBench-v0: the benchmark's episodes, a decision at a time."""
+"""The Gymnasium environment PlantBench-v0: the benchmark's episodes, one decision per step."""
 
 from typing import Any
 
@@ -14,7 +14,7 @@ from plant_bench.gym.bev_image import picture
 from plant_bench.gym.encoders import Encoder, encoder_inputs, encoder_of
 from plant_bench.gym.gym_episode import DrivenEpisode
 from plant_bench.gym.rewards import reward_of
-from plant_bench.gym.simulation_lock import ADVICE, take_seat
+from plant_bench.gym.simulation_lock import ADVICE, acquire_simulation
 from plant_bench.gym.transition import Reward
 from plant_bench.runner.episode.jobs import Job, repetition_seed, select_routes
 from plant_bench.scoring.infractions import InfractionKind, Status
@@ -23,13 +23,13 @@ from plant_bench.sim.densities import density_of
 from plant_bench.world.route import Route, load_suite
 from plant_bench.world.scene import TICK
 
-AGENT = "gymnasium"  # the name of whoever drives, in records
+AGENT = "gymnasium"  # the planner's name in records
 OPTIONS = ("route", "repetition")
 RENDER_MODES = ["rgb_array"]
 
 
 class PlantBenchEnv(gymnasium.Env[Any, np.ndarray], EzPickle):
-    """Drives routes of a suite; one environment a process has an episode at a time.
+    """Drives routes of a suite; only one environment per process can run an episode at a time.
 
     Args:
         suite: A suite's name, or a folder or file of routes.
@@ -37,8 +37,8 @@ class PlantBenchEnv(gymnasium.Env[Any, np.ndarray], EzPickle):
         routes: Only these of them: numbers, ranges and ids, as in `plant-bench score --routes`.
         observation: "tokens", "objects", "raster", or an `Encoder`.
         action: "control" or "plan".
-        density: Of the traffic.
-        hazards: Whether the routes' hazards are played.
+        density: Traffic density.
+        hazards: Whether the routes' hazards occur.
         reward: "roach", "progress", or a `Reward`.
         frame_skip: Ticks of 0.05 s between two decisions, 1 to 20.
         render_mode: None or "rgb_array".
@@ -99,7 +99,7 @@ class PlantBenchEnv(gymnasium.Env[Any, np.ndarray], EzPickle):
         """
         super().reset(seed=seed)
         job = self._job(options or {})
-        take_seat(self)
+        acquire_simulation(self)
         self.leave()
         self._episode = DrivenEpisode(job, encoder_inputs(self._encoder))
         self._encoder.reset(self._episode.town)
@@ -107,7 +107,7 @@ class PlantBenchEnv(gymnasium.Env[Any, np.ndarray], EzPickle):
         return self._encoder.encode(self._episode.observation), info
 
     def step(self, action: np.ndarray) -> tuple[Any, float, bool, bool, dict[str, Any]]:
-        """Carry an action out for `frame_skip` ticks.
+        """Execute an action for `frame_skip` ticks.
 
         Raises:
             InputError: The action has the wrong shape or is not finite, or there is no episode.
@@ -150,18 +150,18 @@ class PlantBenchEnv(gymnasium.Env[Any, np.ndarray], EzPickle):
         self._episode = None
 
     def leave(self) -> None:
-        """End the simulation, if there is one; also asked when another environment drives."""
+        """End the simulation, if there is one; also called when another environment starts."""
         if self._episode is not None:
             self._episode.close()
 
     @property
     def under_way(self) -> bool:
-        """Whether an episode goes on that has moved."""
+        """Whether an episode is running and has made at least one step."""
         return self._episode is not None and self._episode.under_way
 
     @property
     def observation(self) -> Observation:
-        """What a planner of `plant_bench.agent` is given now: to let one drive, or to compare.
+        """The present observation for a planner of `plant_bench.agent`, to drive or compare it.
 
         Raises:
             InputError: There was no reset.
@@ -227,6 +227,6 @@ def _routes(suite: str, town: str | None, selection: str | None) -> list[Route]:
 
 def _checked_skip(frame_skip: int) -> int:
     if not isinstance(frame_skip, int) or not 1 <= frame_skip <= MOST_INTERVAL:
-        message = f"frame_skip {frame_skip!r}: a whole number from 1 to {MOST_INTERVAL} is wanted."
+        message = f"frame_skip: expected an integer from 1 to {MOST_INTERVAL}, got {frame_skip!r}."
         raise InputError(message)
     return frame_skip

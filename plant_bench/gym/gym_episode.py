@@ -1,4 +1,4 @@
-"""One episode driven from outside: the loop of `runner.episode`, one decision at a time."""
+"""One episode of the environment: the loop of `runner.episode`, one decision per call."""
 
 from collections.abc import Iterable
 
@@ -14,16 +14,16 @@ from plant_bench.world.town import Town
 
 
 class DrivenEpisode:
-    """A scenario in motion and its referee; mutable. SUMO ends with the episode, or by `close`.
+    """A running scenario with its referee; mutable. `close` or the episode's end stops SUMO.
 
     Args:
-        job: What to drive; its agent is a name only.
-        inputs: What is made of each scene, as a planner declares it; nothing privileged.
+        job: The episode to drive; its agent is only a name.
+        inputs: The inputs of the observations; none may be privileged.
 
     Attributes:
-        referee: Judges each tick.
-        observation: What a planner is given now.
-        open: Whether it can be driven on.
+        referee: Scores each tick.
+        observation: The present observation.
+        open: Whether the episode is still running.
 
     Raises:
         SimulationError: SUMO fails.
@@ -42,7 +42,7 @@ class DrivenEpisode:
 
     @property
     def under_way(self) -> bool:
-        """Whether it goes on, and has moved."""
+        """Whether the episode is running and has made at least one step."""
         return self.open and self._episode.scene.tick > 0
 
     @property
@@ -51,7 +51,7 @@ class DrivenEpisode:
         return self._result
 
     def drive(self, action: Plan | Control, ticks: int) -> Transition:
-        """Carry an action out for some ticks, or until the episode ends.
+        """Execute an action for some ticks, or until the episode ends.
 
         Raises:
             SimulationError: SUMO has lost the ego.
@@ -87,7 +87,7 @@ class DrivenEpisode:
         return transition
 
     def close(self) -> None:
-        """End SUMO; asked again, do nothing."""
+        """Stop SUMO; a second call does nothing."""
         if self.open:
             self._episode.close()
             self.open = False

@@ -1,4 +1,4 @@
-"""What a planner is given, as arrays of a fixed size in the ego frame."""
+"""Encodes actors, route, light and ego as fixed-size arrays in the ego frame."""
 
 from typing import Any
 
@@ -20,7 +20,7 @@ class ObjectEncoder:
     """The observation itself as arrays in the ego frame.
 
     Args:
-        most: Actors, the nearest first; those that do not fit are left out.
+        most: Maximum number of actors; the nearest ones are kept.
     """
 
     def __init__(self, most: int = MOST_ACTORS) -> None:
@@ -46,10 +46,10 @@ class ObjectEncoder:
         )
 
     def reset(self, town: Town) -> None:
-        """There is nothing to forget."""
+        """Start a new episode; there is no state to clear."""
 
     def encode(self, observation: Observation) -> dict[str, Any]:
-        """Return the observation as arrays; rows that hold nothing are 0, and so is their mask."""
+        """Return the observation as arrays; unused rows and their mask are 0."""
         ego, light = observation.ego, observation.light
         actors, kinds, mask = self._actors(observation)
         route, route_mask = _route(observation)

@@ -1,4 +1,4 @@
-"""Bounds of observations: finite, as Gymnasium wants them, and beyond what ever occurs."""
+"""Finite bounds of observation spaces, beyond all values that occur."""
 
 from typing import Any
 
@@ -18,7 +18,7 @@ def box(low: float, high: float, size: int) -> spaces.Box:
 
 
 def in_bounds(parts: dict[str, spaces.Space[Any]], values: dict[str, Any]) -> dict[str, Any]:
-    """Return the values with what lies beyond the bounds of a box cut off."""
+    """Return the values, clipped to the bounds of boxes."""
     boxes = {name: box for name, box in parts.items() if isinstance(box, spaces.Box)}
     return {
         name: np.clip(value, boxes[name].low, boxes[name].high) if name in boxes else value

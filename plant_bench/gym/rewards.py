@@ -1,4 +1,4 @@
-"""The rewards there are; docs/gymnasium.md has the table."""
+"""The environment's rewards by name; docs/gymnasium.md has the table."""
 
 from plant_bench.errors import InputError
 from plant_bench.gym.roach import RoachReward
@@ -6,18 +6,18 @@ from plant_bench.gym.transition import Reward, Transition
 
 
 class ProgressReward:
-    """Metres of route, less what infractions cost: the score's own terms.
+    """Metres of route driven, less the costs of infractions, as in the driving score.
 
     Args:
-        lost: Metres that an infraction costs, times one minus its factor
-            (`plant_bench.scoring.infractions.PENALTIES`): a pedestrian hit costs half of it.
+        lost: Cost of an infraction in metres, to be multiplied by one minus its factor
+            (`plant_bench.scoring.infractions.PENALTIES`): 0.5 for hitting a pedestrian.
     """
 
     def __init__(self, lost: float = 100.0) -> None:
         self._lost = lost
 
     def __call__(self, transition: Transition) -> dict[str, float]:
-        """Return metres gained, metres not counted since outside the lanes, and penalties."""
+        """Return progress, progress outside the lanes (negative), and penalties, metres."""
         costs = sum(1.0 - item.factor for item in transition.infractions if item.share is None)
         return {
             "progress": transition.progress,
@@ -32,18 +32,18 @@ REWARDS: dict[str, type[RoachReward] | type[ProgressReward]] = {
 }
 
 
-def reward_of(wanted: object) -> Reward:
-    """Return a reward by its name, or the one given.
+def reward_of(reward: object) -> Reward:
+    """Return a reward by its name, or the given reward.
 
     Raises:
         InputError: There is none of this name, or it cannot be called.
     """
-    if isinstance(wanted, str):
-        if wanted not in REWARDS:
-            message = f"There is no reward {wanted!r}. Rewards: {', '.join(REWARDS)}."
+    if isinstance(reward, str):
+        if reward not in REWARDS:
+            message = f"There is no reward {reward!r}. Rewards: {', '.join(REWARDS)}."
             raise InputError(message)
-        return REWARDS[wanted]()
-    if not isinstance(wanted, Reward):
-        message = f"{wanted!r} is no reward: something called with a Transition, or a name."
+        return REWARDS[reward]()
+    if not isinstance(reward, Reward):
+        message = f"Reward: expected a name or a function of a Transition, got {reward!r}."
         raise InputError(message)
-    return wanted
+    return reward

@@ -1,6 +1,6 @@
-"""Who has the process's one SUMO: libsumo starts a second simulation over the first without a word.
+"""Ensures one simulation per process: libsumo would silently replace a running one.
 
-An environment keeps the seat while its episode goes on, and gives it up when that has ended.
+An environment owns the simulation while its episode is running.
 """
 
 import os
@@ -18,11 +18,11 @@ ADVICE = (
 
 @runtime_checkable
 class SimulationOwner(Protocol):
-    """Somebody with an episode."""
+    """An environment that can own the simulation."""
 
     @property
     def under_way(self) -> bool:
-        """Whether an episode would be lost without the simulation: it goes on, and has moved."""
+        """Whether an episode is running and has made at least one step."""
         ...
 
     def leave(self) -> None:
@@ -30,20 +30,20 @@ class SimulationOwner(Protocol):
         ...
 
 
-_seated: tuple[int, weakref.ref[SimulationOwner]] | None = None  # and the process it was seated in
+_owner: tuple[int, weakref.ref[SimulationOwner]] | None = None  # process id and owner
 
 
-def take_seat(sitter: SimulationOwner) -> None:
-    """Become the one who may start a simulation; who has one that has not moved is sent away.
+def acquire_simulation(owner: SimulationOwner) -> None:
+    """Make an environment the owner; ends another's episode that has not made a step.
 
     Raises:
-        InputError: Another's episode is under way in this process.
+        InputError: Another environment's episode is running in this process.
     """
-    global _seated
-    other = _seated[1]() if _seated is not None and _seated[0] == os.getpid() else None
-    if other is not None and other is not sitter:
+    global _owner
+    other = _owner[1]() if _owner is not None and _owner[0] == os.getpid() else None
+    if other is not None and other is not owner:
         if other.under_way:
             message = f"Another environment's episode is under way in this process. {ADVICE}"
             raise InputError(message)
         other.leave()
-    _seated = os.getpid(), weakref.ref(sitter)
+    _owner = os.getpid(), weakref.ref(owner)

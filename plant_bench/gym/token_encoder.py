@@ -1,4 +1,4 @@
-"""PlanT's object tokens as arrays of a fixed size: the numbers are those of `features.tokens`."""
+"""Encodes an observation as PlanT's object tokens (`features.tokens`), in fixed-size arrays."""
 
 import numpy as np
 from gymnasium import spaces
@@ -12,27 +12,27 @@ from plant_bench.features.tokens import TokenKind, Tokens, TokenSpec
 from plant_bench.gym.observation_bounds import FASTEST, ROUTE_REACH, box, in_bounds
 from plant_bench.world.town import Town
 
-# Walkers and the lines of lights are told; conflicts and tracks, which follow from boxes, are not.
+# Walkers and the lines of lights are told; conflicts and motion, which follow from boxes, are not.
 PLAIN_TOKENS = TokenSpec(vulnerable=True, stop_line=True)
 
 
 class TokenEncoder:
-    """What PlanT is told: object tokens, filled up with zeros, and the few facts beside them.
+    """PlanT's inputs: object tokens, padded with zeros, and the scalar inputs.
 
     Args:
-        spec: What becomes a token.
-        most: Rows; actors come nearest first, and those that do not fit are left out.
+        spec: Which objects become tokens.
+        most: Number of rows; actors come nearest first, the farthest are left out.
 
     Raises:
-        InputError: There are fewer rows than route segments and a stop line need.
+        InputError: There are too few rows for the route segments and a stop line.
     """
 
     def __init__(self, spec: TokenSpec = PLAIN_TOKENS, most: int = 40) -> None:
         if most <= spec.segments + 1:
-            message = f"{most} tokens: more than {spec.segments + 1} are wanted."
+            message = f"most: expected more than {spec.segments + 1} tokens, got {most}."
             raise InputError(message)
         self._spec, self._most = spec, most
-        self._tracks = MotionTracker()
+        self._tracker = MotionTracker()
         reach = ROUTE_REACH + FASTEST * spec.horizon
         self.space = spaces.Dict(
             {
@@ -47,15 +47,15 @@ class TokenEncoder:
         )
 
     def reset(self, town: Town) -> None:
-        """Forget who was where."""
+        """Start a new episode."""
         del town
-        self._tracks.forget()
+        self._tracker.reset()
 
     def encode(self, observation: Observation) -> dict[str, np.ndarray]:
         """Return `SceneInput` as arrays."""
         rates = None
         if self._spec.motion and observation.actors is not None:
-            rates = self._tracks.rates(observation.time, observation.actors)
+            rates = self._tracker.rates(observation.time, observation.actors)
         given = scene_input(observation, self._spec, rates)
         attributes, kinds = self._fitting(given.tokens)
         count = len(kinds)
@@ -81,7 +81,7 @@ class TokenEncoder:
     def _fitting(
         self, tokens: Tokens
     ) -> tuple[Float[np.ndarray, "tokens attributes"], UInt8[np.ndarray, " tokens"]]:
-        """Return the tokens without the farthest actors that do not fit; the rest always does."""
+        """Return the tokens without the farthest actors that do not fit."""
         surplus = max(len(tokens) - self._most, 0)
         actors = int(np.count_nonzero(tokens.places >= 0))
         keep = np.ones(len(tokens), bool)

@@ -1,4 +1,4 @@
-"""What a reward is made of: one step of the environment."""
+"""One step of the environment, as the input of a reward, and the reward's interface."""
 
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
@@ -13,15 +13,15 @@ class Transition:
     """One step of the environment.
 
     Attributes:
-        before: What there was when the action was chosen.
-        after: What there is now.
-        observation: As a planner is given `after`: also the route ahead and the next light.
-        control: What the vehicle was asked for.
-        last_control: In the step before; nothing in the first.
+        before: The scene when the action was chosen.
+        after: The scene now.
+        observation: The observation of `after`, with the route ahead and the next light.
+        control: The executed control.
+        last_control: The control of the previous step; zero in the first.
         progress: Metres driven along the route in this step.
         outside: Metres of these driven outside the lanes or against their direction.
-        infractions: Noted in this step.
-        status: How the episode has ended, None while it goes on.
+        infractions: The infractions in this step.
+        status: How the episode has ended; None while it is running.
     """
 
     before: Scene
@@ -37,7 +37,7 @@ class Transition:
 
 @runtime_checkable
 class Reward(Protocol):
-    """Values a step."""
+    """Computes the reward of a step."""
 
     def __call__(self, transition: Transition) -> dict[str, float]:
         """Return the terms by name: `info["reward_terms"]`; the reward is their sum."""

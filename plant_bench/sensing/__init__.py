@@ -1,1 +1,1 @@
-"""What planners are given: observations made of scenes."""
+"""Builds planners' observations from simulated scenes."""

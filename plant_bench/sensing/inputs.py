@@ -1,8 +1,8 @@
-"""The one table of what a planner may be given: who makes it, where it is found, who may see it.
+"""The table of planner inputs: name, description, function, observation field, wire format, track.
 
-A new input is one row here and the function that makes it. Everything else reads the table: what a
-planner may declare, what `given` leaves it, how it travels to planners in other processes, and the
-track in which a planner is shown.
+A new input is one row here and the function that computes it. Everything else reads the table: the
+inputs that a planner may declare, `restrict`, the messages to planners in other processes, and the
+track in which a planner is listed.
 """
 
 from bisect import bisect_right
@@ -30,31 +30,31 @@ from plant_bench.world.town import Town
 
 
 class Track(IntEnum):
-    """In whose company a planner is shown: the higher, the more it is told."""
+    """A planner's leaderboard track, set by its inputs; higher tracks get more information."""
 
-    SENSORS = 0  # raw signals and a navigation system's route
-    OBJECTS = 1  # boxes, lights: what a perfect perception would tell
-    PRIVILEGED = 2  # what only the simulator knows
+    SENSORS = 0  # raw sensor data and the navigation route
+    OBJECTS = 1  # ground-truth perception: boxes and traffic lights
+    PRIVILEGED = 2  # facts that only the simulator has
 
     @property
     def label(self) -> str:
-        """Its name in tables."""
+        """The track's name in tables."""
         return self.name.lower()
 
 
 @dataclass(frozen=True, slots=True)
-class Moment:
-    """What an input is made of.
+class SensingContext:
+    """The data from which an input's function computes its value at one tick.
 
     Attributes:
-        scene: What there is.
+        scene: The scene.
         route: The route being driven.
-        index: Of the last route point that the ego has passed; never the very last one.
-        progress: Arc length the ego has driven of it, metres.
-        offset: The ego's lateral distance from it, metres, positive to the left.
-        facts: What only the simulator knows of the scene's actors; None where nobody may have it.
-        seed: The scenario's. Noise of a tick is drawn from it and `scene.tick`, nothing else, so
-            that an episode repeats.
+        index: Index of the last route point passed, at most that of the last but one.
+        progress: Arc length of the route that the ego has driven, metres.
+        offset: The ego's lateral distance from the route, metres, positive to the left.
+        facts: Simulator-only facts about the scene's actors; None if no planner here may get them.
+        seed: The scenario's seed. Noise must depend on it and `scene.tick` alone, so that episodes
+            are reproducible.
     """
 
     scene: Scene
@@ -67,18 +67,18 @@ class Moment:
 
     @property
     def town(self) -> Town:
-        """The town; read from the disk once."""
+        """The town; loaded from disk once."""
         return self.route.load_town()
 
 
 @dataclass(frozen=True)
-class Record:
-    """How a dataclass travels: a map of numbers and arrays, the latter as float64.
+class WireRecord:
+    """How a dataclass is sent: a map of numbers and arrays; arrays are sent as float64.
 
     Attributes:
-        type: Made of them again, by keyword.
-        numbers: What makes each number on arrival.
-        arrays: The type of each array on arrival.
+        type: The dataclass, called with the fields as keywords.
+        numbers: The type that converts each received number.
+        arrays: The dtype of each received array.
     """
 
     type: Callable[..., Any]
@@ -91,42 +91,42 @@ class InputRow:
     """One input.
 
     Attributes:
-        name: As planners declare it.
-        track: In which it puts a planner.
-        about: What it is: shape, unit and frame.
-        make: Makes it of a moment; None where it is no part of an observation.
-        field: Of `Observation`; empty for an array in `Observation.sensors`.
-        record: How it travels; None for an array, which keeps its type and shape.
+        name: The name that planners declare.
+        track: The track that it puts a planner in.
+        description: Description with shape, unit and frame.
+        make: Computes its value; None if it is no part of an observation.
+        field: The field of `Observation`; empty for an array in `Observation.sensors`.
+        record: Its wire format; None for an array, which keeps its dtype and shape.
     """
 
     name: str
     track: Track
-    about: str
-    make: Callable[[Moment], Any] | None = None
+    description: str
+    make: Callable[[SensingContext], Any] | None = None
     field: str = ""
-    record: Record | None = None
+    record: WireRecord | None = None
 
 
-def _actors(moment: Moment) -> Actors:
-    return moment.scene.actors
+def _actors(context: SensingContext) -> Actors:
+    return context.scene.actors
 
 
-def _route_ahead(moment: Moment) -> RouteAhead:
-    route, index = moment.route, moment.index
+def _route_ahead(context: SensingContext) -> RouteAhead:
+    route, index = context.route, context.index
     part = slice(index, index + ROUTE_AHEAD + 1)
     return RouteAhead(
-        progress=moment.progress,
-        past=moment.progress - float(route.along[index]),
-        offset=moment.offset,
+        progress=context.progress,
+        past=context.progress - float(route.along[index]),
+        offset=context.offset,
         points=route.points[part],
         headings=route.headings[part],
         speed_limits=route.speed_limits[part],
     )
 
 
-def _next_light(moment: Moment) -> NextLight | None:
-    entries, lights = moment.route.signal_entries, moment.scene.lights
-    front = moment.progress + 0.5 * EGO_LENGTH
+def _next_light(context: SensingContext) -> NextLight | None:
+    entries, lights = context.route.signal_entries, context.scene.lights
+    front = context.progress + 0.5 * EGO_LENGTH
     for place in range(bisect_right(entries, front - EGO_LENGTH), len(entries)):
         distance = entries[place] - front
         if distance > LIGHT_RANGE:
@@ -136,8 +136,8 @@ def _next_light(moment: Moment) -> NextLight | None:
     return None
 
 
-def _facts(moment: Moment) -> Privileged | None:
-    return moment.facts
+def _facts(context: SensingContext) -> Privileged | None:
+    return context.facts
 
 
 _REALS = np.float64
@@ -145,10 +145,10 @@ _ROWS = (
     InputRow(
         Input.OBJECTS,
         Track.OBJECTS,
-        "boxes of all others in sight: ids, poses, speeds, extents, kinds",
+        "boxes of all other road users in sight: ids, poses, speeds, extents, kinds",
         _actors,
         "actors",
-        Record(  # arrays as scenes hold them: a planner reckons alike in either process
+        WireRecord(  # dtypes as in `Scene`: a planner computes the same in either process
             Actors,
             arrays={
                 "ids": np.int64,
@@ -162,10 +162,10 @@ _ROWS = (
     InputRow(
         Input.ROUTE,
         Track.SENSORS,
-        f"the route for {ROUTE_AHEAD} m ahead, a point a metre, with speed limits",
+        f"the next {ROUTE_AHEAD} m of the route, one point per metre, with speed limits",
         _route_ahead,
         "route",
-        Record(
+        WireRecord(
             RouteAhead,
             {"progress": float, "past": float, "offset": float},
             {"points": _REALS, "headings": _REALS, "speed_limits": _REALS},
@@ -177,15 +177,15 @@ _ROWS = (
         f"the next traffic light on the route within {LIGHT_RANGE:.0f} m",
         _next_light,
         "light",
-        Record(NextLight, {"state": Light, "distance": float}),
+        WireRecord(NextLight, {"state": Light, "distance": float}),
     ),
     InputRow(
         Input.PRIVILEGED,
         Track.PRIVILEGED,
-        "what only the simulator knows of the others: where they will go, and what stops them",
+        "simulator-only facts about the actors: future paths, desired speeds, stops",
         _facts,
         "privileged",
-        Record(
+        WireRecord(
             Privileged,
             arrays=dict.fromkeys(
                 ("paths", "accelerations", "desired_speeds", "stop_distances", "stopped_for"),
@@ -194,24 +194,26 @@ _ROWS = (
         ),
     ),
     InputRow(
-        Input.SIMULATOR, Track.PRIVILEGED, "nothing: SUMO's own driver drives, actions go unheard"
+        Input.SIMULATOR,
+        Track.PRIVILEGED,
+        "nothing: SUMO's driver model drives, actions are ignored",
     ),
 )
 INPUTS: Mapping[str, InputRow] = MappingProxyType({row.name: row for row in _ROWS})
 
-PERCEIVED = frozenset({Input.OBJECTS, Input.ROUTE, Input.LIGHT})  # by a perfect perception
-UNSHARED = frozenset({Input.PRIVILEGED, Input.SIMULATOR})  # what nobody has who only looks on
+PERCEIVED = frozenset({Input.OBJECTS, Input.ROUTE, Input.LIGHT})  # ground-truth perception
+DRIVER_ONLY = frozenset({Input.PRIVILEGED, Input.SIMULATOR})  # for the driving planner alone
 
 
 def check_inputs(inputs: Iterable[object], who: str) -> None:
-    """Check that a planner declares what there is.
+    """Check that all declared inputs exist.
 
     Args:
-        inputs: As it declares them.
-        who: Names it, for the message.
+        inputs: The declared inputs.
+        who: The planner's name in the message.
 
     Raises:
-        AgentError: One is unknown.
+        AgentError: An input is unknown.
     """
     unknown = sorted({str(item) for item in inputs if item not in INPUTS})
     if unknown:
@@ -219,8 +221,8 @@ def check_inputs(inputs: Iterable[object], who: str) -> None:
         raise AgentError(message)
 
 
-def given(observation: Observation, inputs: Iterable[str]) -> Observation:
-    """Return an observation as a planner that declares these inputs sees it."""
+def restrict(observation: Observation, inputs: Iterable[str]) -> Observation:
+    """Return an observation without the inputs that a planner has not declared."""
     left = set(inputs)
     hidden = {row.field: None for row in INPUTS.values() if row.field and row.name not in left}
     sensors = {name: value for name, value in observation.sensors.items() if name in left}
@@ -228,7 +230,7 @@ def given(observation: Observation, inputs: Iterable[str]) -> Observation:
 
 
 def track_of(inputs: Iterable[str]) -> Track:
-    """Return the track of a planner: that of the input which tells it most; unknown ones tell all.
+    """Return a planner's track: the highest of its inputs' tracks; unknown inputs are privileged.
 
     >>> track_of(["objects", "route"]).label, track_of(["route"]).label
     ('objects', 'sensors')

@@ -1,22 +1,22 @@
-"""The one maker of observations: of a scene, what a planner has declared, and nothing else."""
+"""Builds a planner's observation from a scene: the inputs that it declares, and nothing else."""
 
 from collections.abc import Iterable
 
 import numpy as np
 
 from plant_bench.agent import Observation, Privileged
-from plant_bench.sensing.inputs import INPUTS, Moment, check_inputs
+from plant_bench.sensing.inputs import INPUTS, SensingContext, check_inputs
 from plant_bench.world.route import Route
 from plant_bench.world.scene import Scene
 
 
 class Sensors:
-    """What a planner sees with through one episode.
+    """Builds the observations of one episode.
 
     Args:
-        route: The route being driven; its town is at hand for whatever is made of it.
-        seed: The scenario's; seeds whatever is drawn by chance.
-        inputs: What the planner declares.
+        route: The route being driven; it gives access to the town.
+        seed: The scenario's seed; seeds sensor noise.
+        inputs: The inputs that the planner declares.
 
     Raises:
         AgentError: An input is unknown.
@@ -36,34 +36,35 @@ class Sensors:
         """Return the observation of a scene.
 
         Args:
-            scene: What there is.
-            progress: Arc length the ego has driven of the route, metres.
-            offset: The ego's lateral distance from it, metres, positive to the left.
-            facts: What only the simulator knows of the scene's actors; handed on if declared.
+            scene: The scene.
+            progress: Arc length of the route that the ego has driven, metres.
+            offset: The ego's lateral distance from the route, metres, positive to the left.
+            facts: Simulator-only facts about the scene's actors; included if declared.
         """
         route = self._route
         index = _point_at(route, progress)
-        moment = Moment(scene, route, index, progress, offset, facts, self._seed)
+        context = SensingContext(scene, route, index, progress, offset, facts, self._seed)
         return Observation(
             time=scene.time,
             ego=scene.ego,
             speed_limit=float(route.speed_limits[index]),
-            sensors={name: _locked(name, make(moment)) for name, make in self._arrays},
-            **{name: make(moment) for name, make in self._fields},
+            sensors={name: _locked(name, make(context)) for name, make in self._arrays},
+            **{name: make(context) for name, make in self._fields},
         )
 
 
 def _point_at(route: Route, progress: float) -> int:
-    """Return the index of the last route point passed; never the very last one."""
+    """Return the index of the last route point passed, at most that of the last but one."""
     last = len(route.points) - 2
     return min(max(int(np.searchsorted(route.along, progress, side="right")) - 1, 0), last)
 
 
 def _locked(name: str, values: object) -> np.ndarray:
-    """Return an array that cannot be written to, as one that has come from another process.
+    """Return a read-only view, since arrays sent to another process are read-only, too.
 
     Raises:
-        TypeError: It is no array of numbers: the row's function is at fault, not the planner.
+        TypeError: The values are not an array of numbers: the input's function is at fault, not
+            the planner.
     """
     if not isinstance(values, np.ndarray) or values.dtype.kind not in "biuf":
         found = getattr(values, "dtype", type(values).__name__)

@@ -109,16 +109,16 @@ def test_valid_agent_passes_the_check(episode: tuple[Route, list[Observation]]) 
 @pytest.mark.parametrize(
     ("agent", "message"),
     [
-        (Forgetless(), "must forget the past"),
-        (Vandal(), "changed its observation|read-only"),
+        (Forgetless(), "reset must clear state"),
+        (Vandal(), "must not modify its observation|read-only"),
         (NotANumber(), "finite numbers"),
         (WrongShape(), r"shape \(3, 2\)"),
-        (Nothing(), "a Plan or a Control is wanted"),
-        (Hasty(), "interval 0"),
-        (BadRanks(), "rank returned shape"),
-        (Talker(), "a Reason or None is wanted"),
+        (Nothing(), "expected a Plan or a Control"),
+        (Hasty(), "got 0"),
+        (BadRanks(), "rank: expected"),
+        (Talker(), "expected a Reason or None"),
         (Accuser(), "actor 1000000000"),
-        (Incomplete(), "is no Agent"),
+        (Incomplete(), "is not a planner"),
     ],
     ids=lambda value: type(value).__name__ if not isinstance(value, str) else "",
 )

@@ -85,7 +85,7 @@ def test_help_of_each_command_shows_its_usage(command, tmp_path):
         (["rfds", "--ranker", "masking"], "--agent is wanted"),
         (["rfds", "--ranker", "distence"], "There is no ranker 'distence'"),
         (["rfds", "--agent", "plant@nowhere"], "There are no weights in nowhere"),
-        (["rfds", "--agent", "cruise"], "is not given 'objects'"),
+        (["rfds", "--agent", "cruise"], "has no input 'objects'"),
         (["rfds", "--agent", "idm", "--ranker", "attention"], "rank by masking"),
         (["collect", "--out", "x", "--driver", "plnt"], "Did you mean 'plant'?"),
         (["collect", "--out", "x", "--driver", "plant@nowhere"], "nowhere"),

@@ -18,7 +18,7 @@ ROUTE = "town01-5"  # the shortest
 pytestmark = pytest.mark.sumo
 
 FUNCTION = '''
-def _shade(moment: Moment) -> np.ndarray:
+def _shade(moment: SensingContext) -> np.ndarray:
     """An image from town, scene and seed: 3 x 8 x 16, uint8."""
     chance = np.random.default_rng([moment.seed, moment.scene.tick])
     image = chance.integers(0, 100, (3, 8, 16), np.uint8)

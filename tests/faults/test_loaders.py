@@ -143,7 +143,7 @@ def test_onnx_graph_with_external_data_is_refused(tmp_path: Path) -> None:
     graph = onnx.helper.make_graph([node], "g", [], [output])
     (tmp_path / "network.onnx").write_bytes(onnx.helper.make_model(graph).SerializeToString())
 
-    with pytest.raises(InputError, match="in another file, which are not read"):
+    with pytest.raises(InputError, match="in another file, which is not allowed"):
         GraphPredictor(tmp_path / "network.onnx")
 
 

@@ -65,8 +65,8 @@ def decided(seed: int) -> dict[str, list]:
         speeds=np.maximum(now.actors.speeds - np.float32(0.5), np.float32(0.0)),
     )
     tracked = MotionForecast()
-    tracked.watch(replace(now, time=0.5, actors=before))
-    tracked.watch(now)
+    tracked.update(replace(now, time=0.5, actors=before))
+    tracked.update(now)
     found: dict[str, list] = {}
     for name, way in (("expert", along_true_lanes), ("rules", straight_on), ("tracks", tracked)):
         driver = CarefulDriver(way)

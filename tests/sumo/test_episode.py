@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from plant_bench.agent import NOBODY
+from plant_bench.agent import NO_ACTOR
 from plant_bench.agents.careful.driver import INTERVAL, RESTING_INTERVAL, STILL
 from plant_bench.agents.loading.checksum import agent_checksum
 from plant_bench.data.recording import Recording
@@ -63,7 +63,9 @@ def test_recording_holds_a_reason_for_each_decision(driven: Driven) -> None:
 
 def test_actor_named_as_reason_is_in_sight(driven: Driven) -> None:
     pairs = zip(driven.recording, driven.recording.reasons, strict=True)
-    named = [(scene, reason.actor) for scene, reason in pairs if reason and reason.actor != NOBODY]
+    named = [
+        (scene, reason.actor) for scene, reason in pairs if reason and reason.actor != NO_ACTOR
+    ]
     assert len(named) > 10
     assert all(np.isin(actor, scene.actors.ids) for scene, actor in named)
 

@@ -26,7 +26,7 @@ from plant_bench.gym.environment import PlantBenchEnv
 from plant_bench.runner.episode.jobs import Job, repetition_seed
 from plant_bench.runner.episode.loop import run_episode
 from plant_bench.scoring.infractions import Status
-from plant_bench.sensing.inputs import given as given_to
+from plant_bench.sensing.inputs import restrict
 from plant_bench.world.route import ROUTE_FORMAT, Route, load_suite
 from plant_bench.world.town import town_file
 
@@ -121,7 +121,7 @@ def test_environment_episode_scores_like_the_score_command(
     over = False
     info: dict[str, Any] = {}
     while not over:
-        given = agent.act(given_to(env.observation, agent.inputs))
+        given = agent.act(restrict(env.observation, agent.inputs))
         asked = given.waypoints if isinstance(given, Plan) else ControlAction().encode(given)
         _, _, terminated, truncated, info = env.step(asked)
         over = terminated or truncated

@@ -22,16 +22,15 @@ pytestmark = [
 ROOT = Path(__file__).parents[2]
 HOSTILE = ROOT / "tests" / "unit" / "agents" / "remote" / "hostile.py"
 REASONS = {
-    "Hangs": "act raised TimeLimitError: no answer within 8 s (--tick-limit).",
-    "Leaks": "act raised MemoryLimitError: it wants more than 0.25 GB (--memory-limit).",
+    "Hangs": "act raised TimeLimitError: no response within 8 s (--tick-limit).",
+    "Leaks": "act raised MemoryLimitError: it uses more than 0.25 GB (--memory-limit).",
     "Segfaults": "act raised ProcessEndedError: its process was ended by SIGSEGV.",
     "ExitsAtOnce": "act raised ProcessEndedError: its process ended with exit code 3.",
     "Raises": "act raised ValueError: no way out of <object object at 0x...>",
-    "AnswersNaN": "act returned Control(acceleration=nan, steering=0.0): finite numbers are "
-    "wanted.",
+    "AnswersNaN": "act: expected finite numbers, got Control(acceleration=nan, steering=0.0).",
     "ClosesItsPipe": "act raised ProcessEndedError: it has closed its pipe.",
-    "AnswersGarbage": "act raised ProtocolError: it said more than it was asked, or before it was "
-    "asked.",
+    "AnswersGarbage": "act raised ProtocolError: it sent more than one response, or sent before "
+    "the request.",
 }
 
 

@@ -14,7 +14,7 @@ import pytest
 
 import plant_bench
 from plant_bench import jit as room
-from plant_bench.jit import REALS, compiled
+from plant_bench.jit import F64_1D, compiled
 
 PACKAGE = Path(plant_bench.__file__).parent
 
@@ -50,7 +50,7 @@ def foreign_names(source: str) -> set[str]:
 def test_names_from_other_modules_are_found() -> None:
     source = (
         "from plant_bench.x import A, B\nimport plant_bench.y as y\nC = 1\nD = 2 * A\n"
-        "@compiled(REAL)\ndef f(x):\n    return x + A + C + D + y.E\ndef g(x):\n    return B\n"
+        "@compiled(F64)\ndef f(x):\n    return x + A + C + D + y.E\ndef g(x):\n    return B\n"
     )
     assert foreign_names(source) == {"A", "D", "y"}
 
@@ -66,11 +66,11 @@ def test_compiled_functions_use_no_names_from_other_modules() -> None:
 
 
 SOURCE = """
-from plant_bench.jit import REALS, compiled
+from plant_bench.jit import F64_1D, compiled
 
 FACTOR = 2.0
 
-@compiled(REALS)
+@compiled(F64_1D)
 def scaled(values):
     return FACTOR * values[1]
 """
@@ -160,6 +160,6 @@ def test_compiling_is_announced_once_on_a_terminal(
     room._tell.cache_clear()
 
     for _ in range(2):
-        assert compiled(REALS)(load) is found
+        assert compiled(F64_1D)(load) is found
 
     assert len(caplog.records) == (person and not kept)

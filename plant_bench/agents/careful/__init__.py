@@ -1,1 +1,1 @@
-"""The rule-based careful driver, in parts; the expert and the rule-based planners use it."""
+"""The rule-based careful driver, shared by the expert and the rule-based planners."""

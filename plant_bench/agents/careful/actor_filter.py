@@ -1,32 +1,35 @@
-"""Which actors a careful driver need not forecast, or must not wait for."""
+"""Selects the actors that the careful driver forecasts, and those that it need not wait for."""
 
 import math
 
 import numpy as np
 from jaxtyping import Bool
 
-from plant_bench.agents.careful.box_overlaps import meets_going_its_way, standing_in_touch
+from plant_bench.agents.careful.box_overlaps import same_direction_overlaps, stationary_overlaps
 from plant_bench.agents.careful.forecast import MARGIN_ALONG, STANDING, Forecast
 from plant_bench.agents.careful.leader import Corridor
-from plant_bench.jit import FLAGS, REALS, SINGLES, SINGLES_2D, compiled
+from plant_bench.jit import BOOL_1D, F32_1D, F32_2D, F64_1D, compiled
 from plant_bench.world.scene import EGO_EXTENT, EGO_LENGTH, EGO_WIDTH, Actors, EgoState
 
 HALF = 0.5 * EGO_LENGTH
-SAME_WAY = 0.7  # cosine of the angle to the ego from which on somebody drives its way
-FOLLOWER_BRAKING = 3.0  # m/s2 that whoever comes from behind is trusted with
-FOLLOWER_GAP = 1.0  # m that it keeps
+SAME_DIRECTION = 0.7  # cosine of the relative heading above which an actor drives the ego's way
+FOLLOWER_BRAKING = 3.0  # m/s2 that a follower is assumed to brake with
+FOLLOWER_GAP = 1.0  # m that a follower keeps
 _EXTENT = np.array(EGO_EXTENT)
 
 
-def left_behind(ego: EgoState, actors: Actors) -> Bool[np.ndarray, " actors"]:
-    """Tell who stands touching the ego and is not ahead of it: to wait would not undo that."""
-    return standing_in_touch(
+def stationary_contacts(ego: EgoState, actors: Actors) -> Bool[np.ndarray, " actors"]:
+    """Return a mask of stationary actors that touch the ego from beside or behind.
+
+    Waiting would not resolve such a contact.
+    """
+    return stationary_overlaps(
         np.array(ego.pose), _EXTENT, actors.poses, actors.extents, actors.speeds, STANDING
     )
 
 
 def may_conflict(ego: EgoState, actors: Actors, ahead: Corridor) -> Bool[np.ndarray, " actors"]:
-    """Tell which actors a forecast is needed for: not the leader's queue, not who follows."""
+    """Return a mask of the actors that need a forecast: not the queue ahead, nor followers."""
     return _may_conflict(
         np.array((ego.x, ego.y, ego.yaw, ego.speed)),
         _EXTENT,
@@ -41,7 +44,18 @@ def may_conflict(ego: EgoState, actors: Actors, ahead: Corridor) -> Bool[np.ndar
     )
 
 
-@compiled(REALS, REALS, SINGLES_2D, SINGLES, SINGLES_2D, SINGLES, FLAGS, FLAGS, REALS, REALS)
+@compiled(
+    F64_1D,
+    F64_1D,
+    F32_2D,
+    F32_1D,
+    F32_2D,
+    F32_1D,
+    BOOL_1D,
+    BOOL_1D,
+    F64_1D,
+    F64_1D,
+)
 def _may_conflict(
     ego, extent, poses, alignments, extents, speeds, inside, crossing, asides, numbers
 ):
@@ -67,33 +81,35 @@ def _may_conflict(
     return found
 
 
-def brake_for_ego(ego: EgoState, actors: Actors, forecast: Forecast) -> Bool[np.ndarray, " actors"]:
-    """Tell who comes from behind, whose way the ego is in already, and who can fall in behind it.
+def yielding_followers(
+    ego: EgoState, actors: Actors, forecast: Forecast
+) -> Bool[np.ndarray, " actors"]:
+    """Return a mask of followers that will have to brake for the ego, and can.
 
-    Forecasts do not react to the ego. To brake before such a follower would bring about what they
-    warn of.
+    Forecasts do not react to the ego. Braking in front of such a follower would cause the very
+    collision that they predict.
 
     Args:
         ego: The ego.
-        actors: Those of the forecast, in its order.
-        forecast: Where they go.
+        actors: The actors of the forecast, in its order.
+        forecast: Their predicted motion.
     """
     cos, sin = np.cos(actors.poses[:, 2]), np.sin(actors.poses[:, 2])
     dx, dy = ego.x - actors.poses[:, 0], ego.y - actors.poses[:, 1]
     turn = cos * math.cos(ego.yaw) + sin * math.sin(ego.yaw)
-    # Of the ego's box, what lies behind its centre along the other's heading, at the most.
+    # How far the ego's box reaches behind its centre along the other's heading.
     reach = HALF * np.abs(turn) + 0.5 * EGO_WIDTH * np.sqrt(np.maximum(1.0 - turn * turn, 0.0))
     gap = cos * dx + sin * dy - reach - 0.5 * actors.extents[:, 0] - FOLLOWER_GAP
     closing = np.maximum(actors.speeds - ego.speed * turn, 0.0)
     able = (gap > 0.0) & (closing**2 < 2.0 * FOLLOWER_BRAKING * gap)
     if not able.any():
         return able
-    return meets_going_its_way(
+    return same_direction_overlaps(
         np.array(ego.pose),
         _EXTENT,
         forecast.poses,
         forecast.lengths,
         forecast.widths,
         able,
-        SAME_WAY,
+        SAME_DIRECTION,
     )

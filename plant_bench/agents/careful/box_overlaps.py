@@ -1,6 +1,6 @@
-"""Loops over pairs of boxes: which overlap, and which first.
+"""Compiled overlap tests of oriented boxes for the careful driver.
 
-As `geometry.box.overlap`, to the bit; only what a careful driver asks for is worked out.
+Results equal those of `geometry.box.overlap` exactly.
 """
 
 import math
@@ -8,20 +8,20 @@ import math
 import numpy as np
 
 from plant_bench.jit import (
-    FLAGS,
-    REAL,
-    REALS,
-    REALS_2D,
-    REALS_3D,
-    SINGLES,
-    SINGLES_2D,
+    BOOL_1D,
+    F32_1D,
+    F32_2D,
+    F64,
+    F64_1D,
+    F64_2D,
+    F64_3D,
     compiled,
 )
 
 
-@compiled(REAL, REAL, REAL, REAL, REAL, REAL, REAL, REAL, REAL, REAL)
+@compiled(F64, F64, F64, F64, F64, F64, F64, F64, F64, F64)
 def overlapping(x_a, y_a, yaw_a, length_a, width_a, x_b, y_b, yaw_b, length_b, width_b):
-    """Tell whether two boxes overlap (separating axes; touching is no overlap)."""
+    """Return whether two boxes overlap (separating axes; touching is no overlap)."""
     dx, dy, turn = x_b - x_a, y_b - y_a, yaw_b - yaw_a
     cos, sin = abs(math.cos(turn)), abs(math.sin(turn))
     long_a, wide_a, long_b, wide_b = 0.5 * length_a, 0.5 * width_a, 0.5 * length_b, 0.5 * width_b
@@ -36,20 +36,20 @@ def overlapping(x_a, y_a, yaw_a, length_a, width_a, x_b, y_b, yaw_b, length_b, w
     return abs(dy * cos_b - dx * sin_b) < wide_b + long_a * sin + wide_a * cos
 
 
-@compiled(REALS, REALS, SINGLES_2D, SINGLES_2D, SINGLES, REAL)
-def standing_in_touch(pose, extent, poses, extents, speeds, standing):
-    """Tell which boxes stand, overlap one box and have their centres behind its front.
+@compiled(F64_1D, F64_1D, F32_2D, F32_2D, F32_1D, F64)
+def stationary_overlaps(pose, extent, poses, extents, speeds, standing):
+    """Return which boxes are stationary, overlap a box and have their centres behind its front.
 
     Args:
-        pose: Of the one, (3).
-        extent: Of the one, (2).
-        poses: Of the others, (boxes, 3).
-        extents: Of the others, (boxes, 2).
-        speeds: Of the others, m/s.
-        standing: m/s below which they stand.
+        pose: The box's pose, (3).
+        extent: The box's extent, (2).
+        poses: The other boxes' poses, (boxes, 3).
+        extents: The other boxes' extents, (boxes, 2).
+        speeds: The other boxes' speeds, (boxes), m/s.
+        standing: Speed below which they are stationary, m/s.
 
     Returns:
-        (boxes) flags.
+        Mask, (boxes).
     """
     found = np.zeros(len(poses), np.bool_)
     radius = np.float32(0.5 * math.hypot(extent[0], extent[1]))
@@ -69,32 +69,32 @@ def standing_in_touch(pose, extent, poses, extents, speeds, standing):
     return found
 
 
-@compiled(REALS, REALS, REALS_3D, REALS_2D, REALS, FLAGS, REAL)
-def meets_going_its_way(pose, extent, poses, lengths, widths, asked, same_way):
-    """Tell which boxes ever overlap one box while they head as it does.
+@compiled(F64_1D, F64_1D, F64_3D, F64_2D, F64_1D, BOOL_1D, F64)
+def same_direction_overlaps(pose, extent, poses, lengths, widths, candidates, min_cosine):
+    """Return which predicted boxes overlap a box at any step while heading the same way.
 
     Args:
-        pose: Of the one, (3).
-        extent: Of the one, (2).
-        poses: Of the others, (boxes, steps, 3).
-        lengths: Of the others, (boxes, steps).
-        widths: Of the others.
-        asked: Which of them are looked at; the rest do not.
-        same_way: Cosine of the angle up to which they head as it does.
+        pose: The box's pose, (3).
+        extent: The box's extent, (2).
+        poses: The other boxes' poses, (boxes, steps, 3).
+        lengths: The other boxes' lengths, (boxes, steps).
+        widths: The other boxes' widths, (boxes).
+        candidates: Mask of the boxes to test, (boxes); the result is False for the rest.
+        min_cosine: Cosine of the relative heading above which they head the same way.
 
     Returns:
-        (boxes) flags.
+        Mask, (boxes).
     """
     found = np.zeros(len(poses), np.bool_)
     radius = 0.5 * math.hypot(extent[0], extent[1])
     for row in range(len(poses)):
-        if not asked[row]:
+        if not candidates[row]:
             continue
         for step in range(poses.shape[1]):
             x, y, yaw = poses[row, step]
             dx, dy = x - pose[0], y - pose[1]
             reach = radius + 0.5 * (lengths[row, step] + widths[row])
-            if dx * dx + dy * dy < reach * reach and math.cos(yaw - pose[2]) > same_way:
+            if dx * dx + dy * dy < reach * reach and math.cos(yaw - pose[2]) > min_cosine:
                 found[row] = overlapping(
                     pose[0], pose[1], pose[2], extent[0], extent[1],
                     x, y, yaw, lengths[row, step], widths[row],
@@ -104,24 +104,24 @@ def meets_going_its_way(pose, extent, poses, lengths, widths, asked, same_way):
     return found
 
 
-@compiled(REALS_3D, REALS, REALS_3D, REALS_2D, REALS, REALS, REALS, REAL)
+@compiled(F64_3D, F64_1D, F64_3D, F64_2D, F64_1D, F64_1D, F64_1D, F64)
 def first_overlaps(egos, extent, poses, lengths, widths, margins, shares, aside):
-    """Return for each row of poses of one box the first overlap; of several, the nearest box.
+    """Return each ego rollout's first overlap; of several at that step, with the nearest box.
 
     Args:
-        egos: Its poses, (choices, steps, 3).
-        extent: Of it, (2).
-        poses: Of the others, (boxes, steps, 3).
-        lengths: Of the others, (boxes, steps).
-        widths: Of the others.
-        margins: In front of and behind the others, metres.
-        shares: Of the margins that count.
-        aside: Margin on each side of the others, metres.
+        egos: The ego's poses, (choices, steps, 3).
+        extent: The ego's extent, (2).
+        poses: The other boxes' poses, (boxes, steps, 3).
+        lengths: The other boxes' lengths, (boxes, steps).
+        widths: The other boxes' widths, (boxes).
+        margins: Margins in front of and behind the other boxes, (boxes), metres.
+        shares: Factor on the margins, (boxes).
+        aside: Margin on each side of the other boxes, metres.
 
     Returns:
-        (choices) steps and (choices) boxes; -1 for none.
+        Steps and box rows, both (choices); -1 for none.
     """
-    steps, who = np.full(len(egos), -1), np.full(len(egos), -1)
+    steps, boxes = np.full(len(egos), -1), np.full(len(egos), -1)
     size = extent[0] + extent[1]
     for choice in range(len(egos)):
         for step in range(egos.shape[1]):
@@ -140,7 +140,7 @@ def first_overlaps(egos, extent, poses, lengths, widths, margins, shares, aside)
                     x, y, yaw, extent[0], extent[1],
                     poses[row, step, 0], poses[row, step, 1], poses[row, step, 2], length, width,
                 ):  # fmt: skip
-                    least, steps[choice], who[choice] = square, step, row
-            if who[choice] >= 0:
+                    least, steps[choice], boxes[choice] = square, step, row
+            if boxes[choice] >= 0:
                 break
-    return steps, who
+    return steps, boxes

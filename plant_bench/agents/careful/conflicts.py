@@ -1,4 +1,4 @@
-"""Which accelerations keep clear of the forecast boxes of others."""
+"""Selects the accelerations that keep the ego clear of the forecast boxes."""
 
 import math
 from typing import NamedTuple
@@ -10,17 +10,17 @@ from plant_bench.agents.careful.box_overlaps import first_overlaps
 from plant_bench.agents.careful.forecast import TIMES, Forecast
 from plant_bench.world.scene import EGO_EXTENT
 
-MARGIN_ASIDE = 0.25  # m on each side of others
-TOUCHING = 0.3  # share of the margins within which others are as good as touched
+SIDE_MARGIN = 0.25  # m on each side of other actors
+CONTACT_SHARE = 0.3  # share of the margins within which an overlap counts as contact
 _EXTENT = np.array(EGO_EXTENT)
 
 
 class Conflicts(NamedTuple):
-    """The first overlap that each choice runs into.
+    """The first overlap of each choice.
 
     Attributes:
-        times: Seconds; infinite for none.
-        actors: Whose box it is, a row of the forecast; -1 for none.
+        times: Time of the overlap, seconds; infinite for none.
+        actors: Row of the overlapped box in the forecast; -1 for none.
     """
 
     times: Float[np.ndarray, " choices"]
@@ -28,45 +28,45 @@ class Conflicts(NamedTuple):
 
 
 def first_conflicts(
-    poses: Float[np.ndarray, "choices steps 3"], forecast: Forecast, boldness: float
+    poses: Float[np.ndarray, "choices steps 3"], forecast: Forecast, margin_reduction: float
 ) -> Conflicts:
-    """Return for each choice the first overlap within the margins; of several, the nearest box.
+    """Return each choice's first overlap including margins; of several, with the nearest box.
 
     Args:
-        poses: The ego's poses, one row a choice.
-        forecast: The others.
-        boldness: 0 keeps the full margins, 1 none towards who stands.
+        poses: The ego's poses, one row per choice.
+        forecast: The other actors.
+        margin_reduction: 0 keeps the full margins, 1 keeps none from stationary actors.
     """
-    return _first(poses, forecast, boldness, 1.0)
+    return _first(poses, forecast, margin_reduction, 1.0)
 
 
-def clearest(
-    poses: Float[np.ndarray, "choices steps 3"], forecast: Forecast, boldness: float
+def best_choice(
+    poses: Float[np.ndarray, "choices steps 3"], forecast: Forecast, margin_reduction: float
 ) -> int:
-    """Return the gentlest braking that keeps the margins, else going on if that keeps them.
+    """Return the gentlest braking that keeps the margins, else continuing if that keeps them.
 
-    Where nothing keeps them, it is the hardest braking that does not touch, else what touches last.
+    If nothing keeps them: the hardest braking without contact, else the latest contact.
 
     Args:
-        poses: The ego's poses for going on, the first row, and for ever harder braking.
-        forecast: The others.
-        boldness: As of `first_conflicts`.
+        poses: The ego's poses if it continues (first row), and for ever harder braking.
+        forecast: The other actors.
+        margin_reduction: As for `first_conflicts`.
     """
-    clear = np.flatnonzero(first_conflicts(poses, forecast, boldness).times == math.inf)
+    clear = np.flatnonzero(first_conflicts(poses, forecast, margin_reduction).times == math.inf)
     if clear.size:
         return int(clear[min(clear.size - 1, int(clear[0] == 0))])
-    times = _first(poses, forecast, boldness, TOUCHING).times
+    times = _first(poses, forecast, margin_reduction, CONTACT_SHARE).times
     return len(times) - 1 - int(np.argmax(times[::-1]))
 
 
 def _first(
     poses: Float[np.ndarray, "choices steps 3"],
     forecast: Forecast,
-    boldness: float,
-    caution: float,
+    margin_reduction: float,
+    margin_share: float,
 ) -> Conflicts:
-    """Return the first overlaps with a share of the margins kept."""
-    shares = caution * np.where(forecast.standing, 1.0 - boldness, 1.0)
+    """Return the first overlaps with a share of the margins."""
+    shares = margin_share * np.where(forecast.standing, 1.0 - margin_reduction, 1.0)
     boxes = forecast.poses, forecast.lengths, forecast.widths, forecast.margins
-    steps, actors = first_overlaps(poses, _EXTENT, *boxes, shares, MARGIN_ASIDE)
+    steps, actors = first_overlaps(poses, _EXTENT, *boxes, shares, SIDE_MARGIN)
     return Conflicts(np.where(steps < 0, math.inf, TIMES[steps]), actors)

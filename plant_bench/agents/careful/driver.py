@@ -1,7 +1,8 @@
-"""The driving shared by the expert and the rule-based planner; they differ in the forecast alone.
+"""The careful driver: the algorithm shared by the expert and the rule-based planners.
 
-The acceleration is the least of what the speed limit, the leader, the light, a junction that cannot
-be cleared and the forecast conflicts allow; the steering follows the route.
+They differ only in the forecast. The acceleration is the lowest of those allowed by the speed
+limit, the leader, the traffic light, a junction that cannot be cleared, and the predicted
+conflicts; the steering follows the route.
 """
 
 import math
@@ -11,18 +12,22 @@ from typing import NamedTuple
 import numpy as np
 
 from plant_bench.agent import (
-    NOBODY,
+    NO_ACTOR,
     Cause,
     Control,
     Observation,
     Reason,
     RouteAhead,
 )
-from plant_bench.agents.careful.actor_filter import brake_for_ego, left_behind, may_conflict
-from plant_bench.agents.careful.conflicts import clearest, first_conflicts
+from plant_bench.agents.careful.actor_filter import (
+    may_conflict,
+    stationary_contacts,
+    yielding_followers,
+)
+from plant_bench.agents.careful.conflicts import best_choice, first_conflicts
 from plant_bench.agents.careful.forecast import Forecast
 from plant_bench.agents.careful.leader import Corridor, corridor
-from plant_bench.agents.careful.reduced_pace import at_slower_pace
+from plant_bench.agents.careful.reduced_pace import reduced_travel
 from plant_bench.agents.idm import idm, light_limit, stop_within
 from plant_bench.controller import follow_route
 from plant_bench.errors import AgentError
@@ -40,39 +45,39 @@ from plant_bench.world.scene import (
 Forecaster = Callable[[Observation, np.ndarray], Forecast]
 
 INTERVAL = 2  # ticks between two decisions: 10 Hz
-RESTING_INTERVAL = 4  # ticks, while it stands and has no reason to go: as SUMO's drivers
-CHOICES = np.array([0.5, 0.0, -1.0, -2.0, -3.5, -5.0, -8.0])  # m/s2 tried when the first fails
-LINE_BRAKING = 4.5  # m/s2 up to which a conflict in a junction is answered at its stop line
+RESTING_INTERVAL = 4  # ticks, while the ego is stationary and stays so: as for SUMO's drivers
+CHOICES = np.array([0.5, 0.0, -1.0, -2.0, -3.5, -5.0, -8.0])  # m/s2, if the first choice conflicts
+LINE_BRAKING = 4.5  # m/s2; up to this, stop at a junction's stop line for a conflict inside it
 SLOW_LEADER = 3.0  # m/s below which a leader may block a junction
-LEADER_GAP = 2.0  # m to a standing leader, in the slower forecast of the ego itself
-ROOM_BEYOND = 1.5  # m kept free behind the ego when it has cleared a junction
-PATIENCE = 8.0  # s of waiting after which the margins towards who stands begin to shrink
-SHRINKING = 20.0  # s of further waiting until they are gone
-CREEPING = 3.0  # m/s below which a junction is not left in good time
-STILL = 0.01  # m/s, below which the ego stands
-NOTICEABLE = 0.1  # m/s2 that somebody must cost to be a reason
+LEADER_GAP = 2.0  # m to a stationary leader, in the ego's reduced-pace rollout
+EXIT_GAP = 1.5  # m kept free behind the ego when it has cleared a junction
+PATIENCE = 8.0  # s of waiting after which the margins from stationary actors start to shrink
+SHRINKING = 20.0  # s of further waiting until these margins are zero
+CREEPING = 3.0  # m/s below which the ego counts as stopping inside a junction
+STILL = 0.01  # m/s below which the ego is stationary
+NOTICEABLE = 0.1  # m/s2 by which a demand must lower the acceleration to be a reason
 HALF = 0.5 * EGO_LENGTH
 
 
 class Demand(NamedTuple):
-    """What one rule of driving asks for.
+    """The acceleration limit of one driving rule.
 
     Attributes:
-        pull: The greatest acceleration it allows, m/s2.
-        cause: Which rule.
-        actor: The id of whom it is about.
+        acceleration: The highest acceleration that it allows, m/s2.
+        cause: The rule.
+        actor: The id of the actor that causes it, or `NO_ACTOR`.
     """
 
-    pull: float
+    acceleration: float
     cause: Cause
-    actor: int = NOBODY
+    actor: int = NO_ACTOR
 
 
 class CarefulDriver:
-    """Follows the route and keeps clear of what it forecasts; mutable.
+    """Follows the route and keeps clear of forecast actors; mutable.
 
     Args:
-        forecaster: Tells where others will be.
+        forecaster: Predicts the motion of the other actors.
 
     Attributes:
         interval: Ticks until the next decision.
@@ -89,7 +94,7 @@ class CarefulDriver:
         """Start a new episode.
 
         Raises:
-            AgentError: No route was given.
+            AgentError: `route` is None.
         """
         if route is None:
             message = "This driver needs the input 'route'."
@@ -99,12 +104,12 @@ class CarefulDriver:
         self._reason = Reason(Cause.FREE)
         self.interval = INTERVAL
 
-    def act(self, observation: Observation, wish: float = math.inf) -> Control:
-        """Decide.
+    def act(self, observation: Observation, max_acceleration: float = math.inf) -> Control:
+        """Return the control.
 
         Args:
-            observation: What there is.
-            wish: Acceleration not to be exceeded, m/s2: what somebody else is about to do.
+            observation: The observation.
+            max_acceleration: Upper limit of the acceleration, m/s2, such as another planner's.
 
         Raises:
             AgentError: An input is missing.
@@ -114,18 +119,18 @@ class CarefulDriver:
             message = "This driver needs the inputs 'objects' and 'route'."
             raise AgentError(message)
         ego, actors = observation.ego, observation.actors
-        if (behind := left_behind(ego, actors)).any():
-            observation = observation.showing(~behind)
+        if (contacts := stationary_contacts(ego, actors)).any():
+            observation = observation.showing(~contacts)
         target = allowed_speed(route)
-        free = Demand(min(idm(ego.speed, target), wish), Cause.LIMIT)
+        free = Demand(min(idm(ego.speed, target), max_acceleration), Cause.LIMIT)
         least = self._decide(observation, route, free, target)
         self._reason = _reason(least, free)
-        rests = ego.speed < STILL and least.pull <= 0.0
+        rests = ego.speed < STILL and least.acceleration <= 0.0
         self.interval = RESTING_INTERVAL if rests else INTERVAL
-        return Control(least.pull, follow_route(observation.ego, route))
+        return Control(least.acceleration, follow_route(observation.ego, route))
 
     def explain(self) -> Reason:
-        """Return what decided the last acceleration: the single demand that was the least."""
+        """Return the reason for the last acceleration: the demand that was the lowest."""
         return self._reason
 
     def _decide(
@@ -142,31 +147,31 @@ class CarefulDriver:
 
     def _follow(self, ego: EgoState, target: float, actors: Actors, ahead: Corridor) -> Demand:
         leader = ahead.leader()
-        pull = idm(ego.speed, target, leader.distance - HALF, leader.speed)
-        who = NOBODY if leader.actor < 0 else int(actors.ids[leader.actor])
-        return Demand(pull, Cause.LEADER, who)
+        acceleration = idm(ego.speed, target, leader.distance - HALF, leader.speed)
+        actor = NO_ACTOR if leader.actor < 0 else int(actors.ids[leader.actor])
+        return Demand(acceleration, Cause.LEADER, actor)
 
     def _clear_junction(
         self, ego: EgoState, progress: float, actors: Actors, ahead: Corridor
     ) -> Demand:
-        """Wait before a junction when there is no room behind the queue beyond it."""
-        room = Demand(math.inf, Cause.JUNCTION)
+        """Wait before a junction while the queue behind it leaves no space for the ego."""
+        no_demand = Demand(math.inf, Cause.JUNCTION)
         passage = self._next_passage(progress)
         if passage is None:
-            return room
+            return no_demand
         distance = passage.entry - progress - HALF
         if distance > 30.0 or distance < -1.0:
-            return room
-        needed = passage.exit - progress + EGO_LENGTH + ROOM_BEYOND
+            return no_demand
+        needed = passage.exit - progress + EGO_LENGTH + EXIT_GAP
         blocking = ahead.inside & ~ahead.crossing & (ahead.speeds < SLOW_LEADER)
         blocking &= actors.kinds != ActorKind.PEDESTRIAN  # they walk on
-        # A slow leader is expected to go on for two seconds as it drives now.
+        # A slow leader is assumed to keep its speed for two seconds.
         place = ahead.nearest + 2.0 * ahead.speeds
         blocking &= (place < needed) & (ahead.nearest > distance + HALF - 1.0)
         if not blocking.any():
-            return room
-        who = int(actors.ids[np.argmin(np.where(blocking, ahead.nearest, math.inf))])
-        return Demand(stop_within(ego.speed, max(distance, 0.1)), Cause.JUNCTION, who)
+            return no_demand
+        actor = int(actors.ids[np.argmin(np.where(blocking, ahead.nearest, math.inf))])
+        return Demand(stop_within(ego.speed, max(distance, 0.1)), Cause.JUNCTION, actor)
 
     def _next_passage(self, progress: float) -> Passage | None:
         front = progress + HALF
@@ -180,61 +185,61 @@ class CarefulDriver:
         least: Demand,
         target: float,
     ) -> Demand:
-        """Lower a demand to the greatest acceleration that meets no forecast box."""
+        """Lower a demand to the highest acceleration that overlaps no forecast box."""
         ego, actors = observation.ego, observation.actors
-        if actors is None or (ego.speed < STILL and least.pull <= 0.0):
-            return least  # it stands and stays: nothing could hold it back more
+        if actors is None or (ego.speed < STILL and least.acceleration <= 0.0):
+            return least  # stationary and staying so: a conflict could not lower it further
         keep = may_conflict(ego, actors, ahead).nonzero()[0]
         if not keep.size:
             self._waited = 0.0
             return least
-        boldness = min(max((self._waited - PATIENCE) / SHRINKING, 0.0), 1.0)
+        margin_reduction = min(max((self._waited - PATIENCE) / SHRINKING, 0.0), 1.0)
         forecast = self._forecaster(observation, keep)
         leader = ahead.leader()
-        room = leader.distance - HALF - LEADER_GAP
-        choices = np.concatenate(([least.pull], CHOICES[least.pull > CHOICES]))
+        gap = leader.distance - HALF - LEADER_GAP
+        choices = np.concatenate(([least.acceleration], CHOICES[least.acceleration > CHOICES]))
         travel = rollout(ego.speed, choices, target)
-        slow = at_slower_pace(travel[0], ego.speed, route, room, leader.speed)
-        going_on = ego_poses(route, np.stack((travel[0], slow)))
-        who = _first_met(going_on, forecast, boldness)
-        if who != NOBODY and (behind := brake_for_ego(ego, actors.only(keep), forecast)).any():
+        slow = reduced_travel(travel[0], ego.speed, route, gap, leader.speed)
+        continuing = ego_poses(route, np.stack((travel[0], slow)))
+        row = _first_conflict(continuing, forecast, margin_reduction)
+        if row >= 0 and (behind := yielding_followers(ego, actors.only(keep), forecast)).any():
             keep, forecast = keep[~behind], forecast.only(~behind)
-            who = _first_met(going_on, forecast, boldness)
-        if who == NOBODY:
+            row = _first_conflict(continuing, forecast, margin_reduction)
+        if row < 0:
             self._waited = 0.0
             return least
         self._waited = self._waited + self.interval * TICK if ego.speed < 0.5 else 0.0
-        best = clearest(ego_poses(route, travel), forecast, boldness)
-        pull = self._at_the_line(ego, route.progress, float(choices[best]), travel[best])
-        if pull >= least.pull:
+        best = best_choice(ego_poses(route, travel), forecast, margin_reduction)
+        acceleration = self._stop_at_line(ego, route.progress, float(choices[best]), travel[best])
+        if acceleration >= least.acceleration:
             return least
-        return Demand(pull, Cause.CONFLICT, int(actors.ids[keep[who]]))
+        return Demand(acceleration, Cause.CONFLICT, int(actors.ids[keep[row]]))
 
-    def _at_the_line(
-        self, ego: EgoState, progress: float, pull: float, travel: np.ndarray
+    def _stop_at_line(
+        self, ego: EgoState, progress: float, acceleration: float, travel: np.ndarray
     ) -> float:
-        """Rather stop at a junction's line than inside it."""
+        """Lower an acceleration that would stop inside a junction to one that stops at its line."""
         passage = self._next_passage(progress)
         if passage is None:
-            return pull
+            return acceleration
         distance = passage.entry - progress - HALF
         reached = progress + HALF + travel[-1]
         stops = travel[-1] - travel[-2] < STEP * CREEPING
         inside = passage.entry < reached < passage.exit + EGO_LENGTH
         needed = ego.speed**2 / (2.0 * max(distance, 0.1))
         if stops and inside and distance > -0.5 and needed < LINE_BRAKING:
-            return min(pull, stop_within(ego.speed, max(distance, 0.1)))
-        return pull
+            return min(acceleration, stop_within(ego.speed, max(distance, 0.1)))
+        return acceleration
 
 
-def _first_met(poses: np.ndarray, forecast: Forecast, boldness: float) -> int:
-    """Return whose forecast box the ego meets first, at any pace: a row, `NOBODY` for none."""
-    met = first_conflicts(poses, forecast, boldness)
-    return int(met.actors[np.argmin(met.times)])
+def _first_conflict(poses: np.ndarray, forecast: Forecast, margin_reduction: float) -> int:
+    """Return the forecast row of the earliest conflict over all rollouts; -1 for none."""
+    conflicts = first_conflicts(poses, forecast, margin_reduction)
+    return int(conflicts.actors[np.argmin(conflicts.times)])
 
 
 def _reason(least: Demand, free: Demand) -> Reason:
-    """Return the reason for a demand; who costs next to nothing is none."""
-    if least.pull < free.pull - NOTICEABLE:
+    """Return the reason for a demand; one that is hardly lower than `free` is no reason."""
+    if least.acceleration < free.acceleration - NOTICEABLE:
         return Reason(least.cause, least.actor)
-    return Reason(Cause.LIMIT if free.pull < -NOTICEABLE else Cause.FREE)
+    return Reason(Cause.LIMIT if free.acceleration < -NOTICEABLE else Cause.FREE)

@@ -1,4 +1,4 @@
-"""Where others will be: along their true lanes (privileged), or straight on."""
+"""Forecasts of other actors: along their true lanes (privileged), or at constant velocity."""
 
 from typing import NamedTuple
 
@@ -9,37 +9,37 @@ from plant_bench.agent import PATH_STEP, Observation
 from plant_bench.errors import AgentError
 from plant_bench.features.rollouts import STEP, STEPS
 from plant_bench.jit import (
-    FLAGS,
-    REAL,
-    REALS,
-    REALS_3D,
-    SINGLES,
-    SINGLES_2D,
-    WHOLE,
-    WHOLES,
+    BOOL_1D,
+    F32_1D,
+    F32_2D,
+    F64,
+    F64_1D,
+    F64_3D,
+    INT64,
+    INT64_1D,
     compiled,
 )
 from plant_bench.world.scene import ActorKind, Actors
 
 TIMES = np.arange(STEPS) * STEP
-STANDING = 0.1  # m/s
+STANDING = 0.1  # m/s below which an actor is stationary
 FIRM_BRAKING = 4.5  # m/s2, SUMO's default
 PULLING_AWAY = 0.5  # m/s2
 NEAR_STOP = 10.0  # m
-GENTLE_ACCELERATION = 1.0  # m/s2 that a moving driver who is free to go may use
-MARGIN_ALONG = 1.0  # m in front of and behind others
-WAITING_MARGIN = 0.25  # m around people who stand: at a kerb they face the road
+GENTLE_ACCELERATION = 1.0  # m/s2 that a moving vehicle is assumed to use at least, if free to go
+MARGIN_ALONG = 1.0  # m in front of and behind other actors
+WAITING_MARGIN = 0.25  # m around stationary pedestrians: at a kerb they face the road
 
 
 class Forecast(NamedTuple):
-    """Boxes of others over the instants `TIMES`.
+    """Predicted boxes of other actors at the instants `TIMES`.
 
     Attributes:
-        poses: Box centres.
-        lengths: Metres; longer than the vehicle by what its place is uncertain.
-        widths: Metres.
-        standing: Which of them stand now.
-        margins: Metres to be kept in front of and behind them.
+        poses: Poses of the box centres.
+        lengths: Box lengths, metres; the actor's length plus the uncertainty of its position.
+        widths: Box widths, metres.
+        standing: Which actors are stationary now.
+        margins: Distance to keep in front of and behind each actor, metres.
     """
 
     poses: Float[np.ndarray, "actors steps 3"]
@@ -54,13 +54,17 @@ class Forecast(NamedTuple):
 
 
 def along_true_lanes(observation: Observation, keep: np.ndarray) -> Forecast:
-    """Forecast by what only the simulator knows (PlanT, section 4: the expert).
+    """Forecast from simulator-only facts (PlanT, section 4: the expert).
 
-    Each actor follows its true lanes; how far it gets lies between going on as now and speeding up
-    or slowing down, and its box covers that range.
+    Each actor follows its true lanes. Its box covers the range of distances between keeping its
+    speed and accelerating or braking.
+
+    Args:
+        observation: The observation.
+        keep: Rows of the actors to forecast.
 
     Raises:
-        AgentError: The observation holds no privileged facts.
+        AgentError: The observation has no privileged facts.
     """
     actors, facts = observation.actors, observation.privileged
     if actors is None or facts is None:
@@ -84,34 +88,49 @@ def along_true_lanes(observation: Observation, keep: np.ndarray) -> Forecast:
     return Forecast(poses, lengths, widths, standing, margins(actors.kinds[keep], standing))
 
 
-@compiled(WHOLES, REALS_3D, REALS, REALS, REALS, SINGLES, SINGLES_2D, FLAGS, REAL, REAL, WHOLE)
-def _along(keep, paths, pulls, desired, stops, speeds, extents, walking, spacing, pause, count):
-    """Return where some actors are on their paths, and how long their boxes become."""
+@compiled(
+    INT64_1D,
+    F64_3D,
+    F64_1D,
+    F64_1D,
+    F64_1D,
+    F32_1D,
+    F32_2D,
+    BOOL_1D,
+    F64,
+    F64,
+    INT64,
+)
+def _along(
+    keep, paths, accelerations, desired, stops, speeds, extents, walking, spacing, interval, count
+):
+    """Return the poses of some actors on their paths, and the lengths of their boxes."""
     poses, lengths = np.empty((len(keep), count, 3)), np.empty((len(keep), count))
     for row in range(len(keep)):
         actor = keep[row]
-        speed, pull, length = float(speeds[actor]), pulls[actor], float(extents[actor, 0])
-        top, room = max(desired[actor], speed), max(stops[actor], 0.0)
-        # Who cannot stop any more, or speeds up just before the place, goes on: SUMO's word is a
-        # wish. People stop within a step, and walk no faster than they do.
-        goes_on = speed * speed > 2.0 * FIRM_BRAKING * room
-        goes_on = goes_on or (pull > PULLING_AWAY and room < NEAR_STOP)
-        # Who stands goes on standing until it moves: two who wait for each other would wait for
-        # ever.
+        speed, length = float(speeds[actor]), float(extents[actor, 0])
+        acceleration = accelerations[actor]
+        top, stop = max(desired[actor], speed), max(stops[actor], 0.0)
+        # A vehicle that can no longer stop, or accelerates just before its stop, is predicted to
+        # continue, whatever SUMO announces. Pedestrians stop at once and do not walk faster.
+        continues = speed * speed > 2.0 * FIRM_BRAKING * stop
+        continues = continues or (acceleration > PULLING_AWAY and stop < NEAR_STOP)
+        # Stationary actors are predicted to stay; otherwise two yielding drivers deadlock.
         drives = speed > STANDING and not walking[actor]
-        if goes_on and drives:
-            room = np.inf
-        most, least = max(pull, GENTLE_ACCELERATION if drives else 0.0), min(pull, 0.0)
+        if continues and drives:
+            stop = np.inf
+        most = max(acceleration, GENTLE_ACCELERATION if drives else 0.0)
+        least = min(acceleration, 0.0)
         fast = slow = min(max(speed, 0.0), top)
         early = late = 0.0
         for step in range(count):
             if step:
-                faster = min(max(speed + most * (step * pause), 0.0), top)
-                slower = min(max(speed + least * (step * pause), 0.0), top)
-                early += 0.5 * pause * (faster + fast)
-                late += 0.5 * pause * (slower + slow)
+                faster = min(max(speed + most * (step * interval), 0.0), top)
+                slower = min(max(speed + least * (step * interval), 0.0), top)
+                early += 0.5 * interval * (faster + fast)
+                late += 0.5 * interval * (slower + slow)
                 fast, slow = faster, slower
-            farthest, nearest = min(early, room), min(late, room)
+            farthest, nearest = min(early, stop), min(late, stop)
             lengths[row, step] = length + farthest - nearest
             place = 0.5 * (farthest + nearest) / spacing
             place = min(place, paths.shape[1] - 1.001)
@@ -127,8 +146,12 @@ def _along(keep, paths, pulls, desired, stops, speeds, extents, walking, spacing
 def straight_on(observation: Observation, keep: np.ndarray) -> Forecast:
     """Forecast with constant speed and heading (PlanT, section 4: the rule-based planner).
 
+    Args:
+        observation: The observation.
+        keep: Rows of the actors to forecast.
+
     Raises:
-        AgentError: The observation holds no actors.
+        AgentError: The observation has no actors.
     """
     actors = actors_in(observation)
     poses = actors.poses[keep].astype(float)
@@ -148,7 +171,7 @@ def actors_in(observation: Observation) -> Actors:
     """Return the actors of an observation.
 
     Raises:
-        AgentError: It holds none.
+        AgentError: It has none.
     """
     if observation.actors is None:
         message = "The forecast needs the input 'objects'."
@@ -159,6 +182,6 @@ def actors_in(observation: Observation) -> Actors:
 def margins(
     kinds: UInt8[np.ndarray, " actors"], standing: Bool[np.ndarray, " actors"]
 ) -> Float[np.ndarray, " actors"]:
-    """Return the metres to be kept in front of and behind others."""
+    """Return the distance to keep in front of and behind each actor, metres."""
     waits = standing & (kinds == ActorKind.PEDESTRIAN)
     return np.where(waits, WAITING_MARGIN, MARGIN_ALONG)

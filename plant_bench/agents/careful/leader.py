@@ -1,4 +1,4 @@
-"""Who is in the way: the nearest actor on the route ahead."""
+"""Finds the leader: the nearest actor in the ego's corridor along the route."""
 
 import math
 from typing import NamedTuple
@@ -7,24 +7,24 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from plant_bench.agent import RouteAhead
-from plant_bench.jit import REAL, REALS, REALS_2D, SINGLES, SINGLES_2D, compiled
+from plant_bench.jit import F32_1D, F32_2D, F64, F64_1D, F64_2D, compiled
 from plant_bench.world.scene import EGO_WIDTH, Actors
 
-CLEARANCE = 0.3  # m beside the ego that belongs to its corridor
-LEAST_VIEW = 25.0  # m of route ahead that are looked at, and
-VIEW_TIME = 5.0  # s more at the ego's speed
-NEAR = 3.0  # m from the route beyond which no part of a box can stand in the corridor
-CROSSING_ANGLE = 0.7  # rad to the route from which a moving actor crosses rather than leads
-CROSSING_SPEED = 1.5  # m/s
+CLEARANCE = 0.3  # m on each side of the ego that belong to its corridor
+MIN_VIEW = 25.0  # m of route ahead that are searched, plus
+VIEW_TIME = 5.0  # s at the ego's speed
+NEAR = 3.0  # m beside the route that a box must come within to be in the corridor
+CROSSING_ANGLE = 0.7  # rad to the route above which a moving actor crosses rather than leads
+CROSSING_SPEED = 1.5  # m/s above which it does
 
 
 class Leader(NamedTuple):
     """An actor on the route ahead.
 
     Attributes:
-        actor: Its place in the observation's actors; -1 for none.
-        distance: Metres along the route from the ego's centre to its nearest corner.
-        speed: m/s along the route, not below 0.
+        actor: Its row in the observation's actors; -1 for none.
+        distance: Distance along the route from the ego's centre to its nearest corner, metres.
+        speed: Its speed along the route, m/s, not below 0.
     """
 
     actor: int
@@ -36,14 +36,15 @@ NO_LEADER = Leader(-1, math.inf, 0.0)
 
 
 class Corridor(NamedTuple):
-    """The actors held against the route ahead.
+    """The actors' positions relative to the ego's corridor along the route.
 
     Attributes:
-        inside: Which of them stand in the ego's corridor, ahead of its centre.
-        crossing: Which of those only cross it.
-        nearest: Metres along the route to the nearest corner inside; infinite outside.
-        speeds: m/s along the route.
-        aside: Metres from the route's points ahead to the centre of each.
+        inside: Which actors are in the corridor, ahead of the ego's centre.
+        crossing: Which actors cross the route rather than follow it.
+        nearest: Distance along the route to the nearest corner inside, metres; infinite for actors
+            outside.
+        speeds: Speeds along the route, m/s.
+        aside: Distance of each actor's centre from the nearest route point ahead, metres.
     """
 
     inside: Bool[np.ndarray, " actors"]
@@ -53,7 +54,7 @@ class Corridor(NamedTuple):
     aside: Float[np.ndarray, " actors"]
 
     def leader(self) -> Leader:
-        """Return the nearest actor that stands or drives in the corridor and does not cross it."""
+        """Return the nearest actor in the corridor that does not cross it."""
         distance = np.where(self.inside & ~self.crossing, self.nearest, math.inf)
         if not distance.size:
             return NO_LEADER
@@ -64,17 +65,17 @@ class Corridor(NamedTuple):
 
 
 def corridor(route: RouteAhead, actors: Actors, past: float, speed: float) -> Corridor:
-    """Hold the actors' boxes against the route ahead.
+    """Return the actors' positions relative to the ego's corridor.
 
     Args:
         route: The route ahead.
-        actors: All others.
-        past: Metres from the route's first point to the ego's centre.
-        speed: The ego's, m/s.
+        actors: All other actors.
+        past: Distance from the route's first point to the ego's centre, metres.
+        speed: The ego's speed, m/s.
     """
-    steps = int(LEAST_VIEW + VIEW_TIME * speed)
+    steps = int(MIN_VIEW + VIEW_TIME * speed)
     return Corridor(
-        *_hold(
+        *_corridor(
             route.points[:steps],
             route.headings,
             actors.poses,
@@ -86,9 +87,9 @@ def corridor(route: RouteAhead, actors: Actors, past: float, speed: float) -> Co
     )
 
 
-@compiled(REALS_2D, REAL, REAL)
+@compiled(F64_2D, F64, F64)
 def _nearest(line, x, y):
-    """Return which point of a line is the nearest, and the square of the distance."""
+    """Return the index of a polyline's nearest point, and the squared distance."""
     least, place = np.inf, 0
     for index in range(len(line)):
         dx, dy = x - line[index, 0], y - line[index, 1]
@@ -98,9 +99,9 @@ def _nearest(line, x, y):
     return place, least
 
 
-@compiled(REALS_2D, REALS, SINGLES, SINGLES, REAL, REAL)
+@compiled(F64_2D, F64_1D, F32_1D, F32_1D, F64, F64)
 def _distance(line, headings, pose, extent, past, half_width):
-    """Return how far a box that stands in the corridor ahead is along it; infinite for others."""
+    """Return the distance along the corridor to a box inside it, metres; infinite if outside."""
     x, y, yaw = np.float64(pose[0]), np.float64(pose[1]), np.float64(pose[2])
     length, width = np.float64(extent[0]), np.float64(extent[1])
     cos_box, sin_box = math.cos(yaw), math.sin(yaw)
@@ -122,13 +123,13 @@ def _distance(line, headings, pose, extent, past, half_width):
             nearest_beside = min(nearest_beside, along)
         nearest, closest = min(nearest, along), min(closest, abs(aside))
         left, right, all_ahead = max(left, aside), min(right, aside), all_ahead and ahead
-    if all_ahead and right < 0.0 < left and closest < NEAR:  # it stands across the route
+    if all_ahead and right < 0.0 < left and closest < NEAR:  # the box spans the route
         return nearest - past
     return nearest_beside - past
 
 
-@compiled(REALS_2D, REALS, SINGLES_2D, SINGLES_2D, SINGLES, REAL, REAL)
-def _hold(line, headings, poses, extents, speeds, past, half_width):
+@compiled(F64_2D, F64_1D, F32_2D, F32_2D, F32_1D, F64, F64)
+def _corridor(line, headings, poses, extents, speeds, past, half_width):
     """Return a corridor's arrays."""
     count = len(poses)
     inside, crossing = np.zeros(count, np.bool_), np.zeros(count, np.bool_)

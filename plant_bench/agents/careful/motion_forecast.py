@@ -1,7 +1,7 @@
-"""Where others will be if they go on speeding up, slowing down and turning as they do.
+"""Forecasts other actors with their present accelerations and turn rates.
 
-Nothing here is privileged: it is what a tracker tells (`features.tracks`). A driver that pulls away
-from a stop line, or has begun to turn, is seen to do so about half a second later.
+Nothing here is privileged: the rates are those of a tracker (`features.motion`). It notices that a
+vehicle has pulled away or begun to turn about half a second later.
 """
 
 import math
@@ -11,63 +11,68 @@ import numpy as np
 from plant_bench.agent import Observation
 from plant_bench.agents.careful.forecast import STANDING, Forecast, actors_in, margins
 from plant_bench.features.motion import MotionTracker, Rates
-from plant_bench.features.predicted_conflicts import FASTEST, FIRMEST, HARDEST, WIDEST
+from plant_bench.features.predicted_conflicts import (
+    MAX_ACCELERATION,
+    MAX_SPEED,
+    MAX_TURN,
+    MIN_ACCELERATION,
+)
 from plant_bench.features.rollouts import STEP, STEPS
 from plant_bench.jit import (
-    FLAGS,
-    NEW_REALS,
-    NEW_REALS_2D,
-    REAL,
-    REALS,
-    SINGLE,
-    SINGLES,
-    SINGLES_2D,
-    WHOLE,
-    WHOLES,
+    BOOL_1D,
+    F32,
+    F32_1D,
+    F32_2D,
+    F64,
+    F64_1D,
+    INT64,
+    INT64_1D,
+    NEW_F64_1D,
+    NEW_F64_2D,
     compiled,
 )
 from plant_bench.world.scene import ActorKind
 
-HELD = 2.0  # s for which an acceleration is believed to last
-TURNING = 1.0  # m/s from which a change of heading is a curve
-SHARPEST = 0.25  # 1/m, the curvature of the tightest turn believed
+HELD = 2.0  # s for which an acceleration is assumed to last
+TURNING = 1.0  # m/s above which a turn rate is taken as a curve
+MAX_CURVATURE = 0.25  # 1/m
 
 
 class MotionForecast:
-    """Remembers the last half second of all actors, and forecasts from it; mutable.
+    """Tracks the actors and forecasts them from their rates; mutable.
 
     Args:
-        tracks: What remembers, where a planner has such tracks already.
+        tracker: A motion tracker to share; a new one by default.
     """
 
-    def __init__(self, tracks: MotionTracker | None = None) -> None:
-        self._tracks = MotionTracker() if tracks is None else tracks
+    def __init__(self, tracker: MotionTracker | None = None) -> None:
+        self._tracker = MotionTracker() if tracker is None else tracker
         self._ids = np.empty(0, int)
         self._rates: Rates | None = None
 
-    def forget(self) -> None:
+    def reset(self) -> None:
         """Start a new episode."""
-        self._tracks.forget()
+        self._tracker.reset()
         self._rates = None
 
-    def watch(self, observation: Observation) -> None:
-        """Remember who is where; to be called with every observation.
+    def update(self, observation: Observation) -> None:
+        """Update the tracker; must be called with every observation.
 
         Raises:
-            AgentError: The observation holds no actors.
+            AgentError: The observation has no actors.
         """
         actors = actors_in(observation)
-        self._rates, self._ids = self._tracks.rates(observation.time, actors), actors.ids
+        self._rates, self._ids = self._tracker.rates(observation.time, actors), actors.ids
 
     def __call__(self, observation: Observation, keep: np.ndarray) -> Forecast:
-        """Forecast some actors; how far they get lies between keeping and changing their speeds.
+        """Forecast actors; boxes cover the range between keeping and changing their speeds.
 
         Args:
-            observation: The one watched last, or some of its actors.
-            keep: The places of the actors wanted.
+            observation: The observation of the last `update`, perhaps with fewer actors.
+            keep: Rows of the actors to forecast.
 
         Raises:
-            AgentError: The observation holds no actors.
+            AgentError: The observation has no actors.
         """
         actors = actors_in(observation)
         rates = self._rates
@@ -84,7 +89,7 @@ class MotionForecast:
             self._ids[: len(rates.turns)],
             rates.accelerations,
             rates.turns,
-            np.array((HARDEST, FIRMEST, FASTEST, WIDEST, STEP)),
+            np.array((MIN_ACCELERATION, MAX_ACCELERATION, MAX_SPEED, MAX_TURN, STEP)),
             STEPS,
         )
         standing = speeds.astype(float) < STANDING
@@ -92,45 +97,70 @@ class MotionForecast:
         return Forecast(poses, lengths, widths, standing, margins(kinds, standing))
 
 
-@compiled(NEW_REALS_2D, NEW_REALS, SINGLES, SINGLE, SINGLE, REAL, REAL, REALS)
-def _go(poses, lengths, pose, pace, length, pull, turn, numbers):
-    """Fill in where one actor is and how long its box is, on the circle on which it turns."""
-    hardest, firmest, fastest, widest, interval = numbers
+@compiled(NEW_F64_2D, NEW_F64_1D, F32_1D, F32, F32, F64, F64, F64_1D)
+def _roll_out(poses, lengths, pose, start_speed, length, acceleration, turn, numbers):
+    """Fill in the poses and box lengths of one actor, which drives on a circle."""
+    min_acceleration, max_acceleration, max_speed, max_turn, interval = numbers
     speed, x, y, yaw = (
-        np.float64(pace),
+        np.float64(start_speed),
         np.float64(pose[0]),
         np.float64(pose[1]),
         np.float64(pose[2]),
     )
-    pull, top = min(max(pull, hardest), firmest), max(speed, fastest)
-    bend = min(max(turn / max(speed, TURNING), -SHARPEST), SHARPEST) if speed > TURNING else 0.0
-    last_pace = changed = gone_x = gone_y = last_cos = last_sin = last_travel = 0.0
+    acceleration = min(max(acceleration, min_acceleration), max_acceleration)
+    top = max(speed, max_speed)
+    curvature = (
+        min(max(turn / max(speed, TURNING), -MAX_CURVATURE), MAX_CURVATURE)
+        if speed > TURNING
+        else 0.0
+    )
+    last_speed = changed = moved_x = moved_y = last_cos = last_sin = last_travel = 0.0
     for step in range(len(lengths)):
         time = step * interval
-        now = min(max(speed + pull * min(time, HELD), 0.0), top)
+        now = min(max(speed + acceleration * min(time, HELD), 0.0), top)
         if step:
-            changed += 0.5 * interval * (now + last_pace)
+            changed += 0.5 * interval * (now + last_speed)
         early, late = max(changed, speed * time), min(changed, speed * time)
         travel = 0.5 * (early + late)
-        turned = yaw + min(max(bend * travel, -widest), widest)
+        turned = yaw + min(max(curvature * travel, -max_turn), max_turn)
         cos, sin = math.cos(turned), math.sin(turned)
         if step:
-            gone_x += 0.5 * (cos + last_cos) * (travel - last_travel)
-            gone_y += 0.5 * (sin + last_sin) * (travel - last_travel)
-        poses[step, 0], poses[step, 1], poses[step, 2] = gone_x + x, gone_y + y, turned
+            moved_x += 0.5 * (cos + last_cos) * (travel - last_travel)
+            moved_y += 0.5 * (sin + last_sin) * (travel - last_travel)
+        poses[step, 0], poses[step, 1], poses[step, 2] = moved_x + x, moved_y + y, turned
         lengths[step] = length + early - late
-        last_pace, last_cos, last_sin, last_travel = now, cos, sin, travel
+        last_speed, last_cos, last_sin, last_travel = now, cos, sin, travel
 
 
-@compiled(WHOLES, SINGLES_2D, SINGLES, SINGLES_2D, FLAGS, WHOLES, SINGLES, SINGLES, REALS, WHOLE)
+@compiled(
+    INT64_1D,
+    F32_2D,
+    F32_1D,
+    F32_2D,
+    BOOL_1D,
+    INT64_1D,
+    F32_1D,
+    F32_1D,
+    F64_1D,
+    INT64,
+)
 def _forecast(ids, poses, speeds, extents, walking, known, accelerations, turns, numbers, steps):
-    """Return the poses and lengths of a forecast; people are taken to walk straight on."""
+    """Return the poses and lengths of a forecast; pedestrians are assumed to walk straight on."""
     found, lengths = np.empty((len(ids), steps, 3)), np.empty((len(ids), steps))
     for row in range(len(ids)):
-        pull = turn = np.float64(0.0)
+        acceleration = turn = np.float64(0.0)
         for place in range(len(known)):
             if known[place] == ids[row] and not walking[row]:
-                pull, turn = np.float64(accelerations[place]), np.float64(turns[place])
+                acceleration, turn = np.float64(accelerations[place]), np.float64(turns[place])
                 break
-        _go(found[row], lengths[row], poses[row], speeds[row], extents[row, 0], pull, turn, numbers)
+        _roll_out(
+            found[row],
+            lengths[row],
+            poses[row],
+            speeds[row],
+            extents[row, 0],
+            acceleration,
+            turn,
+            numbers,
+        )
     return found, lengths

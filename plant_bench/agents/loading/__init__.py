@@ -1,1 +1,1 @@
-"""Planners found by name, module, file or command, and what they are made of."""
+"""Finds and loads planners by name, module, file or command, and computes their checksums."""

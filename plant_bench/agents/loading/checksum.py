@@ -1,8 +1,8 @@
-"""What a planner is made of, as one hash: equal hashes drive alike, so that records can be kept.
+"""A planner's checksum: a hash of its code, files and library versions; the key of its records.
 
-A planner's code is its module with all that this imports from plant-bench and from its own folder
-or package, and the files that it lists as `files`: weights, for instance. Comments and docstrings
-do not count; of the libraries that compute, versions do.
+The code is the planner's module with its imports from plant-bench and from its own folder or
+package, without comments and docstrings. The files are those in its attribute `files`, such as
+weights. Of numerical libraries, the versions count.
 """
 
 import hashlib
@@ -14,7 +14,7 @@ from plant_bench.agents.loading.planner_spec import Kind, PlannerSpec
 from plant_bench.agents.loading.registry import Loader, load_agent, planner_module
 from plant_bench.errors import InputError
 from plant_bench.source_code import (
-    COMPUTING,
+    NUMERICAL_PACKAGES,
     data_files,
     file_hash,
     import_closure,
@@ -27,31 +27,29 @@ from plant_bench.source_code import (
 from plant_bench.user_modules import own_files, package_files
 
 HARMLESS = {
-    "plant_bench.agents.loading": "how planners are found, and the table of them",
-    "plant_bench.agents.remote": "carries a planner's answers from another process, to the bit",
+    "plant_bench.agents.loading": "how planners are found, and the table of planners",
+    "plant_bench.agents.remote": "transfers responses from another process without change",
     "plant_bench.data_files": "where files lie: weights are listed and hashed",
     "plant_bench.errors": "texts of messages",
     "plant_bench.text_escaping": "texts of messages",
-    "plant_bench.inference_timing": "tells how long a network takes",
+    "plant_bench.inference_timing": "measures inference times",
     "plant_bench.untrusted_files": "how files are read: weights are listed and hashed",
-    "plant_bench.user_modules": "how modules of planners are found",
+    "plant_bench.user_modules": "how planners' modules are found",
     "plant_bench.renamed": "texts of messages",
-    "plant_bench.source_code": "makes the checksums",
+    "plant_bench.source_code": "computes the checksums",
     "plant_bench.atomic_files": "how files are written",
     "plant_bench.world.hazard_sketch": "how hazards are drawn in tables and pages",
 }
-REMOTE = (
-    "plant_bench.agents.remote.remote_agent"  # stands for a command: what it is told and may answer
-)
+REMOTE = "plant_bench.agents.remote.remote_agent"  # plant-bench's code that a command depends on
 
 
 @dataclass(frozen=True)
 class PlannerComponents:
-    """What a planner is made of.
+    """The files and libraries that determine a planner's behaviour.
 
     Attributes:
         files: Its code and weights.
-        libraries: Names of the packages that compute its decisions.
+        libraries: Names of the packages that it computes with.
     """
 
     files: frozenset[Path] = frozenset()
@@ -59,11 +57,11 @@ class PlannerComponents:
 
 
 def agent_checksum(spec: str, load: Loader = load_agent) -> str:
-    """Return a hash of what makes a planner drive as it does.
+    """Return a planner's checksum.
 
     Args:
-        spec: Names it.
-        load: Makes it; another than `load_agent` where planners live in processes of their own.
+        spec: The planner's name.
+        load: Creates it; differs from `load_agent` if planners run in their own processes.
 
     Raises:
         InputError: There is no such planner, or a file of it cannot be read.
@@ -85,22 +83,22 @@ def agent_files(spec: str, load: Loader = load_agent) -> set[Path]:
 
 
 def components_of(spec: str, load: Loader = load_agent) -> PlannerComponents:
-    """Return what a planner is made of.
+    """Return a planner's files and libraries.
 
     Raises:
         InputError: There is no such planner.
     """
     agent = load(spec)
     if PlannerSpec.parse(spec).kind is Kind.COMMAND:
-        code = {module_file(name) for name in import_closure(REMOTE, without=_KEPT_APART)}
+        code = {module_file(name) for name in import_closure(REMOTE, without=_HARMLESS_TO_COMMANDS)}
         return PlannerComponents(frozenset(_listed(agent) | code), _libraries(agent))
-    if getattr(agent, "remote", False):  # it was told what it is made of
+    if getattr(agent, "remote", False):  # its process has reported all files
         return PlannerComponents(frozenset(_listed(agent)), _libraries(agent))
     return components_of_loaded(spec, agent)
 
 
 def components_of_loaded(spec: str, agent: Agent) -> PlannerComponents:
-    """Return what a planner is made of that has been loaded in this process."""
+    """Return the files and libraries of a planner that was loaded in this process."""
     kind = PlannerSpec.parse(spec).kind
     file = Path(planner_module(spec).__file__ or "")
     own = module_name(file)
@@ -112,21 +110,21 @@ def components_of_loaded(spec: str, agent: Agent) -> PlannerComponents:
         modules = {name for path in code for name in imported_modules(path)}
     libraries = imported_packages(path for path in files if path.suffix == ".py")
     closure = import_closure(*modules, without=HARMLESS)
-    ours = {module_file(name) for name in closure}
-    libraries |= COMPUTING & imported_packages(ours)
-    ours |= {path for name in closure for path in data_files(name)}
-    return PlannerComponents(frozenset(files | ours | _listed(agent)), _libraries(agent, libraries))
+    core = {module_file(name) for name in closure}
+    libraries |= NUMERICAL_PACKAGES & imported_packages(core)
+    core |= {path for name in closure for path in data_files(name)}
+    return PlannerComponents(frozenset(files | core | _listed(agent)), _libraries(agent, libraries))
 
 
-_KEPT_APART = {
+_HARMLESS_TO_COMMANDS = {
     name: reason for name, reason in HARMLESS.items() if name != "plant_bench.agents.remote"
 }
 
 
 def _libraries(agent: Agent, imported: frozenset[str] = frozenset()) -> frozenset[str]:
-    """Return what a planner says that it computes with; else what its code imports."""
-    told = getattr(agent, "libraries", None)
-    return imported if told is None else frozenset(told)
+    """Return the libraries that a planner declares; by default those that its code imports."""
+    declared = getattr(agent, "libraries", None)
+    return imported if declared is None else frozenset(declared)
 
 
 def _listed(agent: Agent) -> set[Path]:
@@ -134,8 +132,8 @@ def _listed(agent: Agent) -> set[Path]:
 
 
 def _hash(path: Path, spec: str) -> str:
-    if path.exists() and not path.is_file():  # a device never ends
-        message = f"The agent '{spec}' lists {path}, which is no file."
+    if path.exists() and not path.is_file():  # reading a device might never end
+        message = f"The agent '{spec}' lists {path}, which is not a regular file."
         raise InputError(message)
     try:
         return file_hash(path)

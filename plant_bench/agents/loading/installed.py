@@ -1,4 +1,4 @@
-"""Planners of installed packages, found by the entry points that they declare.
+"""Finds planners of installed packages by their entry points.
 
 [project.entry-points."plant_bench.agents"]
 my-planner = "my_planner.agent:MyPlanner"
@@ -14,7 +14,7 @@ GROUP = "plant_bench.agents"
 
 @dataclass(frozen=True)
 class InstalledPlanner:
-    """What a package says of a planner in it; nothing of it has been loaded.
+    """A planner's entry point; not loaded yet.
 
     Attributes:
         target: "package.module:Class".
@@ -27,9 +27,9 @@ class InstalledPlanner:
 
 @cache
 def installed_planners() -> Mapping[str, InstalledPlanner]:
-    """Return the planners of installed packages by name, in the order of their names.
+    """Return the planners of installed packages by name, sorted.
 
-    Where two packages use one name, the package that comes first in the alphabet has it.
+    If two packages use the same name, the alphabetically first package has it.
     """
     found: dict[str, InstalledPlanner] = {}
     for entry in sorted(entry_points(group=GROUP), key=lambda entry: (entry.name, _source(entry))):

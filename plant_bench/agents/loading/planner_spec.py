@@ -1,7 +1,7 @@
-"""What a user writes to name a planner, taken apart once and for all.
+"""Parses the text that names a planner, as in `--agent`.
 
-plant, plant@models/mine       a built-in planner, and what its class is given
-my-planner                     one of an installed package
+plant, plant@models/mine       a built-in planner, optionally with its class's argument
+my-planner                     a planner of an installed package
 package.module:Class@argument  a class that can be imported
 path/to/file.py:Class          a class in a file
 command:./program --flag       a program in another process (docs/protocol-agents.md)
@@ -47,14 +47,14 @@ class Kind(Enum):
 
 @dataclass(frozen=True, slots=True)
 class PlannerSpec:
-    """A planner's name, taken apart.
+    """A parsed planner name.
 
     Attributes:
-        text: As the user wrote it.
-        kind: Where it comes from.
+        text: The text as the user wrote it.
+        kind: Where the planner comes from.
         module: The module, or the path of the file; empty for a command.
-        name: The class, or the function that makes the planner; for a command the command line.
-        argument: What the class is given; None for nothing.
+        name: The class or factory function; for a command, the command line.
+        argument: The argument for the class; None for none.
     """
 
     text: str
@@ -65,10 +65,10 @@ class PlannerSpec:
 
     @classmethod
     def parse(cls, text: str) -> "PlannerSpec":
-        """Take a planner's name apart; nothing is loaded.
+        """Parse a planner's name; nothing is loaded.
 
         Raises:
-            InputError: There is no such planner; says what was meant perhaps.
+            InputError: There is no such planner; the message suggests similar names.
 
         >>> PlannerSpec.parse("plant@models/mine").argument
         'models/mine'
@@ -82,27 +82,27 @@ class PlannerSpec:
         """The words of a command.
 
         Raises:
-            InputError: It is no command line.
+            InputError: It is not a valid command line.
         """
         try:
             return shlex.split(self.name)
         except ValueError as error:
-            message = f"The agent '{self.text}' is no command: {error}."
+            message = f"The agent '{self.text}' is not a valid command: {error}."
             raise InputError(message) from error
 
 
 def is_command(text: str) -> bool:
-    """Tell whether a text names a program in another process; the rest of it may be wrong."""
+    """Return whether a text names a command; the command itself is not checked."""
     return text.startswith(COMMAND)
 
 
 def with_paths(text: str, change: Callable[[str], str]) -> str:
-    """Return a text with every absolute path in it changed; a path ends at "@", "=" and ":"."""
+    """Return a text with `change` applied to every absolute path; paths end at "@", "=" and ":"."""
     return _PATH.sub(lambda match: match[1] + change(match[2]), text)
 
 
 def without_folders(argument: str) -> str:
-    """Return an argument with the names alone of what it tells absolute paths of.
+    """Return an argument with absolute paths replaced by their last component.
 
     >>> without_folders("plant@/home/me/models/mine"), without_folders("models/mine")
     ('plant@mine', 'models/mine')
@@ -124,7 +124,7 @@ def _parsed(text: str) -> PlannerSpec:
         hint = did_you_mean(target, known, cutoff=0.5, quote="'")
         message = (
             f"There is no agent '{target}'.{hint} "
-            f"Agents here: {', '.join(known)}; or give package.module:Class or file.py:Class."
+            f"Agents: {', '.join(known)}; or give package.module:Class or file.py:Class."
         )
         raise InputError(message)
     if found is None:
@@ -133,7 +133,7 @@ def _parsed(text: str) -> PlannerSpec:
 
 
 def _split(text: str) -> tuple[str, str | None]:
-    """Return what names the class, and what follows the "@" after it."""
+    """Return the part that names the class, and the argument after "@"."""
     name, at, argument = text.partition("@")
     if at and (name in AGENTS or ":" not in text):
         return name, argument

@@ -1,4 +1,4 @@
-"""Loads a planner by its name, its module or its file, or starts the command that runs it."""
+"""Creates a planner from its name, module or file, or starts its command."""
 
 from collections.abc import Callable
 from types import ModuleType
@@ -10,31 +10,34 @@ from plant_bench.errors import AgentError, InputError
 from plant_bench.sensing.inputs import check_inputs
 from plant_bench.user_modules import load_module, load_named
 
-Loader = Callable[[str], Agent]  # makes a planner of its name
+Loader = Callable[[str], Agent]  # creates a planner from its name
 
 
 def load_agent(text: str) -> Agent:
     """Return a new planner.
 
     Args:
-        text: Names it, see `plant_bench.agents.loading.planner_spec`.
+        text: The planner's name, see `plant_bench.agents.loading.planner_spec`.
 
     Raises:
-        InputError: There is no such planner, or it is none; says what was meant perhaps.
+        InputError: There is no such planner, or the object is not one.
     """
     spec = PlannerSpec.parse(text)
     if spec.kind is Kind.COMMAND:
-        return _commanded(text)
+        return _command_agent(text)
     factory = agent_factory(text)
     try:
         agent = factory() if spec.argument is None else factory(spec.argument)
     except InputError:
         raise
     except (Exception, SystemExit) as error:
-        message = f"The agent '{text}' cannot be made: {type(error).__name__}: {error}"
+        message = f"The agent '{text}' cannot be created: {type(error).__name__}: {error}"
         raise InputError(message) from error
     if not isinstance(agent, Agent):
-        message = f"'{text}' is no agent: inputs, reset and act are wanted (plant_bench/agent.py)."
+        message = (
+            f"'{text}' is not a planner: expected the attributes inputs, reset and act "
+            "(plant_bench/agent.py)."
+        )
         raise InputError(message)
     try:
         check_inputs(agent.inputs, f"'{text}'")
@@ -44,21 +47,21 @@ def load_agent(text: str) -> Agent:
 
 
 def describe_agent(text: str) -> tuple[str, frozenset[str]]:
-    """Return the first line of what a planner says of itself, and what it wants to be given.
+    """Return the first line of a planner's docstring, and its inputs.
 
-    A class that declares its inputs is not made: it may want weights that are not there.
+    A class that declares its inputs is not instantiated, since its weights may be missing.
 
     Raises:
         InputError: There is no such planner.
     """
-    made_by = agent_factory(text)
-    inputs = getattr(made_by, "inputs", None)
-    about = (made_by.__doc__ or "").strip().partition("\n")[0]
-    return about, load_agent(text).inputs if inputs is None else inputs
+    factory = agent_factory(text)
+    inputs = getattr(factory, "inputs", None)
+    description = (factory.__doc__ or "").strip().partition("\n")[0]
+    return description, load_agent(text).inputs if inputs is None else inputs
 
 
 def agent_factory(text: str) -> Any:
-    """Return a planner's class, or the function that makes it, without making one.
+    """Return a planner's class or factory function.
 
     Raises:
         InputError: There is no such class.
@@ -68,15 +71,15 @@ def agent_factory(text: str) -> Any:
 
 
 def planner_module(text: str) -> ModuleType:
-    """Return the module that a planner's class is taken from.
+    """Return the module of a planner's class.
 
     Raises:
-        InputError: There is none, or it cannot be loaded.
+        InputError: It does not exist or cannot be loaded.
     """
     return load_module(PlannerSpec.parse(text).module, f"agent '{text}'")
 
 
-def _commanded(text: str) -> Agent:
+def _command_agent(text: str) -> Agent:
     from plant_bench.agents.remote.launch_command import launch_command_of
     from plant_bench.agents.remote.process import Limits
     from plant_bench.agents.remote.remote_agent import remote_agent

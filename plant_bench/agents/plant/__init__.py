@@ -1,1 +1,1 @@
-"""PlanT: a transformer over objects (Renz et al., CoRL 2022). `agent` needs no torch to import."""
+"""PlanT: a transformer over objects (Renz et al., CoRL 2022). Importing `agent` needs no torch."""

@@ -1,4 +1,4 @@
-"""What is changed of PlanT, one thing at a time, to see what it is good for: the paper's, ours."""
+"""PlanT's ablations: the variants of the paper and those of plant-bench's extensions."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -7,7 +7,7 @@ from plant_bench.agents.plant.config import SizeName
 from plant_bench.agents.plant.training_options import PlanTOptions
 from plant_bench.learner import Choice
 
-PAPER_WHOLE = "81.36 ± 6.54"  # DS of PlanT MEDIUM on 3x data (PlanT, table 2)
+PAPER_FULL = "81.36 ± 6.54"  # DS of PlanT MEDIUM on 3x data (PlanT, table 2)
 
 Change = Callable[[PlanTOptions], PlanTOptions]
 
@@ -32,37 +32,37 @@ def _size(name: SizeName, paper: str = "-") -> Choice:
     return Choice(name, _network(size=name), paper)
 
 
-def _told(name: str, change: Callable[[bool], Change]) -> tuple[Choice, ...]:
+def _off_on(name: str, change: Callable[[bool], Change]) -> tuple[Choice, ...]:
     return Choice(f"no-{name}", change(False)), Choice(name, change(True))
 
 
 ABLATIONS: Mapping[str, tuple[Choice, ...]] = {
-    # the paper's
+    # in the paper
     "rear": (
         Choice("no-rear", _tokens(rear=False), "72.86 ± 5.56"),
-        Choice("rear", _tokens(rear=True), PAPER_WHOLE),
+        Choice("rear", _tokens(rear=True), PAPER_FULL),
     ),
     "speeds": (
-        # Nor anything that follows from the speeds of others.
+        # Without the speeds, nothing that is computed from them either.
         Choice(
             "no-speeds",
             _tokens(speed=False, conflicts=False, motion=False, horizon=0.0),
             "72.34 ± 3.30",
         ),
-        Choice("speeds", _tokens(speed=True), PAPER_WHOLE),
+        Choice("speeds", _tokens(speed=True), PAPER_FULL),
     ),
     "auxiliary": (
         Choice("no-auxiliary", _auxiliary(0.0)),
         Choice("auxiliary", _auxiliary(PlanTOptions.auxiliary)),
     ),
-    "size": (_size("mini"), _size("small"), _size("medium", PAPER_WHOLE)),
-    # ours
-    "stop-line": _told("stop-line", lambda told: _tokens(stop_line=told)),
-    "vulnerable": _told("vulnerable", lambda told: _tokens(vulnerable=told)),
-    "limit-input": _told("limit-input", lambda told: _network(limit_input=told)),
-    "speed-input": _told("speed-input", lambda told: _network(speed_input=told)),
-    "conflicts": _told("conflicts", lambda told: _tokens(conflicts=told)),
-    "motion": _told("motion", lambda told: _tokens(motion=told)),
+    "size": (_size("mini"), _size("small"), _size("medium", PAPER_FULL)),
+    # plant-bench's extensions
+    "stop-line": _off_on("stop-line", lambda on: _tokens(stop_line=on)),
+    "vulnerable": _off_on("vulnerable", lambda on: _tokens(vulnerable=on)),
+    "limit-input": _off_on("limit-input", lambda on: _network(limit_input=on)),
+    "speed-input": _off_on("speed-input", lambda on: _network(speed_input=on)),
+    "conflicts": _off_on("conflicts", lambda on: _tokens(conflicts=on)),
+    "motion": _off_on("motion", lambda on: _tokens(motion=on)),
     "horizon": (
         Choice("no-horizon", _tokens(horizon=0.0)),
         Choice("horizon-5s", _tokens(horizon=5.0)),

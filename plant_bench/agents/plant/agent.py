@@ -1,4 +1,4 @@
-"""PlanT as a planner: the network plans, `follow_plan` drives, attention tells who matters."""
+"""The planner `plant-unguarded`: PlanT's network plans; its attention ranks the actors."""
 
 import copy
 from collections.abc import Sequence
@@ -16,27 +16,27 @@ from plant_bench.data_files import models_dir
 from plant_bench.errors import AgentError
 from plant_bench.features.motion import MotionTracker
 from plant_bench.features.network_inputs import SceneInput, scene_input
-from plant_bench.features.tokens import NOWHERE
+from plant_bench.features.tokens import NO_ROW
 from plant_bench.model_folder import CONFIG_FILE, WEIGHTS_FILE
 from plant_bench.world.route import Route
 from plant_bench.world.scene import Light
 
 DEFAULT_WEIGHTS = "plant-mini"  # in models/
 INTERVAL = 2  # ticks between two decisions: 10 Hz, as PlanT with perception
-WAITING_INTERVAL = 8  # ticks, at a red light: people take a second to see that it is green
+WAITING_INTERVAL = 8  # ticks, at a red light: a human driver, too, starts with a delay
 
 
 class PlanT:
     """Learned by imitation: a transformer over nearby vehicles and the route.
 
     Attributes:
-        files: What makes it drive as it does, apart from the code of planners.
-        libraries: What it computes with.
+        files: The model's files; the planner's checksum covers them and its code.
+        libraries: The packages that it computes with.
         interval: Ticks until the next decision.
-        tracks: How others have changed in the last half second.
+        motion: The actors' motion over the last half second.
 
     Args:
-        weights: Folder of the trained network; `models/plant-mini` without it.
+        weights: Folder of the trained network; `models/plant-mini` by default.
     """
 
     inputs = frozenset({Input.OBJECTS, Input.ROUTE, Input.LIGHT})
@@ -52,42 +52,44 @@ class PlanT:
         self.interval = INTERVAL
 
     def reset(self, route: Route | None) -> None:
-        """Start a new episode; the route is told with each observation."""
+        """Start a new episode; the route comes with each observation."""
         del route
-        self.motion.forget()
+        self.motion.reset()
         self.interval = INTERVAL
 
     def act(self, observation: Observation) -> Plan:
         """Plan the next two seconds."""
-        waypoints = self._predictor.waypoints(self._given(observation))
+        waypoints = self._predictor.waypoints(self._scene(observation))
         plan, ego = Plan(waypoints), observation.ego
         stays = ego.speed < STILL and follow_plan(plan, ego).acceleration <= 0.0
         self.interval = _interval(stays, observation.light)
         return plan
 
     def __deepcopy__(self, _memo: object) -> "PlanT":
-        """Return a copy that shares the network, which never changes."""
+        """Return a copy that shares the network, which is immutable."""
         other = copy.copy(self)
         other.motion = self.motion.copied()
         return other
 
     def rank(self, observation: Observation) -> Float[np.ndarray, " actors"]:
-        """Return the attention to each actor; who is no token ranks below all, the nearer higher.
+        """Return the attention to each actor.
+
+        Actors without a token rank below all others, nearer ones higher.
 
         Raises:
-            AgentError: The observation holds no objects.
+            AgentError: The observation has no objects.
         """
         actors, ego = observation.actors, observation.ego
         if actors is None:
             message = "PlanT needs the input 'objects'."
             raise AgentError(message)
-        given = self._given(observation)
+        scene = self._scene(observation)
         ranks = -np.hypot(actors.poses[:, 0] - ego.x, actors.poses[:, 1] - ego.y).astype(float)
-        told = given.tokens.places != NOWHERE
-        ranks[given.tokens.places[told]] = self._predictor.attention(given)[told]
+        is_actor = scene.tokens.places != NO_ROW
+        ranks[scene.tokens.places[is_actor]] = self._predictor.attention(scene)[is_actor]
         return ranks
 
-    def _given(self, observation: Observation) -> SceneInput:
+    def _scene(self, observation: Observation) -> SceneInput:
         rates = None
         if self._spec.motion and observation.actors is not None:
             rates = self.motion.rates(observation.time, observation.actors)
@@ -102,22 +104,22 @@ def _interval(stays: bool, light: NextLight | None) -> int:
 
 @runtime_checkable
 class Predictor(Protocol):
-    """Answers one scene; the same scene always gets the same answer."""
+    """Runs the network on one scene; deterministic."""
 
-    def waypoints(self, given: SceneInput) -> Float[np.ndarray, "waypoints 2"]:
+    def waypoints(self, scene: SceneInput) -> Float[np.ndarray, "waypoints 2"]:
         """Return the plan in the ego frame, metres."""
         ...
 
-    def attention(self, given: SceneInput) -> Float[np.ndarray, " tokens"]:
-        """Return how much [CLS] attends to each token, summed over layers and heads."""
+    def attention(self, scene: SceneInput) -> Float[np.ndarray, " tokens"]:
+        """Return the attention of [CLS] to each token, summed over layers and heads."""
         ...
 
 
 def load_predictor(folder: Path) -> Predictor:
-    """Return what answers scenes with the weights of a folder: its graph if it holds one.
+    """Return a predictor for a model folder: its ONNX graph if there is one, else PyTorch.
 
     Raises:
-        InputError: The folder holds no weights that can be used.
+        InputError: The folder has no usable weights.
     """
     if (folder / GRAPH_FILE).is_file():
         from plant_bench.agents.plant.onnx_network import GraphPredictor

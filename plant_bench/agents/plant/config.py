@@ -1,4 +1,4 @@
-"""What a PlanT network is: its size, what it is told, and its bins. Needs no torch."""
+"""PlanT's network config: size, inputs, and bins of the auxiliary task. Needs no torch."""
 
 import math
 from collections.abc import Mapping
@@ -13,7 +13,7 @@ from plant_bench.model_folder import read_config
 from plant_bench.renamed import renamed_keys
 
 SizeName = Literal["mini", "small", "medium"]
-GraphBits = Literal[8, 32]  # of a weight of the encoder in a graph
+GraphBits = Literal[8, 32]  # bits per weight of the encoder in an ONNX graph
 
 NETWORK = "plant"  # as a model's config names it
 GRAPH_FILE = "network.onnx"
@@ -29,8 +29,8 @@ class Size:
 
     Attributes:
         layers: Number of transformer layers.
-        width: H, the hidden width.
-        heads: Of attention.
+        width: Hidden width H.
+        heads: Number of attention heads.
     """
 
     layers: int
@@ -44,17 +44,17 @@ SIZES: dict[SizeName, Size] = {  # Turc et al., 2019
     "medium": Size(8, 512, 8),
 }
 
-GRAPH_BITS: GraphBits = 8  # MEDIUM is too slow in float32, and MINI gains a third
+GRAPH_BITS: GraphBits = 8  # MEDIUM is too slow in float32, and MINI is a third faster
 
 
 @dataclass(frozen=True)
 class Bins:
-    """How one attribute is cut into classes.
+    """How one attribute is divided into classes.
 
     Attributes:
         count: Number of bins.
-        low: The lowest bin's centre.
-        high: The highest bin's centre; values beyond the two count to them.
+        low: The lowest bin's centre; lower values belong to it, too.
+        high: The highest bin's centre; higher values belong to it, too.
     """
 
     count: int
@@ -64,16 +64,16 @@ class Bins:
 
 @dataclass(frozen=True)
 class PlanTConfig:
-    """All that decides a network's shape and inputs; stored beside its weights.
+    """A network's shape and inputs; stored beside its weights.
 
     Attributes:
-        size: Of the encoder, a name in `SIZES`.
-        tokens: What becomes a token.
-        speed_input: Whether the ego's speed is told. PlanT does without: told its speed, a learner
-            by imitation goes on as it goes, and what stands never starts.
-        speed_dropout: Share of the training samples in which the speed is withheld.
-        limit_input: Whether the speed is told from which all limits ahead can be met. PlanT does
-            without.
+        size: The encoder's size, a name in `SIZES`.
+        tokens: Which objects become tokens.
+        speed_input: Whether the ego's speed is an input. Not in PlanT: with it, imitation learns
+            to keep the present speed, and a stationary ego never starts.
+        speed_dropout: Share of the training samples without the speed.
+        limit_input: Whether the highest speed that meets all limits ahead is an input. Not in
+            PlanT.
     """
 
     size: SizeName = "mini"
@@ -100,13 +100,13 @@ def load_config(folder: Path) -> PlanTConfig:
     """Read a network's config.
 
     Raises:
-        InputError: There is none, or it is broken, of another format or of another protocol.
+        InputError: It is missing or broken, or has another format or protocol.
     """
     return read_config(folder, NETWORK, config_from)
 
 
 def config_from(values: Mapping[str, Any]) -> PlanTConfig:
-    """Return the config that a model's file tells of.
+    """Return the config from the values in a model's file.
 
     Raises:
         ValueError: Values are missing, of other types or out of range.
@@ -119,7 +119,7 @@ def config_from(values: Mapping[str, Any]) -> PlanTConfig:
 
 
 def _check_ranges(config: PlanTConfig) -> None:
-    """Raise ValueError where a number would make driving endless or senseless."""
+    """Raise ValueError for a value out of range."""
     tokens = config.tokens
     ranges = {
         "reach": (tokens.reach, 1.0, 1000.0),
@@ -132,5 +132,5 @@ def _check_ranges(config: PlanTConfig) -> None:
     }
     for name, (value, low, high) in ranges.items():
         if not low <= value <= high:
-            message = f"{name} {value}: {low} to {high} expected"
+            message = f"{name}: expected {low} to {high}, got {value}"
             raise ValueError(message)

@@ -1,4 +1,4 @@
-"""PlanT as it is shipped: the network plans, a guard brakes where it must."""
+"""The planner `plant`: PlanT with the rule-based safety layer."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -12,16 +12,16 @@ from plant_bench.agents.plant.agent import PlanT
 
 
 class GuardedPlanT(Guarded):
-    """Learned by imitation, and held back by rules where it would have to brake hard.
+    """Learned by imitation, with a rule-based safety layer that brakes in emergencies.
 
     `plant-unguarded` is the network alone, as in the paper.
 
     Attributes:
-        files: What makes it drive as it does, apart from the code of planners.
-        libraries: What it computes with.
+        files: The model's files; the planner's checksum covers them and its code.
+        libraries: The packages that it computes with.
 
     Args:
-        weights: Folder of the trained network; `models/plant-mini` without it.
+        weights: Folder of the trained network; `models/plant-mini` by default.
     """
 
     inputs = PlanT.inputs
@@ -37,6 +37,6 @@ class GuardedPlanT(Guarded):
         """Return the attention to each actor, as `PlanT.rank`.
 
         Raises:
-            AgentError: The observation holds no objects.
+            AgentError: The observation has no objects.
         """
         return self._ranker.rank(observation)

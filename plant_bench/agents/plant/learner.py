@@ -1,4 +1,4 @@
-"""How PlanT learns: its input, loss and start; see `plant_bench.learner`."""
+"""PlanT's learner: encoding, network, loss, initial weights; see `plant_bench.learner`."""
 
 from collections.abc import Mapping
 from dataclasses import asdict, replace
@@ -8,7 +8,7 @@ from typing import Any
 import torch
 from torch import Tensor, nn
 
-from plant_bench.agents.plant.ablations import ABLATIONS, PAPER_WHOLE
+from plant_bench.agents.plant.ablations import ABLATIONS, PAPER_FULL
 from plant_bench.agents.plant.config import GRAPH_FILE, NETWORK, PlanTConfig, config_from
 from plant_bench.agents.plant.losses import Targets, losses_of
 from plant_bench.agents.plant.network import Batch, PlanTNetwork
@@ -21,7 +21,7 @@ from plant_bench.features.predicted_conflicts import CONFLICT_ATTRIBUTES
 from plant_bench.features.tokens import ATTRIBUTES, TokenSpec
 from plant_bench.learner import Encoded, Forward, Frame, Learner
 
-_OF_GRAPHS = ("onnx", "weights_bits")  # options that decide no weights
+_EXPORT_OPTIONS = ("onnx", "weights_bits")  # without influence on the weights
 
 
 class PlanTLearner(Learner[PlanTOptions]):
@@ -34,10 +34,10 @@ class PlanTLearner(Learner[PlanTOptions]):
     padding = PADDING
     encoders = ("plant_bench.agents.plant.samples",)
     ablations = ABLATIONS
-    paper = PAPER_WHOLE
+    paper = PAPER_FULL
 
     def encode(self, frame: Frame) -> Encoded:
-        """Return what is learned from a frame."""
+        """Return a frame's network inputs and targets."""
         return encode(frame, self.options.network.tokens)
 
     def network(self) -> nn.Module:
@@ -45,15 +45,15 @@ class PlanTLearner(Learner[PlanTOptions]):
         return PlanTNetwork(self.options.network)
 
     def loss(self, network: Forward, batch: Mapping[str, Tensor]) -> dict[str, Tensor]:
-        """Return equation 3 and its parts; the speed is withheld from some samples."""
+        """Return the loss of equation 3 and its parts; applies speed dropout."""
         config = self.options.network
-        given = Batch(*(batch[name] for name in Batch._fields))
+        inputs = Batch(*(batch[name] for name in Batch._fields))
         if network.training and config.speed_input and config.speed_dropout:
-            chance = torch.rand(len(given.speed), device=given.speed.device)
-            hidden = chance < config.speed_dropout
-            given = given._replace(speed=given.speed.masked_fill(hidden, torch.nan))
+            chance = torch.rand(len(inputs.speed), device=inputs.speed.device)
+            dropped = chance < config.speed_dropout
+            inputs = inputs._replace(speed=inputs.speed.masked_fill(dropped, torch.nan))
         targets = Targets(batch["waypoints"], batch["futures"])
-        losses = losses_of(network(given), targets, config.bins, self.options.overshoot_weight)
+        losses = losses_of(network(inputs), targets, config.bins, self.options.overshoot_weight)
         return {
             "loss": losses.total(self.options.auxiliary),
             "waypoints": losses.waypoints,
@@ -62,36 +62,36 @@ class PlanTLearner(Learner[PlanTOptions]):
 
     @property
     def config(self) -> Mapping[str, Any]:
-        """What is written into the model's config: the network's size and inputs."""
+        """The model's config: the network's size and inputs."""
         return asdict(self.options.network)
 
     @property
     def recipe(self) -> Mapping[str, Any]:
-        """All options that decide the weights."""
+        """All options that determine the weights."""
         values = asdict(self.options)
-        return {name: value for name, value in values.items() if name not in _OF_GRAPHS}
+        return {name: value for name, value in values.items() if name not in _EXPORT_OPTIONS}
 
     @property
     def encoding(self) -> Mapping[str, Any]:
-        """The options that decide what `encode` returns."""
+        """The options that determine the output of `encode`."""
         return asdict(self.options.network.tokens)
 
     @classmethod
     def options_of(cls, config: Mapping[str, Any]) -> PlanTOptions:
-        """Return the options of a trained model: its network's, and else the defaults.
+        """Return the options of a trained model: its network config, otherwise defaults.
 
         Raises:
-            ValueError: It is none.
+            ValueError: It is not a PlanT config.
         """
         return PlanTOptions(config_from(config))
 
     def start_from(
         self, earlier: PlanTOptions, state: Mapping[str, Tensor]
     ) -> Mapping[str, Tensor]:
-        """Return the weights to start from; what is told anew counts nothing yet.
+        """Return initial weights; those of new attributes are zero.
 
         Raises:
-            InputError: They are of another network.
+            InputError: The earlier network is not compatible.
         """
         now = self.options.network
         check_start(earlier.network, now)
@@ -101,22 +101,22 @@ class PlanTLearner(Learner[PlanTOptions]):
         return {**state, "project.weight": project}
 
     def facts(self, network: nn.Module) -> Mapping[str, str]:
-        """Return what the card tells of it."""
+        """Return additional facts for the model card."""
         used = sum(weights.numel() for weights in network.parameters())
         paper = bert_parameters(self.options.network.encoder)
         return {
             "parameters": f"{used:,}; {paper:,} as the paper counts",
-            "with its guard": "`plant-bench score --agent plant@FOLDER`",
+            "with the safety layer": "`plant-bench score --agent plant@FOLDER`",
             "losses": "waypoints in metres, x and y added; vehicles in nats, six attributes added",
         }
 
     @property
     def title(self) -> str:
-        """What the card calls it."""
+        """The model's title in its card."""
         return f"PlanT of size {self.options.network.size}"
 
     def export(self, folder: Path) -> None:
-        """Write the graph, if it is asked for; one of earlier weights goes.
+        """Write the ONNX graph if the options ask for it; delete one of earlier weights.
 
         Raises:
             InputError: The package onnx is missing.
@@ -128,18 +128,17 @@ class PlanTLearner(Learner[PlanTOptions]):
             export_graph(folder, self.options.weights_bits)
 
     def for_driving(self) -> PlanTOptions:
-        """Return the options with which a graph is written: in float32, as sizes are compared."""
+        """Return options that write an ONNX graph in float32, so that sizes are comparable."""
         return replace(self.options, onnx=True, weights_bits=32)
 
 
 def check_start(earlier: PlanTConfig, now: PlanTConfig) -> None:
-    """Check that a training may start from an earlier network's weights.
+    """Check that training can start from an earlier network's weights.
 
-    How often the speed is withheld in training is no part of the network, and may differ; and
-    attributes of conflicts and motion may be told that were not told before.
+    The speed dropout may differ, and attributes for conflicts and motion may be added.
 
     Raises:
-        InputError: The networks differ in size or in what they are told.
+        InputError: The networks differ in size or inputs.
     """
     before, after = _options(earlier), _options(now)
     for name in ("conflicts", "motion"):
@@ -151,14 +150,14 @@ def check_start(earlier: PlanTConfig, now: PlanTConfig) -> None:
     ]
     if other:
         message = (
-            f"The weights to start from are of another network: {', '.join(other)}. Give the "
+            f"The weights to start from belong to another network: {', '.join(other)}. Give the "
             "options that it was trained with, or leave out --start."
         )
         raise InputError(message)
 
 
 def with_new_columns(weight: Tensor, earlier: TokenSpec, now: TokenSpec) -> Tensor:
-    """Return the weights of attributes with zeros for those that are new."""
+    """Return the projection weights with zero columns for new attributes."""
     columns = weight[:, :ATTRIBUTES]
     rest = weight[:, ATTRIBUTES:]
     for had, has, count in (

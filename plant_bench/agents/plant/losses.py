@@ -1,4 +1,4 @@
-"""PlanT's loss: waypoints by L1, the others' future by cross-entropy over bins (equation 3)."""
+"""PlanT's loss (equation 3): L1 of waypoints, cross-entropy over bins of actors' futures."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,16 +11,16 @@ from torch.nn import functional
 from plant_bench.agents.plant.config import Bins
 from plant_bench.agents.plant.network import Output
 
-IGNORED = -100  # no class: there is nothing to learn
+IGNORED = -100  # class index without a loss
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Targets:
-    """What a batch should be answered with.
+    """The targets of a batch.
 
     Attributes:
-        waypoints: In the ego frame, metres.
-        futures: The tokens' attributes half a second later; NaN where there is nothing to learn.
+        waypoints: Positions in the ego frame, metres.
+        futures: The tokens' attributes half a second later; NaN where there is no target.
     """
 
     waypoints: Float[Tensor, "batch waypoints 2"]
@@ -29,32 +29,33 @@ class Targets:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Losses:
-    """The parts of equation 3, means over the batch.
+    """The parts of equation 3, as means over the batch.
 
     Attributes:
-        waypoints: Sum over x and y, mean over the waypoints, metres.
-        vehicles: Sum over the six attributes, mean over each scene's actors; 0 for none.
+        waypoints: L1 distance: sum over x and y, mean over the waypoints, metres.
+        vehicles: Cross-entropy: sum over the six attributes, mean over each scene's actors; 0 if
+            there are none.
     """
 
     waypoints: Float[Tensor, ""]
     vehicles: Float[Tensor, ""]
 
     def total(self, weight: float) -> Float[Tensor, ""]:
-        """Return what is minimised; `weight` is lambda."""
+        """Return the total loss; `weight` is lambda."""
         return self.waypoints + weight * self.vehicles
 
 
 def losses_of(
     output: Output, targets: Targets, bins: Sequence[Bins], overshoot_weight: float = 1.0
 ) -> Losses:
-    """Return how far an output is from its targets.
+    """Return the losses of an output.
 
     Args:
-        output: Of the network.
-        targets: What it should be.
-        bins: Of the six attributes.
-        overshoot_weight: Weight of metres too far ahead against metres short of the target: above 1
-            the network plans less than the median of what was driven; 1 for equation 3.
+        output: The network's output.
+        targets: The targets.
+        bins: The bins of the six attributes.
+        overshoot_weight: Weight of errors ahead of the target relative to errors behind it: above
+            1, the network plans shorter distances than the median driven; 1 for equation 3.
     """
     errors = output.waypoints - targets.waypoints
     ahead, aside = errors.unbind(dim=2)

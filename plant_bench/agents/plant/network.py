@@ -1,7 +1,7 @@
-"""PlanT's network: an encoder over object tokens, and a GRU that writes waypoints.
+"""PlanT's network: a transformer encoder over object tokens, and a GRU that decodes waypoints.
 
-Sources: PlanT, section 3, equations 1 to 3; its public code for what the paper leaves open (the
-decoder's width). Unlike there, attributes are scaled to about 1 and padding is masked.
+Sources: PlanT, section 3, equations 1 to 3; its public code for details that the paper leaves open
+(the decoder's width). Unlike there, attributes are scaled to about 1 and padding is masked.
 """
 
 import math
@@ -17,22 +17,22 @@ from plant_bench.agents.plant.config import PlanTConfig
 from plant_bench.agents.plant.transformer import DEVIATION, Encoder, initialise
 from plant_bench.features.tokens import TokenKind, TokenSpec
 
-DECODER_WIDTH = 64  # of the GRU, the light's flag apart (PlanT, model.py)
+DECODER_WIDTH = 64  # of the GRU, without the light's flag (PlanT, model.py)
 SCALES = (10.0, 15.0, 15.0, math.pi, 2.0, 5.0)  # attributes are divided by these
 CONFLICT_SCALES, MOTION_SCALES = (20.0, 3.0, 3.0, 3.0), (3.0, 0.5)
-METRES, SPEED = 10.0, 10.0  # the same for points and for the ego's speed and limit
+METRES, SPEED = 10.0, 10.0  # scales of points, and of the ego's speed and limit
 
 
 class Batch(NamedTuple):
-    """What the network is told of some scenes; see `plant_bench.features.network_inputs`.
+    """The network's inputs for a batch of scenes; see `plant_bench.features.network_inputs`.
 
     Attributes:
-        attributes: Of the tokens.
-        kinds: `TokenKind` of each; padding is masked.
-        red: 1 where the next light is red or yellow.
+        attributes: The tokens' attributes.
+        kinds: The tokens' `TokenKind`; padding is masked.
+        red: 1 if the next light is red or yellow, else 0.
         target: A route point ahead in the ego frame, metres.
-        speed: m/s; used if the config says so, NaN where it is withheld.
-        limit: m/s; used if the config says so.
+        speed: The ego's speed, m/s; used if the config says so, NaN where it is dropped.
+        limit: The speed that meets all limits ahead, m/s; used if the config says so.
     """
 
     attributes: Float[Tensor, "batch tokens attributes"]
@@ -44,11 +44,11 @@ class Batch(NamedTuple):
 
 
 class Output(NamedTuple):
-    """What the network answers.
+    """The network's output.
 
     Attributes:
-        waypoints: In the ego frame, metres, every 0.5 s.
-        futures: For each of the six attributes the logits of its bins half a second later.
+        waypoints: Positions in the ego frame every 0.5 s, metres.
+        futures: Logits of the bins half a second later, for each of the six attributes.
     """
 
     waypoints: Float[Tensor, "batch waypoints 2"]
@@ -56,12 +56,12 @@ class Output(NamedTuple):
 
 
 def scales_of(spec: TokenSpec) -> tuple[float, ...]:
-    """Return what a token's attributes are divided by."""
+    """Return the scales that a token's attributes are divided by."""
     return SCALES + CONFLICT_SCALES * spec.conflicts + MOTION_SCALES * spec.motion
 
 
 class PlanTNetwork(nn.Module):
-    """The whole network.
+    """PlanT's network: token embeddings, encoder, decoder and auxiliary heads.
 
     Args:
         config: Its size and inputs.
@@ -86,7 +86,7 @@ class PlanTNetwork(nn.Module):
         self.step = nn.Linear(DECODER_WIDTH + 1, 2)
 
     def forward(self, batch: Batch) -> Output:
-        """Answer some scenes, for training."""
+        """Return the output for a padded batch, for training."""
         hidden, _ = self.encode(batch, padded=True, explain=False)
         futures = tuple(head(hidden[:, 1:]) for head in self.futures)
         return Output(self.decode(hidden[:, 0], batch.red, batch.target), futures)
@@ -94,7 +94,7 @@ class PlanTNetwork(nn.Module):
     def plan(
         self, batch: Batch, *, explain: bool = False
     ) -> tuple[Float[Tensor, "batch waypoints 2"], Float[Tensor, "batch tokens"] | None]:
-        """Return the waypoints of scenes without padding, and if wanted what was attended to.
+        """Return the waypoints of scenes without padding and, with `explain`, the attention.
 
         That is the attention of [CLS] to each token, summed over layers and heads (PlanT, 4.3).
         """
@@ -106,7 +106,7 @@ class PlanTNetwork(nn.Module):
     ) -> tuple[Float[Tensor, "batch hidden width"], Float[Tensor, "batch tokens"] | None]:
         """Return the encoder's output, [CLS] first, and the attention of [CLS] to the tokens.
 
-        With `first_only` the output for [CLS] alone.
+        With `first_only`, the output has [CLS] alone.
         """
         kinds = batch.kinds.long()
         tokens = self.project(batch.attributes / self.scales) + self.kinds(kinds)
@@ -125,7 +125,7 @@ class PlanTNetwork(nn.Module):
         red: Float[Tensor, " batch"],
         target: Float[Tensor, "batch 2"],
     ) -> Float[Tensor, "batch waypoints 2"]:
-        """Write the waypoints one after the other, each from the last; always in full precision."""
+        """Decode the waypoints autoregressively, always in full precision."""
         with torch.autocast(cls.device.type, enabled=False):
             narrowed = functional.linear(cls.float(), self.narrow.weight, self.narrow.bias)
             hidden = torch.cat((narrowed, red[:, None]), dim=1)
@@ -140,8 +140,8 @@ class PlanTNetwork(nn.Module):
     def _facts(self, batch: Batch) -> Float[Tensor, "batch facts"]:
         facts = []
         if self.config.speed_input:
-            withheld = batch.speed.isnan()
-            facts += [batch.speed.nan_to_num() / SPEED, 1.0 - withheld.float()]
+            unknown = batch.speed.isnan()
+            facts += [batch.speed.nan_to_num() / SPEED, 1.0 - unknown.float()]
         if self.config.limit_input:
             facts.append(batch.limit / SPEED)
         return torch.stack(facts, dim=1)

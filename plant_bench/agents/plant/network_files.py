@@ -1,4 +1,4 @@
-"""A trained PlanT on disk; see `plant_bench.model_folder`."""
+"""Saves and loads a trained PlanT network; see `plant_bench.model_folder`."""
 
 from dataclasses import asdict
 from pathlib import Path
@@ -9,12 +9,12 @@ from plant_bench.model_folder import load_weights, save_model
 
 
 def save_network(network: PlanTNetwork, folder: Path) -> None:
-    """Write a network's weights and config, each file whole or not at all."""
+    """Write a network's weights and config, each file atomically."""
     save_model(NETWORK, asdict(network.config), network.state_dict(), folder)
 
 
 def load_network(folder: Path) -> PlanTNetwork:
-    """Read a network, ready to plan: float32, dropout off.
+    """Return a saved network in evaluation mode, float32.
 
     Raises:
         InputError: Files are missing or broken, or the weights do not fit the config.

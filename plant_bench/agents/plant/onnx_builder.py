@@ -1,4 +1,4 @@
-"""Puts together a graph in ONNX, node by node, with the fused operators of ONNX Runtime."""
+"""Builds an ONNX graph node by node, with the fused operators of ONNX Runtime."""
 
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -9,47 +9,47 @@ from jaxtyping import Float, UInt8
 from onnx import TensorProto, helper, numpy_helper
 
 OPSET = 17
-IR_VERSION = 8  # the first for this opset: older runtimes read it, too
-LEAST_HALVED = 256  # values of a constant from which on it is stored in half precision
-FUSED = "com.microsoft"  # the domain of operators that ONNX Runtime adds to ONNX's
+IR_VERSION = 8  # the lowest for this opset, so that older runtimes can read it
+MIN_HALF_SIZE = 256  # values in a constant from which it may be stored in half precision
+FUSED = "com.microsoft"  # the domain of ONNX Runtime's own operators
 FUSED_KINDS = frozenset({"Gelu", "MatMulNBits", "MultiHeadAttention", "SkipLayerNormalization"})
 BLOCK = 32  # weights of an output that share a scale
-HIGHEST = 127  # of a weight in 8 bits, stored with MIDDLE added
-MIDDLE = 128  # the operator's zero
-INTEGER_SUMS = 4  # the operator's level of accuracy at which inputs are rounded to 8 bits, too
+MAX_VALUE = 127  # of an 8-bit weight, before ZERO_POINT is added
+ZERO_POINT = 128  # of MatMulNBits
+INTEGER_SUMS = 4  # accuracy level of MatMulNBits at which inputs, too, are quantised to 8 bits
 
 
-class Rounded(NamedTuple):
+class QuantisedWeights(NamedTuple):
     """Weights in 8 bits, in blocks along a layer's inputs.
 
     Attributes:
-        values: With `MIDDLE` added.
-        scales: What a step of the values is worth.
+        values: Quantised weights plus `ZERO_POINT`.
+        scales: The step size of each block.
     """
 
     values: UInt8[np.ndarray, "outputs blocks inside"]
     scales: Float[np.ndarray, "outputs blocks"]
 
 
-def rounded(weight: Float[np.ndarray, "outputs inputs"]) -> Rounded:
-    """Return weights in 8 bits, each block with the scale that its largest weight needs.
+def quantise(weight: Float[np.ndarray, "outputs inputs"]) -> QuantisedWeights:
+    """Return weights in 8 bits; each block is scaled to its largest absolute weight.
 
-    >>> values, scales = rounded(np.array([[2.54, -1.0] * 16], np.float32))
+    >>> values, scales = quantise(np.array([[2.54, -1.0] * 16], np.float32))
     >>> values[0, 0, :2].tolist(), round(float(scales[0, 0]), 4)
     ([255, 78], 0.02)
     """
     blocks = weight.reshape(len(weight), -1, BLOCK).astype(np.float32)
-    scales = np.abs(blocks).max(axis=-1) / HIGHEST
-    steps = np.where(scales == 0.0, 1.0, scales)[..., None]  # a block of nothing but 0
-    values = np.round(blocks / steps) + MIDDLE
-    return Rounded(values.astype(np.uint8), scales)
+    scales = np.abs(blocks).max(axis=-1) / MAX_VALUE
+    steps = np.where(scales == 0.0, 1.0, scales)[..., None]  # blocks of zeros
+    values = np.round(blocks / steps) + ZERO_POINT
+    return QuantisedWeights(values.astype(np.uint8), scales)
 
 
 class GraphWriter:
-    """Collects inputs, constants and nodes, and knows every value by its name; mutable.
+    """Collects inputs, constants and nodes; all values are referred to by name; mutable.
 
     Args:
-        prefix: Of all names it gives; that of a branch must differ from that of its graph.
+        prefix: Prefix of all generated names; a branch needs another one than its graph.
     """
 
     def __init__(self, prefix: str = "") -> None:
@@ -60,26 +60,26 @@ class GraphWriter:
         self._inputs: list[onnx.ValueInfoProto] = []
         self._outputs: list[onnx.ValueInfoProto] = []
 
-    def takes(self, name: str, kind: type[np.generic], *shape: int | str) -> str:
-        """Declare an input, a free size given by a name; return its name."""
+    def add_input(self, name: str, kind: type[np.generic], *shape: int | str) -> str:
+        """Declare an input and return its name; a text in the shape is a variable size."""
         self._inputs.append(helper.make_tensor_value_info(name, _code(kind), shape))
         return name
 
-    def gives(self, name: str, *shape: int | str) -> None:
-        """Declare a value an output, of float32."""
+    def add_output(self, name: str, *shape: int | str) -> None:
+        """Declare a value as a float32 output."""
         self._outputs.append(helper.make_tensor_value_info(name, TensorProto.FLOAT, shape))
 
     def constant(self, values: np.ndarray) -> str:
         """Return the name of a constant, float32 or int64.
 
-        Many floats are stored in half precision where nothing is lost by it, and cast when the
-        graph is loaded: half the file. So it is with weights that were stored in half precision.
+        Large float constants are stored in half precision, and cast when the graph is loaded, if
+        that is lossless. This holds for weights saved in half precision and halves the file.
         """
         if np.issubdtype(values.dtype, np.integer):
             return self._stored(values.astype(np.int64))
         full = np.ascontiguousarray(values, np.float32)
         half = full.astype(np.float16)
-        if full.size < LEAST_HALVED or not np.array_equal(half.astype(np.float32), full):
+        if full.size < MIN_HALF_SIZE or not np.array_equal(half.astype(np.float32), full):
             return self._stored(full)
         short = self._stored(half)
         name = f"{short}/full"
@@ -87,11 +87,11 @@ class GraphWriter:
         return name
 
     def add(self, kind: str, *inputs: str, name: str | None = None, **attributes: Any) -> str:
-        """Add a node and return the name of what it gives."""
+        """Add a node and return its output's name."""
         return self._add(kind, inputs, [name or self._next()], attributes)
 
-    def add_last(self, kind: str, *inputs: str, **attributes: Any) -> str:
-        """Add a node of two outputs of which only the second is wanted; return its name."""
+    def add_second(self, kind: str, *inputs: str, **attributes: Any) -> str:
+        """Add a node with two outputs and return the second one's name; the first is omitted."""
         return self._add(kind, inputs, ["", self._next()], attributes)
 
     def linear(
@@ -100,24 +100,24 @@ class GraphWriter:
         weight: Float[np.ndarray, "outputs inputs"],
         bias: Float[np.ndarray, " outputs"],
     ) -> str:
-        """Add a linear layer of two axes in float32."""
+        """Add a linear layer on rows, in float32."""
         return self.add("Gemm", rows, self.constant(weight.T), self.constant(bias))
 
-    def rounded_linear(
+    def quantised_linear(
         self,
         rows: str,
         weight: Float[np.ndarray, "outputs inputs"],
         bias: Float[np.ndarray, " outputs"],
     ) -> str:
-        """Add a linear layer of two axes with weights of 8 bits; `BLOCK` must divide its inputs."""
-        values, scales = rounded(weight)
+        """Add a linear layer on rows, in 8 bits; `BLOCK` must divide its number of inputs."""
+        values, scales = quantise(weight)
         stored = self._stored(values), self._stored(scales)
         outputs, inputs = weight.shape
         return self.add(
             "MatMulNBits",
             rows,
             *stored,
-            "",  # the zero is MIDDLE
+            "",  # zero point: the default, ZERO_POINT
             "",
             self.constant(bias),
             K=inputs,
@@ -128,24 +128,24 @@ class GraphWriter:
         )
 
     def reshape(self, value: str, *shape: int, name: str | None = None) -> str:
-        """Add another shape; -1 stands for what is left."""
+        """Add a reshape; -1 is the inferred size."""
         return self.add("Reshape", value, self.constant(np.array(shape)), name=name)
 
     def rows(self, value: str, start: int, stop: int) -> str:
-        """Add the choice of rows, the first axis."""
+        """Add a slice along the first axis."""
         ends = (self.constant(np.array([end])) for end in (start, stop, 0))
         return self.add("Slice", value, *ends)
 
     def cast(self, value: str, kind: type[np.generic]) -> str:
-        """Add another type."""
+        """Add a cast to another dtype."""
         return self.add("Cast", value, to=_code(kind))
 
-    def add_choice(
+    def add_if(
         self, condition: str, then: "GraphWriter", otherwise: "GraphWriter", name: str
     ) -> str:
-        """Add two branches of one output each, which may use the values of this graph.
+        """Add a conditional of two branches with one output each; they may use outer values.
 
-        Only one is computed: what is asked of a session does not decide what it computes.
+        Only the chosen branch is computed; without it, a session computes all outputs.
         """
         branches = {"then_branch": then._graph(), "else_branch": otherwise._graph()}
         return self.add("If", condition, name=name, **branches)

@@ -1,7 +1,7 @@
-"""Writes the graph that `plant_bench.agents.plant.onnx_network` drives with.
+"""Exports PlanT's network as the ONNX graph that `plant_bench.agents.plant.onnx_network` runs.
 
-It is written node by node from the weights: a graph traced by torch has three times the nodes, most
-of them about shapes that are known here, and needs a fifth more time.
+It is built node by node from the weights: a graph traced by torch has three times the nodes, most
+of them to compute shapes that are known here, and takes a fifth more time.
 """
 
 from pathlib import Path
@@ -26,12 +26,12 @@ _END = np.iinfo(np.int64).max
 
 
 def export_graph(folder: Path, bits: GraphBits = GRAPH_BITS) -> None:
-    """Write the graph of a folder's weights beside them.
+    """Write a model folder's ONNX graph.
 
     Args:
-        folder: Of the weights.
-        bits: Of a weight in the encoder's layers; with 8 the graph is up to twice as
-            fast, and waypoints differ by millimetres.
+        folder: The model folder.
+        bits: Bits per weight of the encoder's layers; with 8, the graph is up to twice as fast,
+            and waypoints differ by millimetres.
 
     Raises:
         InputError: There are no weights, or the package onnx is missing.
@@ -49,7 +49,7 @@ def export_graph(folder: Path, bits: GraphBits = GRAPH_BITS) -> None:
 
 
 class _Export:
-    """Adds `PlanTNetwork.plan` of one scene; hidden states are (tokens, width), [CLS] first."""
+    """Builds `PlanTNetwork.plan` for one scene; hidden states are (tokens, width), [CLS] first."""
 
     def __init__(
         self,
@@ -62,28 +62,28 @@ class _Export:
         self._config = config
         self._weights = weights
         self._size = config.encoder
-        self._in_layers = writer.linear if bits == 32 else writer.rounded_linear
+        self._in_layers = writer.linear if bits == 32 else writer.quantised_linear
 
     def add_plan(self) -> None:
-        """Add everything from the inputs to waypoints and attention."""
+        """Add the whole graph, from the inputs to waypoints and attention."""
         writer, hidden = self._writer, self._embedded()
-        asked: list[tuple[str, str]] = []
+        projections: list[tuple[str, str]] = []
         for place in range(self._size.layers):
             last = place == self._size.layers - 1  # only its [CLS] is decoded
             name = f"encoder.layers.{place}"
             hidden, query, key = self._layer(name, hidden, first_only=last)
-            asked.append((query, key))
+            projections.append((query, key))
         self._decode(hidden)
-        explain = writer.takes(EXPLAIN, np.bool_, 1)
-        writer.add_choice(explain, self._explanation(asked), self._no_explanation(), ATTENTION)
-        writer.gives(WAYPOINTS, 1, PLAN_STEPS, 2)
-        writer.gives(ATTENTION, 1, "seen")
+        explain = writer.add_input(EXPLAIN, np.bool_, 1)
+        writer.add_if(explain, self._explanation(projections), self._no_explanation(), ATTENTION)
+        writer.add_output(WAYPOINTS, 1, PLAN_STEPS, 2)
+        writer.add_output(ATTENTION, 1, "seen")
 
     def _embedded(self) -> str:
         writer = self._writer
         count = self._config.tokens.attributes
-        attributes = writer.takes("attributes", np.float32, 1, "tokens", count)
-        kinds = writer.takes("kinds", np.uint8, 1, "tokens")
+        attributes = writer.add_input("attributes", np.float32, 1, "tokens", count)
+        kinds = writer.add_input("kinds", np.uint8, 1, "tokens")
         rows = writer.reshape(attributes, -1, count)
         projected = self._linear("project", self._divided(rows, scales_of(self._config.tokens)))
         table = writer.constant(self._weights["kinds.weight"])
@@ -97,12 +97,12 @@ class _Export:
         writer, facts = self._writer, []
         cls = writer.constant(self._weights["cls"][None])
         if self._config.speed_input:
-            speed = writer.takes("speed", np.float32, 1)
-            withheld, zero = writer.add("IsNaN", speed), writer.constant(np.zeros(1))
-            facts.append(self._divided(writer.add("Where", withheld, zero, speed), (SPEED,)))
-            facts.append(writer.cast(writer.add("Not", withheld), np.float32))
+            speed = writer.add_input("speed", np.float32, 1)
+            unknown, zero = writer.add("IsNaN", speed), writer.constant(np.zeros(1))
+            facts.append(self._divided(writer.add("Where", unknown, zero, speed), (SPEED,)))
+            facts.append(writer.cast(writer.add("Not", unknown), np.float32))
         if self._config.limit_input:
-            limit = writer.takes("limit", np.float32, 1)
+            limit = writer.add_input("limit", np.float32, 1)
             facts.append(self._divided(limit, (SPEED,)))
         if not facts:
             return cls
@@ -110,56 +110,60 @@ class _Export:
         return writer.add("Add", cls, self._linear("facts", row))
 
     def _layer(self, name: str, hidden: str, *, first_only: bool) -> tuple[str, str, str]:
-        """Return the new hidden states, of [CLS] only if wanted, and the queries and keys."""
+        """Return the new hidden states (with `first_only`, of [CLS] alone), queries and keys."""
         writer, width = self._writer, self._size.width
-        asking = writer.rows(hidden, 0, 1) if first_only else hidden
+        updated = writer.rows(hidden, 0, 1) if first_only else hidden
         query, key, value = (
             self._in_layer(f"{name}.query_key_value", some, slice(part * width, (part + 1) * width))
-            for part, some in enumerate((asking, hidden, hidden))
+            for part, some in enumerate((updated, hidden, hidden))
         )
         batches = (writer.reshape(some, 1, -1, width) for some in (query, key, value))
         mixed = writer.add("MultiHeadAttention", *batches, num_heads=self._size.heads)
         mixed = self._in_layer(f"{name}.mix", writer.reshape(mixed, -1, width))
-        middle = self._added(f"{name}.attention_norm", mixed, asking)
+        middle = self._added(f"{name}.attention_norm", mixed, updated)
         widened = writer.add("Gelu", self._in_layer(f"{name}.widen", middle))
         out = self._added(f"{name}.norm", self._in_layer(f"{name}.narrow", widened), middle)
         return out, query, key
 
-    def _explanation(self, asked: list[tuple[str, str]]) -> "GraphWriter":
-        """Return the branch with the attention of [CLS] to all others over layers and heads."""
+    def _explanation(self, projections: list[tuple[str, str]]) -> "GraphWriter":
+        """Return the branch that sums the attention of [CLS] to the tokens over layers and heads.
+
+        Args:
+            projections: Queries and keys of each layer.
+        """
         branch = type(self._writer)("explained/")
         heads, depth = self._size.heads, self._size.width // self._size.heads
         root, axes = branch.constant(np.array([depth**0.5])), branch.constant(np.array([0, 1]))
         seen: list[str] = []
-        for query, key in asked:
+        for query, key in projections:
             first = branch.reshape(branch.rows(query, 0, 1), heads, 1, depth)
             keys = branch.add("Transpose", branch.reshape(key, -1, heads, depth), perm=[1, 2, 0])
             scores = branch.add("Div", branch.add("MatMul", first, keys), root)
             weights = branch.add("Softmax", scores, axis=-1)
             seen.append(branch.add("ReduceSum", weights, axes, keepdims=0))
         others = branch.rows(branch.add("Sum", *seen), 1, _END)
-        branch.gives(branch.reshape(others, 1, -1), 1, "seen")
+        branch.add_output(branch.reshape(others, 1, -1), 1, "seen")
         return branch
 
     def _no_explanation(self) -> "GraphWriter":
         branch = type(self._writer)("unexplained/")
         nothing = branch.add("Identity", branch.constant(np.zeros((1, 0))))
-        branch.gives(nothing, 1, "seen")
+        branch.add_output(nothing, 1, "seen")
         return branch
 
     def _decode(self, cls: str) -> None:
-        """Add the waypoints, each from the last."""
+        """Add the autoregressive decoding of waypoints."""
         writer = self._writer
-        red = writer.reshape(writer.takes("red", np.float32, 1), 1, 1)
+        red = writer.reshape(writer.add_input("red", np.float32, 1), 1, 1)
         state = writer.add("Concat", self._linear("narrow", cls), red, axis=1)
         state = writer.reshape(state, 1, 1, _STATE)
-        goal = self._divided(writer.takes("target", np.float32, 1, 2), (METRES,))
+        goal = self._divided(writer.add_input("target", np.float32, 1, 2), (METRES,))
         point, points = writer.constant(np.zeros((1, 2))), []
         gates = self._gates()
         for _ in range(PLAN_STEPS):
-            told = writer.reshape(writer.add("Concat", point, goal, axis=1), 1, 1, 4)
-            state = writer.add_last(
-                "GRU", told, *gates, "", state, hidden_size=_STATE, linear_before_reset=1
+            inputs = writer.reshape(writer.add("Concat", point, goal, axis=1), 1, 1, 4)
+            state = writer.add_second(
+                "GRU", inputs, *gates, "", state, hidden_size=_STATE, linear_before_reset=1
             )
             step = self._linear("step", writer.reshape(state, 1, _STATE))
             point = writer.add("Add", point, step)
@@ -170,8 +174,8 @@ class _Export:
 
     def _gates(self) -> list[str]:
         """Return the GRU's weights for inputs and state, and its biases."""
-        ours = [self._weights[f"decoder.{name}"] for name in _GRU_WEIGHTS]
-        inputs, state, *biases = (_update_first(some) for some in ours)
+        weights = [self._weights[f"decoder.{name}"] for name in _GRU_WEIGHTS]
+        inputs, state, *biases = (_update_first(some) for some in weights)
         found = inputs[None], state[None], np.concatenate(biases)[None]
         return [self._writer.constant(some) for some in found]
 
@@ -186,7 +190,7 @@ class _Export:
         return self._writer.linear(rows, weight, bias)
 
     def _in_layer(self, name: str, rows: str, part: slice = slice(None)) -> str:
-        """Add a linear layer of the encoder's, where nearly all of the time goes."""
+        """Add a linear layer of the encoder, which takes nearly all of the time."""
         weight, bias = self._weights[f"{name}.weight"][part], self._weights[f"{name}.bias"][part]
         return self._in_layers(rows, weight, bias)
 
@@ -201,6 +205,6 @@ _GRU_WEIGHTS = ("weight_ih", "weight_hh", "bias_ih", "bias_hh")
 
 
 def _update_first(gates: np.ndarray) -> np.ndarray:
-    """Return torch's gates (reset, update, new) in the order of ONNX (update, reset, new)."""
+    """Reorder torch's gates (reset, update, new) for ONNX (update, reset, new)."""
     reset, update, new = np.split(gates, 3)
     return np.concatenate((update, reset, new))

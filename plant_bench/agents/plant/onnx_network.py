@@ -1,7 +1,7 @@
-"""The network as a graph for ONNX Runtime, which needs half of PyTorch's time for one scene.
+"""Runs PlanT's network with ONNX Runtime, in half of PyTorch's time for one scene.
 
-A folder of weights that holds `network.onnx` is driven with it, and torch is never loaded; so the
-folder decides how an agent drives, not what happens to be installed.
+A model folder with `network.onnx` always runs this way, and torch is never loaded: the folder
+decides, not the installed packages.
 """
 
 from pathlib import Path
@@ -16,16 +16,16 @@ from plant_bench.features.network_inputs import SceneInput
 from plant_bench.inference_timing import forward_pass
 
 WAYPOINTS, ATTENTION = "waypoints", "attention"
-EXPLAIN = "explain"  # the input that tells whether attention is computed
+EXPLAIN = "explain"  # input: whether to compute the attention
 _INPUTS = {"attributes", "kinds", "red", "target", "speed", "limit", EXPLAIN}
 _HOW = "pip install onnxruntime"
 
 
 class GraphPredictor:
-    """Holds a graph; the same input always gives the same answer.
+    """Runs an ONNX graph on one scene; deterministic.
 
     Args:
-        path: Of the graph.
+        path: The graph's file.
 
     Raises:
         InputError: The graph is broken, or ONNX Runtime is missing.
@@ -43,36 +43,36 @@ class GraphPredictor:
             self._session: Any = onnxruntime.InferenceSession(
                 read_graph(path), options, providers=["CPUExecutionProvider"]
             )
-            self._wanted = [item.name for item in self._session.get_inputs()]
-            given = {item.name for item in self._session.get_outputs()}
-            if not (set(self._wanted) <= _INPUTS and given >= {WAYPOINTS, ATTENTION}):
-                message = f"inputs {self._wanted} and outputs {sorted(given)} are not PlanT's"
+            self._inputs = [item.name for item in self._session.get_inputs()]
+            outputs = {item.name for item in self._session.get_outputs()}
+            if not (set(self._inputs) <= _INPUTS and outputs >= {WAYPOINTS, ATTENTION}):
+                message = f"inputs {self._inputs} and outputs {sorted(outputs)} are not PlanT's"
                 raise ValueError(message)
         except Exception as error:  # its errors share no base but Exception
             message = f"Broken graph {path}: {in_one_line(error)}"
             raise InputError(message) from error
 
-    def waypoints(self, given: SceneInput) -> Float[np.ndarray, "waypoints 2"]:
+    def waypoints(self, scene: SceneInput) -> Float[np.ndarray, "waypoints 2"]:
         """Return the plan in the ego frame, metres."""
-        feed = self._feed(given, _PLAN_ONLY)
-        with forward_pass(len(given.tokens)):
+        feed = self._feed(scene, _PLAN_ONLY)
+        with forward_pass(len(scene.tokens)):
             return self._run(_WAYPOINTS, feed)
 
-    def attention(self, given: SceneInput) -> Float[np.ndarray, " tokens"]:
-        """Return how much [CLS] attends to each token, summed over layers and heads."""
-        return self._run(_ATTENTION, self._feed(given, _PLAN_AND_EXPLAIN))
+    def attention(self, scene: SceneInput) -> Float[np.ndarray, " tokens"]:
+        """Return the attention of [CLS] to each token, summed over layers and heads."""
+        return self._run(_ATTENTION, self._feed(scene, _PLAN_AND_EXPLAIN))
 
-    def _feed(self, given: SceneInput, explain: np.ndarray) -> dict[str, np.ndarray]:
-        scene = {
-            "attributes": given.tokens.attributes[None],
-            "kinds": given.tokens.kinds[None],
-            "red": np.array([given.red], np.float32),
-            "target": np.array([given.target], np.float32),
-            "speed": np.array([given.speed], np.float32),
-            "limit": np.array([given.limit], np.float32),
+    def _feed(self, scene: SceneInput, explain: np.ndarray) -> dict[str, np.ndarray]:
+        values = {
+            "attributes": scene.tokens.attributes[None],
+            "kinds": scene.tokens.kinds[None],
+            "red": np.array([scene.red], np.float32),
+            "target": np.array([scene.target], np.float32),
+            "speed": np.array([scene.speed], np.float32),
+            "limit": np.array([scene.limit], np.float32),
             EXPLAIN: explain,
         }
-        return {name: scene[name] for name in self._wanted}
+        return {name: values[name] for name in self._inputs}
 
     def _run(self, names: list[str], feed: dict[str, np.ndarray]) -> np.ndarray:
         return self._session.run(names, feed)[0][0].astype(float)

@@ -1,4 +1,4 @@
-"""What may be chosen when PlanT is trained."""
+"""PlanT's training options."""
 
 from dataclasses import dataclass, field
 
@@ -7,15 +7,15 @@ from plant_bench.agents.plant.config import GRAPH_BITS, GraphBits, PlanTConfig
 
 @dataclass(frozen=True)
 class PlanTOptions:
-    """All that is PlanT's own in a training; the defaults are the paper's.
+    """The training options specific to PlanT; the defaults are the paper's.
 
     Attributes:
-        network: Its size and inputs.
-        auxiliary: Weight of predicting the others' future, lambda (PlanT, "Implementation").
+        network: The network's size and inputs.
+        auxiliary: Weight lambda of predicting the actors' futures (PlanT, "Implementation").
         overshoot_weight: Weight of waypoints too far ahead against those too short; 1 in PlanT.
-        onnx: Write network.onnx, too: half the time a decision.
-        weights_bits: Of network.onnx: 8 is up to twice as fast, waypoints differ by about a
-            centimetre.
+        onnx: Also write network.onnx, which halves the inference time.
+        weights_bits: Bits per weight in network.onnx: 8 is up to twice as fast, waypoints differ
+            by about a centimetre.
     """
 
     network: PlanTConfig = field(default_factory=PlanTConfig)

@@ -1,6 +1,6 @@
-"""BERT's encoder (Devlin et al., 2019), for a few dozen tokens; batch first.
+"""PlanT's transformer: BERT's encoder (Devlin et al., 2019), batch first.
 
-Equal to `transformers.BertModel` number for number; a test copies its weights and compares.
+Outputs equal those of `transformers.BertModel`; a test copies its weights and compares.
 """
 
 import math
@@ -14,13 +14,13 @@ from plant_bench.agents.plant.config import Size
 
 NORM_EPSILON = 1e-12  # BERT
 DROPOUT = 0.1  # BERT
-DEVIATION = 0.02  # of initial weights, BERT
-WIDENING = 4  # of the feed-forward layer, BERT
+DEVIATION = 0.02  # standard deviation of initial weights, BERT
+WIDENING = 4  # width of the feed-forward layer over the hidden width, BERT
 BERT_WORDS, BERT_POSITIONS, BERT_TYPES = 30_522, 512, 2  # rows of BERT's tables
 
 
 class Layer(nn.Module):
-    """Attention and feed-forward, each added to its input and then normalised."""
+    """A transformer layer: attention and feed-forward, with residuals and post-normalisation."""
 
     def __init__(self, size: Size) -> None:
         super().__init__()
@@ -42,10 +42,10 @@ class Layer(nn.Module):
         explain: bool,
         first_only: bool = False,
     ) -> tuple[Float[Tensor, "batch some width"], Float[Tensor, "batch tokens"] | None]:
-        """Return the new hidden states and, if wanted, the first token's attention over heads.
+        """Return the new hidden states and, with `explain`, the first token's attention over heads.
 
-        With `first_only` the hidden state of the first token alone, which needs no queries and no
-        feed-forward of the others.
+        With `first_only`, return the first token's hidden state alone, which needs no queries and
+        no feed-forward for the others.
         """
         query, key, value = self._projected(hidden, first_only=first_only)
         hidden = hidden[:, :1] if first_only else hidden
@@ -77,7 +77,7 @@ class Encoder(nn.Module):
     """Normalises embeddings and runs them through the layers.
 
     Args:
-        size: How many layers of what width.
+        size: Number of layers, width and heads.
     """
 
     def __init__(self, size: Size) -> None:
@@ -94,13 +94,13 @@ class Encoder(nn.Module):
         explain: bool = False,
         first_only: bool = False,
     ) -> tuple[Float[Tensor, "batch some width"], Float[Tensor, "batch tokens"] | None]:
-        """Encode.
+        """Return the last hidden states and the first token's attention, or None.
 
         Args:
-            embedded: Embeddings.
-            absent: Where there is padding, which nobody attends to; None for no padding.
-            explain: Whether the first token's attention, summed over layers and heads, is wanted.
-            first_only: Whether the last layer's hidden state of the first token alone is wanted.
+            embedded: The token embeddings.
+            absent: Mask of padding, which is not attended to; None for no padding.
+            explain: Return the first token's attention, summed over layers and heads.
+            first_only: Return the first token's last hidden state alone.
         """
         hidden = self.dropout(self.norm(embedded))
         bias = None
@@ -118,7 +118,7 @@ class Encoder(nn.Module):
 
 
 def initialise(module: nn.Module) -> None:
-    """Set a module's own weights as BERT does, for `nn.Module.apply`."""
+    """Initialise a module's own weights as in BERT, for `nn.Module.apply`."""
     if isinstance(module, nn.Linear | nn.Embedding):
         nn.init.normal_(module.weight, std=DEVIATION)
     if isinstance(module, nn.Linear) and module.bias is not None:
@@ -126,10 +126,10 @@ def initialise(module: nn.Module) -> None:
 
 
 def bert_parameters(size: Size) -> int:
-    """Return the parameters of a BERT of this size, as the paper counts them.
+    """Return the number of parameters of a BERT of this size, as counted in the paper.
 
-    That is the encoder, and what PlanT loads with it and never uses: the word, position and type
-    tables and the pooler.
+    That is the encoder's, plus those that PlanT loads but never uses: the word, position and type
+    embeddings and the pooler.
 
     >>> [bert_parameters(Size(*size)) for size in ((4, 256, 4), (4, 512, 8), (8, 512, 8))]
     [11170560, 28763648, 41373184]

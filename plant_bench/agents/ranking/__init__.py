@@ -1,1 +1,1 @@
-"""Which actors matter to a planner: rankers, and the expert that is shown the top-ranked only."""
+"""Rankers of actors by relevance, and the expert that sees only the top-ranked ones (RFDS)."""

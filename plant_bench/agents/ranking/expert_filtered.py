@@ -1,4 +1,4 @@
-"""The expert that sees one vehicle alone: whom a ranker puts first (PlanT, section 4.3: RFDS)."""
+"""The planner `expert-filtered`: the expert sees only the top-ranked vehicle (PlanT, 4.3: RFDS)."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -13,23 +13,27 @@ from plant_bench.agents.ranking.masking import Masking
 from plant_bench.agents.ranking.rankers import Nearest, Oracle, Random
 from plant_bench.errors import InputError
 
-ATTENTION, MASKING, NOBODY_SHOWN = "attention", "masking", "none"
-OF_A_PLANNER = (ATTENTION, MASKING)
-BY_THEMSELVES: dict[str, type[Ranker]] = {"distance": Nearest, "random": Random, "oracle": Oracle}
-RANKERS = (*OF_A_PLANNER, *BY_THEMSELVES, NOBODY_SHOWN)
+ATTENTION, MASKING, NO_VEHICLE = "attention", "masking", "none"
+PLANNER_RANKERS = (ATTENTION, MASKING)
+BASELINE_RANKERS: dict[str, type[Ranker]] = {
+    "distance": Nearest,
+    "random": Random,
+    "oracle": Oracle,
+}
+RANKERS = (*PLANNER_RANKERS, *BASELINE_RANKERS, NO_VEHICLE)
 
 
 class FilteredExpert(Filtered):
-    """The expert, shown the one vehicle that ranks highest, and all pedestrians.
+    """The expert, which sees the highest-ranked vehicle and all pedestrians.
 
     Attributes:
-        files: What decides the ranks, apart from plant-bench's own code.
-        libraries: What it computes with.
+        files: The files that determine the ranks, apart from plant-bench's own code.
+        libraries: The packages that it computes with.
 
     Args:
-        ranking: "distance", "random", "oracle", "none" (no vehicle is shown), or who ranks and how:
-            "attention:AGENT" for a planner's own `rank`, "masking:AGENT" for any planner; AGENT is
-            as for `load_agent`.
+        ranking: "distance", "random", "oracle", "none" (no vehicle is visible), "attention:AGENT"
+            for a planner's own `rank`, or "masking:AGENT" for any planner; AGENT is as for
+            `load_agent`.
 
     Raises:
         InputError: There is no such ranker or planner, or the planner cannot rank.
@@ -37,35 +41,35 @@ class FilteredExpert(Filtered):
 
     def __init__(self, ranking: str = "oracle") -> None:
         name, _, planner = ranking.partition(":")
-        if name not in RANKERS or bool(planner) != (name in OF_A_PLANNER):
+        if name not in RANKERS or bool(planner) != (name in PLANNER_RANKERS):
             message = (
-                f"There is no ranking '{ranking}': {', '.join([*BY_THEMSELVES, NOBODY_SHOWN])}, "
-                "or attention:AGENT or masking:AGENT is wanted."
+                f"There is no ranking '{ranking}': expected {', '.join(BASELINE_RANKERS)}, "
+                f"{NO_VEHICLE}, attention:AGENT or masking:AGENT."
             )
             raise InputError(message)
-        ranker = _ranker_of(name, planner) if planner else BY_THEMSELVES.get(name, Nearest)()
+        ranker = _ranker_of(name, planner) if planner else BASELINE_RANKERS.get(name, Nearest)()
         components = components_of(planner) if planner else PlannerComponents()
         self.files: Sequence[Path] = sorted(components.files)
         self.libraries = sorted({"numba", "numpy", *components.libraries})
-        super().__init__(Expert(), ranker, most=int(name != NOBODY_SHOWN), vehicles_only=True)
+        super().__init__(Expert(), ranker, most=int(name != NO_VEHICLE), vehicles_only=True)
 
 
 def ranks_itself(agent: Agent) -> bool:
-    """Tell whether a planner says which actors matter to it."""
+    """Return whether a planner can rank the actors."""
     return isinstance(agent, Ranker)
 
 
 def _ranker_of(name: str, planner: str) -> Ranker:
     if name == MASKING and PlannerSpec.parse(planner).kind is Kind.COMMAND:
         message = (
-            f"'{planner}' cannot be ranked by masking, which asks copies of a planner: what is in "
-            'another process cannot be copied. Let it answer "rank" (docs/protocol-agents.md).'
+            f"'{planner}' cannot be ranked by masking, which runs copies of a planner: a planner "
+            'in another process cannot be copied. Implement "rank" (docs/protocol-agents.md).'
         )
         raise InputError(message)
     agent = load_agent(planner)
     if name == MASKING:
         return Masking(agent)
     if not isinstance(agent, Ranker):
-        message = f"'{planner}' has no `rank`: rank by masking, which asks any planner."
+        message = f"'{planner}' has no `rank`: use masking, which works with any planner."
         raise InputError(message)
     return agent

@@ -1,4 +1,4 @@
-"""A reference line: the expert that sees the nearest actor alone."""
+"""The planner `expert-nearest`, a baseline: the expert sees only the nearest actor."""
 
 from plant_bench.agents.expert import Expert
 from plant_bench.agents.ranking.filtered_planner import Filtered
@@ -6,5 +6,5 @@ from plant_bench.agents.ranking.rankers import Nearest
 
 
 def expert_nearest() -> Filtered:
-    """The expert, shown the single nearest actor (PlanT, section 4.3: inverse distance)."""
+    """The expert, which sees only the nearest actor (PlanT, section 4.3: inverse distance)."""
     return Filtered(Expert(), Nearest(), most=1)

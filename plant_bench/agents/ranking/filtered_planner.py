@@ -1,30 +1,29 @@
-"""A planner that is shown only the actors that rank highest (PlanT, section 4.3: RFDS)."""
+"""Runs a planner with only the highest-ranked actors visible (PlanT, section 4.3: RFDS)."""
 
 import numpy as np
 
 from plant_bench.agent import Agent, Control, Explains, Input, Observation, Plan, Ranker, Reason
 from plant_bench.agent_check import decision_interval
 from plant_bench.errors import AgentError
-from plant_bench.sensing.inputs import given
+from plant_bench.sensing.inputs import restrict
 from plant_bench.world.route import Route
 from plant_bench.world.scene import ActorKind, Actors
 
 
 class Filtered:
-    """Drives as another planner would that sees only who matters most to a ranker.
+    """Runs a planner that sees only the highest-ranked actors.
 
-    The ego, the route and the light stay in view. A ranker that has inputs and can be reset, as a
-    planner, is reset with the route and given those inputs, of all actors; no action of it is asked
-    for.
+    The ego, the route and the light stay visible. A ranker with `inputs` and `reset`, as planners
+    have, is reset with the route and gets its inputs with all actors; its `act` is not called.
 
     Args:
-        agent: Who drives.
-        ranker: Who tells which actors matter.
-        most: How many of them are shown.
-        vehicles_only: Filter vehicles alone; pedestrians stay in view, as for PlanT's RFDS.
+        agent: The planner that drives.
+        ranker: The ranker.
+        most: Number of visible actors.
+        vehicles_only: Filter vehicles alone; pedestrians stay visible, as for PlanT's RFDS.
 
     Raises:
-        AgentError: The agent takes no objects, or `most` is negative.
+        AgentError: The planner has no input 'objects', or `most` is negative.
     """
 
     def __init__(
@@ -32,8 +31,8 @@ class Filtered:
     ) -> None:
         if Input.OBJECTS not in agent.inputs or most < 0:
             message = (
-                f"Filtered({type(agent).__name__}, most={most}): a planner with the input "
-                "'objects' is wanted, and a number of actors from 0."
+                f"Filtered({type(agent).__name__}, most={most}): expected a planner with the input "
+                "'objects', and a number of actors from 0."
             )
             raise AgentError(message)
         self._agent, self._ranker, self._most = agent, ranker, most
@@ -54,20 +53,20 @@ class Filtered:
             reset(route if Input.ROUTE in self._ranker_inputs else None)
 
     def act(self, observation: Observation) -> Plan | Control:
-        """Rank all actors, and let the planner decide with the first of them."""
-        seen = given(observation, self._agent.inputs)
+        """Rank all actors, and return the planner's action with the first of them visible."""
+        seen = restrict(observation, self._agent.inputs)
         if seen.actors is None:
             message = "A filtered planner needs the input 'objects'."
             raise AgentError(message)
-        ranks = self._ranker.rank(given(observation, self._ranker_inputs))
+        ranks = self._ranker.rank(restrict(observation, self._ranker_inputs))
         return self._agent.act(seen.showing(self._shown(ranks, seen.actors)))
 
     def explain(self) -> Reason | None:
-        """Return the planner's reason, if it tells."""
+        """Return the planner's reason, if it explains itself."""
         return self._agent.explain() if isinstance(self._agent, Explains) else None
 
     def _shown(self, ranks: np.ndarray, actors: Actors) -> np.ndarray:
-        """Return the places of the actors that are shown, in their order."""
+        """Return the rows of the visible actors, in ascending order."""
         if not self._vehicles_only:
             return highest(ranks, actors.ids, self._most)
         check_ranks(ranks, actors.ids)
@@ -78,31 +77,31 @@ class Filtered:
 
 
 def inputs_of(ranker: Ranker) -> frozenset[str]:
-    """Return what a ranker must be given to rank: what it declares, or else the objects."""
+    """Return a ranker's inputs: those that it declares, by default the objects."""
     return getattr(ranker, "inputs", frozenset({Input.OBJECTS}))
 
 
 def highest(ranks: np.ndarray, ids: np.ndarray, most: int) -> np.ndarray:
-    """Return the places of the actors that rank highest, in their order; ties go to lower ids.
+    """Return the rows of the highest-ranked actors, in ascending order; ties go to lower ids.
 
     Args:
-        ranks: One for each actor.
-        ids: Of the actors.
-        most: How many are wanted.
+        ranks: The actors' ranks.
+        ids: The actors' ids.
+        most: Number of actors.
 
     Raises:
-        AgentError: There is not one finite rank for each actor.
+        AgentError: There is not one finite rank per actor.
     """
     check_ranks(ranks, ids)
     return np.sort(np.lexsort((ids, -ranks))[:most])
 
 
 def check_ranks(ranks: np.ndarray, ids: np.ndarray) -> None:
-    """Check that there is one finite rank for each actor.
+    """Check that there is one finite rank per actor.
 
     Raises:
         AgentError: There is not.
     """
     if ranks.shape != ids.shape or not np.isfinite(ranks).all():
-        message = f"rank returned shape {ranks.shape}: {ids.shape} finite values are wanted."
+        message = f"rank: expected {ids.shape} finite values, got shape {ranks.shape}."
         raise AgentError(message)

@@ -1,6 +1,6 @@
-"""How much each vehicle matters to a planner that cannot tell (PlanT, section 4.3: masking).
+"""Leave-one-out relevance of vehicles for planners without `rank` (PlanT, section 4.3: masking).
 
-One vehicle at a time is taken out of sight; it matters as much as the plan changes without it.
+Each vehicle in turn is removed from the observation; its relevance is the change of the plan.
 """
 
 import copy
@@ -20,21 +20,20 @@ from plant_bench.world.scene import TICK, WHEELBASE, ActorKind, EgoState
 class Masking:
     """Ranks vehicles by the L1 change of a planner's waypoints without them.
 
-    The planner decides once for the whole scene and goes on remembering that; each scene with a
-    vehicle missing is decided by a copy of it (`copy.deepcopy`), so planners with a memory can be
-    asked too.
+    The planner itself sees the complete scene. Copies of it (`copy.deepcopy`) see the scenes
+    without a vehicle, so planners with internal state work, too.
 
     Args:
         agent: The planner; its actions are never executed.
 
     Raises:
-        AgentError: It takes no objects.
+        AgentError: It has no input 'objects'.
     """
 
     def __init__(self, agent: Agent) -> None:
         if Input.OBJECTS not in agent.inputs:
             message = (
-                f"{type(agent).__name__} is not given 'objects': no vehicle can matter to it, so "
+                f"{type(agent).__name__} has no input 'objects': no vehicle can influence it, so "
                 "there is nothing to rank."
             )
             raise AgentError(message)
@@ -46,9 +45,9 @@ class Masking:
         self._agent.reset(route)
 
     def rank(self, observation: Observation) -> Float[np.ndarray, " actors"]:
-        """Return the metres by which the plan changes without each vehicle.
+        """Return the change of the plan without each vehicle, metres.
 
-        Who changes nothing, and pedestrians, rank below 0, the nearer the higher.
+        Vehicles that change nothing, and pedestrians, rank below 0, nearer ones higher.
 
         Raises:
             AgentError: The planner cannot be copied, or its action is not valid.
@@ -70,13 +69,13 @@ class Masking:
         except Exception as error:  # whatever a planner holds that cannot be copied
             message = (
                 f"{type(self._agent).__name__} cannot be copied ({type(error).__name__}: {error}): "
-                "masking asks copies of it. Give it a __deepcopy__ that shares what never changes."
+                "masking runs copies of it. Give it a __deepcopy__ that shares immutable parts."
             )
             raise AgentError(message) from error
 
 
 def expected_waypoints(control: Control, ego: EgoState) -> Float[np.ndarray, "waypoints 2"]:
-    """Return where a control leads if it is held: a kinematic bicycle, in the ego frame, metres."""
+    """Return the waypoints of a constant control (kinematic bicycle), in the ego frame, metres."""
     speed, yaw, x, y = ego.speed, 0.0, 0.0, 0.0
     turn = math.tan(control.steering) / WHEELBASE
     points = []

@@ -1,19 +1,18 @@
-"""Which actors matter: rankings that need no learned planner (PlanT, section 4.3: baselines).
+"""Baseline rankers: nearest, random, and the expert's choice (PlanT, section 4.3).
 
-A ranker that declares `inputs` and has `reset` is treated as planners are; it is given what it
-declares.
+A ranker with `inputs` and `reset` is handled like a planner and gets the inputs that it declares.
 """
 
 import numpy as np
 from jaxtyping import Float
 
-from plant_bench.agent import NOBODY, Input, Observation
+from plant_bench.agent import NO_ACTOR, Input, Observation
 from plant_bench.agents.expert import Expert
 from plant_bench.errors import AgentError
 from plant_bench.world.route import Route
 from plant_bench.world.scene import TICK, ActorKind, Actors, EgoState
 
-TOUCHING = 0.01  # m, below which distances count alike
+MIN_DISTANCE = 0.01  # m, below which distances are treated as equal
 
 
 class Nearest:
@@ -23,20 +22,20 @@ class Nearest:
         """Return 1/m for each actor.
 
         Raises:
-            AgentError: The observation holds no actors.
+            AgentError: The observation has no actors.
         """
         distance = distances(observation.ego, actors_of(observation))
-        return 1.0 / np.maximum(distance, TOUCHING)
+        return 1.0 / np.maximum(distance, MIN_DISTANCE)
 
 
 class Random:
-    """Ranks anew by chance at each decision; equal scenes get equal ranks."""
+    """Random ranks at each decision, seeded by time and ids: equal scenes get equal ranks."""
 
     def rank(self, observation: Observation) -> Float[np.ndarray, " actors"]:
-        """Return a number of 0 to 1 for each actor.
+        """Return a number from 0 to 1 for each actor.
 
         Raises:
-            AgentError: The observation holds no actors.
+            AgentError: The observation has no actors.
         """
         ids = actors_of(observation).ids.tolist()
         return np.random.default_rng([round(observation.time / TICK), *ids]).random(len(ids))
@@ -45,7 +44,7 @@ class Random:
 class Oracle:
     """Ranks first the vehicle that the expert would brake for if it saw all vehicles.
 
-    All others follow, the nearer the higher; so who is nearest is first where it brakes for nobody.
+    The others follow by distance; if the expert brakes for no vehicle, the nearest is first.
     """
 
     inputs = Expert.inputs
@@ -58,19 +57,19 @@ class Oracle:
         self._expert.reset(route)
 
     def rank(self, observation: Observation) -> Float[np.ndarray, " actors"]:
-        """Return 1 for whom the expert brakes for, below 0 for the others.
+        """Return 1 for the vehicle that the expert brakes for, below 0 for the others.
 
-        To be called once a decision, since the expert remembers how long it has waited.
+        Must be called once per decision, since the expert's state includes its waiting time.
 
         Raises:
-            AgentError: The observation holds no actors.
+            AgentError: The observation has no actors.
         """
         actors = actors_of(observation)
         ranks = -distances(observation.ego, actors)
         self._expert.act(observation.showing(actors.kinds != ActorKind.PEDESTRIAN))
-        who = self._expert.explain().actor
-        if who != NOBODY:
-            ranks[actors.ids == who] = 1.0
+        actor = self._expert.explain().actor
+        if actor != NO_ACTOR:
+            ranks[actors.ids == actor] = 1.0
         return ranks
 
 
@@ -78,10 +77,10 @@ def actors_of(observation: Observation) -> Actors:
     """Return the actors in sight.
 
     Raises:
-        AgentError: The observation holds none.
+        AgentError: The observation has none.
     """
     if observation.actors is None:
-        message = f"A ranking needs the input '{Input.OBJECTS}'."
+        message = f"A ranker needs the input '{Input.OBJECTS}'."
         raise AgentError(message)
     return observation.actors
 

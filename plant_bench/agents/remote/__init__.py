@@ -1,1 +1,1 @@
-"""Planners in processes of their own: the protocol, both its ends, and who watches the process."""
+"""Planners in separate processes: the protocol, its client and server, and process supervision."""

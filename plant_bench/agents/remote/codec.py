@@ -1,4 +1,4 @@
-"""Values as bytes: msgpack, and arrays as raw little-endian numbers with their shape and type."""
+"""Encodes messages as msgpack, and arrays as raw little-endian bytes with shape and dtype."""
 
 import re
 from collections.abc import Mapping
@@ -12,21 +12,21 @@ from plant_bench.agents.remote.remote_errors import ProtocolError
 FLOAT64 = np.dtype("<f8")
 MOST_ITEMS = 100_000  # of one list or map in a message
 MOST_AXES = 5  # of an array
-MOST_PASSES = 1000  # forward passes told in one answer
+MOST_PASSES = 1000  # forward passes reported in one response
 _TYPE = re.compile(r"<(f[248]|[iu][248])|\|(b1|[iu]1)")
 
 
 def pack(message: Mapping[str, Any]) -> bytes:
     """Return a message as bytes."""
     packed = msgpack.packb(message, use_bin_type=True)
-    return bytes(packed or b"")  # never None: that is for packers that keep what they pack
+    return bytes(packed or b"")  # packb returns None only for packers without autoreset
 
 
 def unpack(data: bytes) -> dict[str, Any]:
-    """Return the message that bytes hold.
+    """Decode a message.
 
     Raises:
-        ProtocolError: They are no msgpack map with text keys, or hold too much.
+        ProtocolError: It is not a msgpack map with text keys, or is too large.
     """
     try:
         message = msgpack.unpackb(
@@ -38,49 +38,49 @@ def unpack(data: bytes) -> dict[str, Any]:
             max_ext_len=0,
         )
     except (ValueError, msgpack.UnpackException, RecursionError, OverflowError) as error:
-        wrong = "it sent what is no msgpack."
+        wrong = "it sent invalid msgpack."
         raise ProtocolError(wrong) from error
     if not isinstance(message, dict) or not all(isinstance(key, str) for key in message):
-        wrong = f"it sent a {type(message).__name__}: a map with text keys is wanted."
+        wrong = f"it sent a {type(message).__name__}, expected a map with text keys."
         raise ProtocolError(wrong)
     return message
 
 
 def array_out(values: np.ndarray) -> dict[str, Any]:
-    """Return an array as it is sent where its type is known: as float64."""
+    """Return the wire form of an array whose dtype the receiver knows: float64."""
     return {"shape": list(values.shape), "data": values.astype(FLOAT64, copy=False).tobytes()}
 
 
 def typed_array_out(values: np.ndarray) -> dict[str, Any]:
-    """Return an array as it is sent where it may be of any type: images, point clouds."""
+    """Return the wire form of an array of any dtype, such as an image or point cloud."""
     kind = values.dtype.newbyteorder("<")
     data = values.astype(kind, copy=False).tobytes()
     return {"shape": list(values.shape), "data": data, "dtype": kind.str}
 
 
 def array_in(wire: Any, kind: Any = None) -> np.ndarray:
-    """Return the array that was sent, which cannot be written to.
+    """Return a received array, read-only.
 
     Args:
-        wire: What was sent; float64 where it does not say its type.
-        kind: The type wanted; None for the one it came in.
+        wire: The received value; float64 if it has no dtype.
+        kind: The dtype to convert to; None to keep it.
 
     Raises:
-        ProtocolError: It is none, or its shape and its bytes do not agree.
+        ProtocolError: It is not an array, or its shape and data do not match.
     """
     if not isinstance(wire, dict) or set(wire) - {"dtype"} != {"shape", "data"}:
-        message = "an array is wanted: a map of shape and data."
+        message = "expected an array: a map of shape and data."
         raise ProtocolError(message)
     shape, data, sent = wire["shape"], wire["data"], _type_of(wire.get("dtype", FLOAT64.str))
     if not _is_shape(shape) or not isinstance(data, bytes):
-        message = f"an array is wanted as a list of at most {MOST_AXES} sizes, and bytes."
+        message = f"expected an array's shape as a list of up to {MOST_AXES} sizes, data as bytes."
         raise ProtocolError(message)
     count = 1
     for size in shape:
         count *= size
     if len(data) != count * sent.itemsize:
         name = "little-endian float64" if sent == FLOAT64 else sent.name
-        message = f"an array of shape {tuple(shape)} is wanted as {count} {name}."
+        message = f"expected the data of an array of shape {tuple(shape)} as {count} {name}."
         raise ProtocolError(message)
     values = np.frombuffer(data, sent).reshape(shape)
     if kind is not None and values.dtype != kind:
@@ -90,9 +90,9 @@ def array_in(wire: Any, kind: Any = None) -> np.ndarray:
 
 
 def _type_of(name: Any) -> np.dtype:
-    """Return the type that a text names: numbers of 1 to 8 bytes, and truth values."""
+    """Return the dtype of a name: numbers of 1 to 8 bytes, and booleans."""
     if not isinstance(name, str) or not _TYPE.fullmatch(name):
-        message = "an array's dtype is wanted as in '<f4', '<i8' or '|u1'."
+        message = "expected an array's dtype such as '<f4', '<i8' or '|u1'."
         raise ProtocolError(message)
     return np.dtype(name)
 

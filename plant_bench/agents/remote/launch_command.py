@@ -1,4 +1,4 @@
-"""What is started for a planner in another process: a command of the user's, or Python."""
+"""The command that starts a planner's process: the user's own, or Python with a planner server."""
 
 import shutil
 import sys
@@ -16,10 +16,10 @@ class LaunchCommand:
     """A program that speaks the protocol.
 
     Attributes:
-        spec: As the user gave it.
-        command: The words to start.
-        agent: Which planner in it is wanted, told with "hello".
-        files: Those among the words that name files: the program, a script, its configuration.
+        spec: The planner's name as the user gave it.
+        command: The program and its arguments.
+        agent: The planner to create in it, sent with "hello".
+        files: Arguments that are existing files: the program, a script, its configuration.
     """
 
     spec: str
@@ -29,21 +29,21 @@ class LaunchCommand:
 
 
 def launch_command_of(spec: str) -> LaunchCommand:
-    """Return what to start for a planner: the command it names, or Python that loads it.
+    """Return a planner's launch command: the one it names, or Python that loads it.
 
     Raises:
-        InputError: The command is empty, or no such program is there.
+        InputError: The command is empty, or the program does not exist.
     """
     parsed = PlannerSpec.parse(spec)
     if parsed.kind is not Kind.COMMAND:
         return LaunchCommand(spec, _SERVE, agent=spec)
     words = parsed.words
     if not words:
-        message = f"The agent '{spec}' names no program: as in command:./my_planner --flag."
+        message = f"The agent '{spec}' names no program: expected command:./my_planner --flag."
         raise InputError(message)
     if shutil.which(words[0]) is None:
         there = Path(words[0]).exists()
-        wrong = "is not executable: chmod +x it" if there else "is not there"
+        wrong = "is not executable: chmod +x it" if there else "does not exist"
         message = f"The agent '{spec}' cannot be started: {words[0]} {wrong}."
         raise InputError(message)
     files = tuple(Path(word) for word in words if Path(word).is_file())

@@ -1,4 +1,4 @@
-"""What a planner is told, as messages and back; docs/protocol-agents.md says every field."""
+"""Encodes and decodes the requests to a planner's process; fields in docs/protocol-agents.md."""
 
 from enum import IntEnum
 from pathlib import Path
@@ -6,7 +6,7 @@ from typing import Any
 
 from plant_bench.agent import Observation
 from plant_bench.agents.remote.codec import array_in, array_out, typed_array_out
-from plant_bench.sensing.inputs import INPUTS, Record
+from plant_bench.sensing.inputs import INPUTS, WireRecord
 from plant_bench.world.route import LaneChange, LaneSpan, Passage, Route
 from plant_bench.world.scene import EgoState
 
@@ -18,17 +18,17 @@ Wire = dict[str, Any]
 
 
 def hello_out(agent: str) -> Wire:
-    """Return the question for what a planner is; `agent` names it, where a process has several."""
+    """Return the request that creates a planner; `agent` names it if a process has several."""
     return {"type": "hello", "protocol": PROTOCOL_VERSION, "agent": agent}
 
 
 def reset_out(route: Route | None) -> Wire:
-    """Return the begin of an episode."""
+    """Return the request that starts an episode."""
     return {"type": "reset", "route": None if route is None else route_out(route)}
 
 
 def observation_out(kind: str, observation: Observation) -> Wire:
-    """Return a question about an observation: "act" or "rank"."""
+    """Return a request about an observation; `kind` is "act" or "rank"."""
     wire = {
         "type": kind,
         "time": observation.time,
@@ -45,7 +45,7 @@ def observation_out(kind: str, observation: Observation) -> Wire:
 
 
 def observation_in(wire: Wire) -> Observation:
-    """Return the observation of a question."""
+    """Return the observation in a request."""
     fields = {
         name: None if wire[name] is None else _record_in(wire[name], record)
         for name, record in _records()
@@ -59,11 +59,11 @@ def observation_in(wire: Wire) -> Observation:
     )
 
 
-def _records() -> list[tuple[str, Record]]:
+def _records() -> list[tuple[str, WireRecord]]:
     return [(row.field, row.record) for row in INPUTS.values() if row.field and row.record]
 
 
-def _record_out(value: object, record: Record) -> Wire:
+def _record_out(value: object, record: WireRecord) -> Wire:
     numbers = {name: getattr(value, name) for name in record.numbers}
     return {
         name: int(number) if isinstance(number, IntEnum) else number
@@ -71,14 +71,14 @@ def _record_out(value: object, record: Record) -> Wire:
     } | _arrays_out(value, record.arrays)
 
 
-def _record_in(wire: Wire, record: Record) -> Any:
+def _record_in(wire: Wire, record: WireRecord) -> Any:
     numbers = {name: make(wire[name]) for name, make in record.numbers.items()}
     arrays = {name: array_in(wire[name], kind) for name, kind in record.arrays.items()}
     return record.type(**numbers, **arrays)
 
 
 def route_out(route: Route) -> Wire:
-    """Return a route as it is sent, to the last bit."""
+    """Return a route's wire form; lossless."""
     return {
         "id": route.id,
         "town": route.town,
@@ -93,7 +93,7 @@ def route_out(route: Route) -> Wire:
 
 
 def route_in(wire: Wire) -> Route:
-    """Return the route that was sent."""
+    """Return a received route."""
     return Route(
         id=wire["id"],
         town=wire["town"],

@@ -1,8 +1,8 @@
-"""The planner's end of the protocol for planners in Python: what `--isolate` starts.
+"""The server side of the protocol for planners in Python; `--isolate` starts it.
 
     python -P -m plant_bench.agents.remote.planner_server
 
-The planner's prints go to standard error: standard output is the protocol's.
+The planner's output goes to standard error, since standard output carries the protocol.
 """
 
 import os
@@ -28,7 +28,7 @@ from plant_bench.inference_timing import listen_to_passes
 
 
 def main() -> None:
-    """Answer until the benchmark closes its pipe."""
+    """Serve requests until the benchmark closes its pipe."""
     take, give = _own_pipes()
     served = _Served()
     while (data := _read(take, LENGTH.size)) is not None:
@@ -40,11 +40,11 @@ def main() -> None:
 
 
 class _Served:
-    """The planner of the running episode; each "hello" makes a new one."""
+    """Serves one planner; each "hello" creates a new one."""
 
     def __init__(self) -> None:
         self._agent: Agent | None = None
-        self._makings: PlannerComponents | None = None
+        self._components: PlannerComponents | None = None
         self._answers: dict[str, Callable[[Wire], Wire]] = {
             "hello": self._hello,
             "reset": self._reset,
@@ -53,7 +53,7 @@ class _Served:
         }
 
     def answer(self, question: Wire) -> Wire:
-        """Return the answer to a question; whatever the planner raises is one."""
+        """Return the response to a request; exceptions of the planner become "failed" responses."""
         try:
             return self._answers[question["type"]](question)
         except BaseException as error:  # noqa: BLE001  SystemExit and KeyboardInterrupt included
@@ -62,16 +62,16 @@ class _Served:
     def _hello(self, question: Wire) -> Wire:
         spec = question["agent"]
         self._agent = agent = load_agent(spec)
-        if self._makings is None:
-            self._makings = components_of_loaded(spec, agent)
+        if self._components is None:
+            self._components = components_of_loaded(spec, agent)
         return {
             "type": "hello",
             "protocol": PROTOCOL_VERSION,
             "inputs": sorted(agent.inputs),
             "interval": decision_interval(agent),
             "ranks": isinstance(agent, Ranker),
-            "files": sorted(map(str, self._makings.files)),
-            "libraries": sorted(self._makings.libraries),
+            "files": sorted(map(str, self._components.files)),
+            "libraries": sorted(self._components.libraries),
         }
 
     def _reset(self, question: Wire) -> Wire:
@@ -94,7 +94,7 @@ class _Served:
     @property
     def _planner(self) -> Agent:
         if self._agent is None:
-            message = "it was asked before hello."
+            message = "it got a request before hello."
             raise AgentError(message)
         return self._agent
 
@@ -107,12 +107,12 @@ def _ranks(agent: Agent, observation: Observation) -> np.ndarray:
 
 
 def _action_out(action: Plan | Control) -> Wire:
-    """Return an action as it is sent; what has no such form is refused here."""
+    """Return an action's wire form; raises AgentError if it has none."""
     if isinstance(action, Control):
         try:
             numbers = float(action.acceleration), float(action.steering)
         except (TypeError, ValueError, OverflowError):
-            check_action(action)  # says what is wrong
+            check_action(action)  # raises with a clear message
             raise
         return {"type": "control", "acceleration": numbers[0], "steering": numbers[1]}
     if isinstance(action, Plan) and np.ndim(action.waypoints) <= MOST_AXES:
@@ -130,7 +130,7 @@ def _reason_out(agent: Agent) -> Wire:
         reason = reason_of(agent)
     except AgentError as error:
         return {"explain_failed": _text(error)}
-    except (Exception, SystemExit) as error:  # noqa: BLE001  it ends the episode as any other
+    except (Exception, SystemExit) as error:  # noqa: BLE001  ends the episode like any other
         return {"explain_failed": f"explain raised {type(error).__name__}: {_text(error)}"}
     if reason is None:
         return {}
@@ -140,12 +140,12 @@ def _reason_out(agent: Agent) -> Wire:
 def _text(error: BaseException) -> str:
     try:
         return str(error)[:2000].encode(errors="replace").decode()
-    except Exception:  # noqa: BLE001  its text is the planner's code as well
+    except Exception:  # noqa: BLE001  __str__ is the planner's code, too
         return "no text"
 
 
 def _own_pipes() -> tuple[int, int]:
-    """Take the protocol's pipes away from where the planner reads and prints."""
+    """Move the protocol's pipes off standard input and output, which the planner may use."""
     take, give = os.dup(0), os.dup(1)
     nothing = os.open(os.devnull, os.O_RDONLY)
     os.dup2(nothing, 0)
@@ -156,7 +156,7 @@ def _own_pipes() -> tuple[int, int]:
 
 
 def _read(descriptor: int, size: int) -> bytes | None:
-    """Return so many bytes; None where the pipe ends."""
+    """Return `size` bytes; None at the end of the pipe."""
     data = bytearray()
     while len(data) < size:
         part = os.read(descriptor, size - len(data))

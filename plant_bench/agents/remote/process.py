@@ -1,4 +1,4 @@
-"""One planner's process as a worker sees it: a question, an answer, and what became of it."""
+"""The client side of a planner's process: sends requests, enforces limits, reports why it ended."""
 
 import contextlib
 import os
@@ -24,21 +24,21 @@ from plant_bench.errors import InputError
 GIGABYTE = 1_000_000_000
 LENGTH = struct.Struct("<I")  # before each message: its length in bytes
 LONGEST_ANSWER = 1 << 20  # bytes
-PRINTED = 262_144  # bytes of what one process prints that are kept
-GRACE = 2.0  # s for the keeper to say what became of a planner that has closed its pipe
-CLOSING = 10.0  # s for the keeper to end whatever the planner started
+PRINTED = 262_144  # bytes of a process's output that are kept
+GRACE = 2.0  # s for the supervisor to report why a planner has closed its pipe
+CLOSING = 10.0  # s for the supervisor to end all processes that the planner started
 CHUNK = 1 << 16
-_KEEPER = str(Path(__file__).with_name("keeper.py"))
+_SUPERVISOR = str(Path(__file__).with_name("supervisor.py"))
 
 
 @dataclass(frozen=True)
 class Limits:
-    """What a planner's process may take.
+    """Time and memory limits of a planner's process.
 
     Attributes:
-        tick: Seconds of wall time for one decision.
-        start_up: Seconds to start, and again for each `reset`.
-        memory: Gigabytes that all of its processes may hold together (their resident sets).
+        tick: Wall time for one decision, seconds.
+        start_up: Wall time to start, and for each `reset`, seconds.
+        memory: Total resident memory of all of its processes, gigabytes.
     """
 
     tick: float = 5.0
@@ -53,42 +53,43 @@ class Limits:
         """
         for name, value in vars(self).items():
             if not 0.0 < value < 1e6:
-                message = f"--{name.replace('_', '-')}-limit {value:g}: a number above 0 is wanted."
+                option = f"--{name.replace('_', '-')}-limit"
+                message = f"{option}: expected a number above 0, got {value:g}."
                 raise InputError(message)
 
 
 class PlannerProcess:
-    """A planner's process with its keeper; changes with each question.
+    """A planner's process with its supervisor; mutable.
 
     Args:
-        command: What to start; it speaks the protocol on its standard input and output.
-        limits: What it may take.
+        command: The command to start; it speaks the protocol on standard input and output.
+        limits: Its time and memory limits.
 
     Raises:
-        InputError: This is not Linux, where alone its processes can be found and ended.
+        InputError: This is not Linux, which is needed to find and end its processes.
         OSError: It cannot be started.
     """
 
     def __init__(self, command: Sequence[str], limits: Limits) -> None:
         if not sys.platform.startswith("linux"):
-            message = "Planners in processes of their own (--isolate, command:) need Linux."
+            message = "Planners in separate processes (--isolate, command:) need Linux."
             raise InputError(message)
         self.limits = limits
         control, self._control = os.pipe()
         self._status, status = os.pipe()
         memory = int(limits.memory * GIGABYTE)
         options = (str(control), str(status), str(memory), str(PRINTED))
-        self._keeper = subprocess.Popen(
-            [sys.executable, "-I", "-S", _KEEPER, *options, *command],
+        self._supervisor = subprocess.Popen(
+            [sys.executable, "-I", "-S", _SUPERVISOR, *options, *command],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             pass_fds=(control, status),
-            start_new_session=True,  # Ctrl-C reaches the parent alone
+            start_new_session=True,  # so that Ctrl-C reaches the parent only
             bufsize=0,
         )
         os.close(control)
         os.close(status)
-        stdin, stdout = self._keeper.stdin, self._keeper.stdout
+        stdin, stdout = self._supervisor.stdin, self._supervisor.stdout
         if stdin is None or stdout is None:  # never: both are pipes
             raise RuntimeError
         self._to, self._from = stdin.fileno(), stdout.fileno()
@@ -97,15 +98,15 @@ class PlannerProcess:
         self.alive = True
 
     def ask(self, message: bytes, seconds: float, limit: str) -> bytes:
-        """Return what the planner answers; it is ended if it fails.
+        """Send a request and return the response; end the process if it fails.
 
         Args:
-            message: To send.
-            seconds: Wall time until the answer must be there.
-            limit: The option that sets this time, for the message.
+            message: The request.
+            seconds: Time limit for the response.
+            limit: The option that sets the limit, for the error message.
 
         Raises:
-            RemoteError: What it did instead of answering.
+            RemoteError: The process did not respond as it should.
         """
         if not self.alive:
             message_ = "its process has been ended."
@@ -117,17 +118,17 @@ class PlannerProcess:
             raise
 
     def close(self) -> None:
-        """End the process and all that it started."""
+        """End the process and all processes that it started."""
         if not self.alive:
             return
         self.alive = False
         os.close(self._control)
         try:
-            self._keeper.wait(CLOSING)
+            self._supervisor.wait(CLOSING)
         except subprocess.TimeoutExpired:
-            self._keeper.kill()
-            self._keeper.wait()
-        for stream in (self._keeper.stdin, self._keeper.stdout):
+            self._supervisor.kill()
+            self._supervisor.wait()
+        for stream in (self._supervisor.stdin, self._supervisor.stdout):
             if stream is not None:
                 with contextlib.suppress(OSError):
                     stream.close()
@@ -144,7 +145,7 @@ class PlannerProcess:
             wait = deadline - time.monotonic()
             events = dict(poll.poll(1000.0 * wait)) if wait > 0.0 else {}
             if not events:
-                message = f"no answer within {seconds:g} s ({limit})."
+                message = f"no response within {seconds:g} s ({limit})."
                 raise TimeLimitError(message)
             if self._to in events:
                 left = self._send(left)
@@ -153,7 +154,7 @@ class PlannerProcess:
             if self._from in events:
                 answer += self._receive()
         if len(answer) > size or left:
-            message = "it said more than it was asked, or before it was asked."
+            message = "it sent more than one response, or sent before the request."
             raise ProtocolError(message)
         return bytes(answer[LENGTH.size :])
 
@@ -179,16 +180,16 @@ class PlannerProcess:
     def _expect_silence(self) -> None:
         with contextlib.suppress(BlockingIOError):
             if os.read(self._from, 1):
-                message = "it spoke without being asked."
+                message = "it sent a message without a request."
                 raise ProtocolError(message)
             raise self._end()
 
     def _end(self) -> RemoteError:
-        """Return what became of a planner whose pipe is closed."""
+        """Return the error that says why a planner's pipe is closed."""
         if not select.select([self._status], [], [], GRACE)[0]:
             return ProcessEndedError("it has closed its pipe.")
-        told = os.read(self._status, CHUNK).decode(errors="replace").partition("\n")[0]
-        kind, _, rest = told.partition(" ")
+        status = os.read(self._status, CHUNK).decode(errors="replace").partition("\n")[0]
+        kind, _, rest = status.partition(" ")
         if kind == "memory":
             return memory_limit(self.limits)
         if kind == "signal":
@@ -197,19 +198,19 @@ class PlannerProcess:
             return ProcessEndedError(f"its process ended with exit code {rest}.")
         if kind == "unstartable":
             return ProcessEndedError(f"it cannot be started: {rest}.")
-        return ProcessEndedError("its process and its keeper are gone.")
+        return ProcessEndedError("its process and its supervisor have ended.")
 
 
 def memory_limit(limits: Limits) -> MemoryLimitError:
-    """Return what a planner that wants too much memory has done."""
-    return MemoryLimitError(f"it wants more than {limits.memory:g} GB (--memory-limit).")
+    """Return the error of a planner that exceeds its memory limit."""
+    return MemoryLimitError(f"it uses more than {limits.memory:g} GB (--memory-limit).")
 
 
 def _size(answer: bytearray) -> int | None:
-    """Return how long the frame being received will be; None while that is not known.
+    """Return the total size of the message being received; None while unknown.
 
     Raises:
-        ProtocolError: Longer than any answer may be.
+        ProtocolError: The message is too long.
     """
     if len(answer) < LENGTH.size:
         return None

@@ -1,4 +1,4 @@
-"""A planner's process while a planner of ours needs it; behaved processes are taken over."""
+"""Owns the process of a remote planner; healthy processes are reused by the next one."""
 
 import atexit
 import weakref
@@ -20,14 +20,14 @@ from plant_bench.sensing.inputs import check_inputs
 
 @dataclass(frozen=True)
 class Profile:
-    """What a planner in another process said of itself.
+    """A remote planner's description of itself.
 
     Attributes:
-        inputs: What it wants to be given.
-        interval: Ticks between two decisions, before the first one.
+        inputs: The inputs that it declares.
+        interval: Ticks until its second decision.
         ranks: Whether it ranks actors.
-        files: All that it is made of.
-        libraries: Packages of Python that it computes with.
+        files: Its code and weights.
+        libraries: The Python packages that it computes with.
     """
 
     inputs: frozenset[str]
@@ -38,7 +38,7 @@ class Profile:
 
 
 class Connection:
-    """Questions to one planner of a program; mutable. Who does not answer well is ended."""
+    """Sends requests to one planner; ends its process at the first invalid response; mutable."""
 
     def __init__(self, program: LaunchCommand, limits: Limits) -> None:
         self.program = program
@@ -51,15 +51,15 @@ class Connection:
         return self._process is not None and self._process.alive
 
     def begin(self) -> Profile:
-        """Take a process, make a new planner in it, and return what it says of itself.
+        """Start or reuse a process, create a new planner in it, and return its profile.
 
         Raises:
-            RemoteError: It does not start, or says something unheard of.
+            RemoteError: It does not start, or its response is invalid.
         """
         key = (self.program, self._limits)
         process = _idle.pop(key, None) or PlannerProcess(self.program.command, self._limits)
         _running.add(process)
-        weakref.finalize(self, _give_back, key, process)
+        weakref.finalize(self, _release, key, process)
         self._process = process
         hello: Hello = self.ask(hello_out(self.program.agent), Hello, starting=True)
         try:
@@ -71,26 +71,26 @@ class Connection:
         files = (*self.program.files, *map(Path, hello.files))
         return Profile(inputs, hello.interval, hello.ranks, files, tuple(hello.libraries))
 
-    def ask(self, question: Wire, *wanted: type, starting: bool = False) -> Any:
-        """Return the answer to a question.
+    def ask(self, question: Wire, *expected: type, starting: bool = False) -> Any:
+        """Send a request and return the response.
 
         Args:
-            question: As `messages` makes it.
-            wanted: The kinds of answers that may come.
-            starting: Whether it has the time to start up, not that of a decision.
+            question: The request, from `messages`.
+            expected: The allowed types of the response.
+            starting: Use the time limit for starting up, not that for a decision.
 
         Raises:
-            RemoteError: What came instead.
+            RemoteError: There was no valid response.
         """
         process = self._process
         if process is None:
-            message = "it was asked before reset."
+            message = "it got a request before reset."
             raise ProtocolError(message)
         seconds, limit = self._limits.tick, "--tick-limit"
         if starting:
             seconds, limit = self._limits.start_up, "--start-up-limit"
         try:
-            return answer_in(process.ask(pack(question), seconds, limit), *wanted)
+            return answer_in(process.ask(pack(question), seconds, limit), *expected)
         except RemoteError as error:
             process.close()
             if type(error).__name__ == MemoryError.__name__:
@@ -98,15 +98,15 @@ class Connection:
             raise
 
     def array(self, wire: Any, *, axes: int) -> np.ndarray:
-        """Return the array of an answer.
+        """Return an array of a response.
 
         Raises:
-            ProtocolError: It is none, or has another number of axes.
+            ProtocolError: It is not an array, or has another number of axes.
         """
         try:
             values = array_in(wire, FLOAT64)
             if values.ndim != axes:
-                message = f"an array of {axes} axes is wanted, not of {values.ndim}."
+                message = f"expected an array of {axes} axes, got {values.ndim}."
                 raise ProtocolError(message)
         except ProtocolError:
             self.close()
@@ -136,12 +136,12 @@ def first_profile(connection: Connection) -> Profile:
         raise InputError(message) from error
 
 
-_idle: dict[tuple[LaunchCommand, Limits], PlannerProcess] = {}  # behaved well and may be taken over
+_idle: dict[tuple[LaunchCommand, Limits], PlannerProcess] = {}  # healthy, to be reused
 _running: weakref.WeakSet[PlannerProcess] = weakref.WeakSet()
 
 
-def _give_back(key: tuple[LaunchCommand, Limits], process: PlannerProcess) -> None:
-    """Keep a process for the next planner of the same program."""
+def _release(key: tuple[LaunchCommand, Limits], process: PlannerProcess) -> None:
+    """Keep a process for the next planner with the same command."""
     if process.alive and key not in _idle:
         _idle[key] = process
     else:
@@ -149,7 +149,7 @@ def _give_back(key: tuple[LaunchCommand, Limits], process: PlannerProcess) -> No
 
 
 def end_processes() -> None:
-    """End all planners' processes that this process has started."""
+    """End all planner processes that this process has started."""
     for process in list(_running):
         process.close()
     _idle.clear()

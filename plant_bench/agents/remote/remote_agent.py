@@ -1,4 +1,4 @@
-"""A planner in another process, as the loop sees it: an ordinary `Agent`."""
+"""An `Agent` that forwards its calls to a planner in another process."""
 
 import numpy as np
 from jaxtyping import Float
@@ -11,19 +11,19 @@ from plant_bench.agents.remote.process_reuse import Connection, Profile, first_p
 from plant_bench.agents.remote.remote_errors import ProtocolError
 from plant_bench.agents.remote.responses import ControlAnswer, PlanAnswer, Ranks, Ready
 from plant_bench.errors import AgentError
-from plant_bench.inference_timing import ForwardPass, tell_pass
+from plant_bench.inference_timing import ForwardPass, record_pass
 from plant_bench.world.route import Route
 
 
 class RemoteAgent:
-    """Asks a planner in a process of its own.
+    """A planner in a separate process.
 
     Attributes:
-        remote: Whether the planner is in another process: `files` are all that it is made of then.
+        remote: Marks planners in other processes, whose `files` are complete.
 
     Args:
-        connection: To the planner.
-        profile: What it said of itself; another answer at a `reset` is a failure.
+        connection: The connection to the planner.
+        profile: The planner's profile; a different one at a `reset` is an error.
     """
 
     remote = True
@@ -39,37 +39,37 @@ class RemoteAgent:
         self._explain_failed: str | None = None
 
     def reset(self, route: Route | None) -> None:
-        """Start a new episode, in a new process where the last one failed."""
+        """Start a new episode, in a new process if the last one has failed."""
         connection = self._connection
         if not connection.alive and connection.begin() != self.profile:
             connection.close()
-            message = "it says of itself something else than when it was first asked."
+            message = "its hello differs from its first one."
             raise ProtocolError(message)
         ready: Ready = connection.ask(reset_out(route), Ready, starting=True)
         self.interval = ready.interval
 
     def act(self, observation: Observation) -> Plan | Control:
-        """Let it decide."""
+        """Return the planner's action."""
         question = observation_out("act", observation)
         answer = self._connection.ask(question, ControlAnswer, PlanAnswer)
         for seconds, tokens in answer.passes:
-            tell_pass(ForwardPass(seconds, tokens))
-        told, self._explain_failed = answer.reason, answer.explain_failed
-        self._reason = None if told is None else Reason(Cause(told.cause), told.actor)
+            record_pass(ForwardPass(seconds, tokens))
+        reason, self._explain_failed = answer.reason, answer.explain_failed
+        self._reason = None if reason is None else Reason(Cause(reason.cause), reason.actor)
         self.interval = answer.interval
         if isinstance(answer, ControlAnswer):
             return Control(float(answer.acceleration), float(answer.steering))
         return Plan(self._connection.array(answer.waypoints, axes=2))
 
     def explain(self) -> Reason | None:
-        """Return the reason that came with the last action, if any did."""
+        """Return the reason that came with the last action, or None."""
         if self._explain_failed is not None:
             raise AgentError(self._explain_failed)
         return self._reason
 
 
 class RemoteRanker(RemoteAgent):
-    """One that also says which actors matter to it."""
+    """A remote planner that also ranks actors."""
 
     def rank(self, observation: Observation) -> Float[np.ndarray, " actors"]:
         """Return the relevance of each actor."""
@@ -80,13 +80,13 @@ class RemoteRanker(RemoteAgent):
 def remote_agent(
     program: LaunchCommand, limits: Limits, profile: Profile | None = None
 ) -> RemoteAgent:
-    """Return a planner in a process of its own.
+    """Return a planner in a separate process.
 
     Args:
-        program: What to start, and which planner to ask for in it.
-        limits: What it may take.
-        profile: What it said of itself earlier: it is started with the first `reset` then, so that
-            a failure to start ends an episode. Without it, it is started now.
+        program: The command to start, and the planner to create in it.
+        limits: Its time and memory limits.
+        profile: Its profile from an earlier start. With it, the process starts at the first
+            `reset`, so that a failure to start ends an episode; without it, it starts now.
 
     Raises:
         InputError: It does not start.

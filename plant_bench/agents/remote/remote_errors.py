@@ -1,7 +1,7 @@
-"""What can go wrong with a planner in another process.
+"""Errors of planners in other processes.
 
-A record says "act raised <name>: <text>", so the names of these classes are part of what users
-read. No text holds what differs between equal runs: no times, sizes or addresses.
+Records say "act raised <name>: <text>", so users see the names of these classes. The texts have
+nothing that differs between equal runs: no measured times, sizes or addresses.
 """
 
 import re
@@ -14,27 +14,27 @@ _NAME = re.compile(r"[A-Za-z_]\w{0,60}")
 
 
 class RemoteError(AgentError):
-    """Base of what a planner in another process can do wrong."""
+    """Base of the errors of planners in other processes."""
 
 
 class TimeLimitError(RemoteError):
-    """Raised when it does not answer in time."""
+    """Raised when a planner does not respond in time."""
 
 
 class MemoryLimitError(RemoteError):
-    """Raised when its processes hold more memory than they may."""
+    """Raised when a planner's processes exceed the memory limit."""
 
 
 class ProcessEndedError(RemoteError):
-    """Raised when its process is gone, or has closed its pipe."""
+    """Raised when a planner's process has ended or closed its pipe."""
 
 
 class ProtocolError(RemoteError):
-    """Raised when what it says is not what docs/protocol-agents.md asks for."""
+    """Raised when a message violates docs/protocol-agents.md."""
 
 
 def raised_remotely(error: str, message: str) -> RemoteError:
-    """Return what a planner says that its own code raised, under the name it had there.
+    """Return an exception that a planner's code raised, under its original class name.
 
     >>> type(raised_remotely("ValueError", "no lane")).__name__
     'ValueError'

@@ -1,4 +1,4 @@
-"""What a planner may answer, checked to the last field: nothing it sends is believed."""
+"""Parses and validates the responses of a planner's process."""
 
 from typing import Annotated, Any, Literal
 
@@ -13,7 +13,7 @@ MOST_INPUTS = 100
 Text = Annotated[str, Field(max_length=10_000)]
 Count = Annotated[int, Field(ge=0, lt=1 << 62)]
 Seconds = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
-Pass = Annotated[tuple[Seconds, Count], Field(strict=False)]  # msgpack knows lists alone
+Pass = Annotated[tuple[Seconds, Count], Field(strict=False)]  # msgpack has lists only
 
 
 class _Answer(BaseModel):
@@ -21,16 +21,17 @@ class _Answer(BaseModel):
 
 
 class Hello(_Answer):
-    """What a planner is.
+    """A planner's description of itself.
 
     Attributes:
-        protocol: The version it speaks.
-        about: One line of itself.
-        inputs: What it wants to be given.
-        interval: Ticks between two decisions, before the first one.
-        ranks: Whether it answers "rank".
-        files: What it is made of, apart from what starts it: the checksum covers them.
-        libraries: Packages of Python that it computes with: the checksum covers their versions.
+        protocol: The protocol version.
+        about: A one-line description.
+        inputs: The inputs that it declares.
+        interval: Ticks until its second decision.
+        ranks: Whether it supports "rank".
+        files: Its files, apart from those in the command; part of the checksum.
+        libraries: The Python packages that it computes with; their versions are part of the
+            checksum.
     """
 
     type: Literal["hello"]
@@ -44,13 +45,13 @@ class Hello(_Answer):
 
 
 class Ready(_Answer):
-    """The episode may begin."""
+    """The planner has been reset."""
 
     type: Literal["ready"]
     interval: int = 1
 
 
-class Told(_Answer):
+class ReportedReason(_Answer):
     """Why a planner acted as it did."""
 
     cause: Annotated[int, Field(ge=min(Cause), le=max(Cause))]
@@ -59,13 +60,13 @@ class Told(_Answer):
 
 class _Decision(_Answer):
     interval: int = 1
-    reason: Told | None = None
+    reason: ReportedReason | None = None
     passes: Annotated[list[Pass], Field(max_length=MOST_PASSES)] = []
     explain_failed: Text | None = None
 
 
 class ControlAnswer(_Decision):
-    """A decision as a control; finiteness is the benchmark's to check."""
+    """A decision as a control; `check_action` checks that it is finite."""
 
     type: Literal["control"]
     acceleration: float
@@ -73,7 +74,7 @@ class ControlAnswer(_Decision):
 
 
 class PlanAnswer(_Decision):
-    """A decision as a plan; its shape is the benchmark's to check."""
+    """A decision as a plan; `check_action` checks its shape."""
 
     type: Literal["plan"]
     waypoints: dict[str, Any]
@@ -87,7 +88,7 @@ class Ranks(_Answer):
 
 
 class Failed(_Answer):
-    """The planner's own code raised."""
+    """The planner's code has raised an exception."""
 
     type: Literal["failed"]
     error: Text
@@ -99,16 +100,16 @@ _READER: TypeAdapter[Answer] = TypeAdapter(Annotated[Answer, Field(discriminator
 _KINDS = ("hello", "ready", "control", "plan", "ranks", "failed")
 
 
-def answer_in(data: bytes, *wanted: type[BaseModel]) -> Any:
-    """Return a planner's answer as one of the kinds wanted.
+def answer_in(data: bytes, *expected: type[BaseModel]) -> Any:
+    """Return a planner's response, parsed as one of the expected types.
 
     Raises:
         ProtocolError: It is none of them.
-        RemoteError: The planner's code raised, by its own account.
+        RemoteError: The planner reports that its code raised an exception.
     """
     message = unpack(data)
     if message.get("type") not in _KINDS:
-        wrong = f"it sent a message of no known type: one of {', '.join(_KINDS)} is wanted."
+        wrong = f"it sent a message of unknown type, expected one of {', '.join(_KINDS)}."
         raise ProtocolError(wrong)
     if message["type"] == "hello" and message.get("protocol") != PROTOCOL_VERSION:
         wrong = f"it does not speak version {PROTOCOL_VERSION} of the protocol."
@@ -119,8 +120,8 @@ def answer_in(data: bytes, *wanted: type[BaseModel]) -> Any:
         raise ProtocolError(_first(error, message["type"])) from error
     if isinstance(answer, Failed):
         raise raised_remotely(answer.error, answer.message)
-    if not isinstance(answer, wanted):
-        wrong = f"it sent '{answer.type}' where that is no answer."
+    if not isinstance(answer, expected):
+        wrong = f"it sent an unexpected '{answer.type}'."
         raise ProtocolError(wrong)
     return answer
 

@@ -1,11 +1,11 @@
-"""Starts a planner's process, watches its memory, bounds what it prints, and ends all it started.
+"""Supervises a planner's process: limits its memory and output, and ends all its descendants.
 
-Runs as a script between a worker and the planner, which have pipes to each other: nothing passes
-through here but what the planner prints. It ends when the worker closes its pipe or dies, and then
-kills the planner with all of its descendants, daemons included. Standard library only, since it
-must start in no time:
+Runs as a script between a worker and the planner, which have pipes to each other: only the
+planner's output passes through here. It ends when the worker closes its pipe or dies, and then
+kills the planner with all of its descendants, daemons included. Standard library only, so that it
+starts quickly:
 
-    keeper.py CONTROL STATUS MEMORY PRINTED COMMAND...
+    supervisor.py CONTROL STATUS MEMORY PRINTED COMMAND...
 
 CONTROL and STATUS are file descriptors, MEMORY and PRINTED limits in bytes. One line is written to
 STATUS when the planner has ended: "exit CODE", "signal NUMBER", "memory", or "unstartable REASON".
@@ -21,20 +21,20 @@ import sys
 import time
 from pathlib import Path
 
-PERIOD_MS = 20  # between two looks at the planner's memory
-FAMILY_PERIOD = 0.25  # s between two looks at which processes it has started
-SPARE_DATA = 1 << 30  # bytes that one process may ask for beyond its limit, at least
-LAST_WORDS = b"\n[the planner has printed more than is kept: the rest is dropped]\n"
+PERIOD_MS = 20  # between two checks of the planner's memory
+FAMILY_PERIOD = 0.25  # s between two searches for the processes it has started
+SPARE_DATA = 1 << 30  # bytes by which RLIMIT_DATA exceeds the memory limit, at least
+TRUNCATED = b"\n[the planner's output is too long: the rest is dropped]\n"
 PR_SET_PDEATHSIG, PR_SET_CHILD_SUBREAPER = 1, 36  # linux/prctl.h
 CHUNK = 65_536
 
 
 def main(arguments: list[str]) -> None:
-    """Keep a planner until it or the worker ends."""
+    """Supervise a planner until it or the worker ends."""
     control, status, memory, printed = (int(value) for value in arguments[:4])
     os.set_inheritable(control, False)
     os.set_inheritable(status, False)
-    _prctl(PR_SET_CHILD_SUBREAPER, 1)  # what the planner's children leave behind stays ours
+    _prctl(PR_SET_CHILD_SUBREAPER, 1)  # orphaned descendants become children of this process
     signal.pthread_sigmask(signal.SIG_SETMASK, [])
     words, planner_words = os.pipe()
     planner = os.fork()
@@ -49,7 +49,7 @@ def main(arguments: list[str]) -> None:
 
 
 class _Watch:
-    """One planner while it runs; changes with all it prints and starts."""
+    """Monitors one running planner; mutable."""
 
     def __init__(self, planner: int, control: int, words: int, memory: int, printed: int) -> None:
         self._planner = planner
@@ -64,7 +64,7 @@ class _Watch:
         self._poll.register(words, select.POLLIN)
 
     def verdict(self) -> str:
-        """Wait for the end, and return what it was; nothing where the worker wants it."""
+        """Wait for the end and return the status line; empty if the worker ends the planner."""
         while True:
             ready = dict(self._poll.poll(PERIOD_MS))
             if self._words in ready:
@@ -72,14 +72,14 @@ class _Watch:
             ended, state = os.waitpid(self._planner, os.WNOHANG)
             if ended:
                 self._pass_on_the_rest()
-                return _told(state)
+                return _status_line(state)
             if self._held() > self._memory:
                 return "memory\n"
             if self._control in ready:
                 return ""
 
     def _held(self) -> int:
-        """Return the bytes of memory that the planner's processes hold now."""
+        """Return the resident memory of the planner's processes, bytes."""
         now = time.monotonic()
         if now >= self._next_family:
             self._next_family = now + FAMILY_PERIOD
@@ -87,14 +87,14 @@ class _Watch:
         return sum(map(resident, self._family))
 
     def _pass_on(self) -> bool:
-        """Copy what was printed, as long as there is room for it; say whether there was any."""
+        """Copy output up to the limit; return whether there was any."""
         text = os.read(self._words, CHUNK)
         if not text:
             self._poll.unregister(self._words)
         elif self._printed > 0:
             kept = text[: self._printed]
             self._printed -= len(kept)
-            _print(kept if self._printed > 0 else kept + LAST_WORDS)
+            _print(kept if self._printed > 0 else kept + TRUNCATED)
         return bool(text)
 
     def _pass_on_the_rest(self) -> None:
@@ -105,7 +105,7 @@ class _Watch:
 
 
 def _become(command: list[str], status: int, words: int, memory: int) -> None:
-    """Turn this process into the planner; it dies with the keeper."""
+    """Execute the planner in this process; it dies with the supervisor."""
     _prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
     for number in (signal.SIGINT, signal.SIGPIPE, signal.SIGTERM):
         signal.signal(number, signal.SIG_DFL)
@@ -125,7 +125,7 @@ def _become(command: list[str], status: int, words: int, memory: int) -> None:
 
 
 def descendants() -> set[int]:
-    """Return this process's descendants; they cannot leave, since it is their subreaper."""
+    """Return this process's descendants, including orphaned ones, since it is their subreaper."""
     children: dict[int, list[int]] = {}
     for name in _numbers("/proc"):
         with contextlib.suppress(OSError, IndexError, ValueError):
@@ -143,7 +143,7 @@ def descendants() -> set[int]:
 
 
 def resident(process: int) -> int:
-    """Return the bytes of memory a process holds; none where it has ended."""
+    """Return a process's resident memory, bytes; 0 if it has ended."""
     try:
         with open(f"/proc/{process}/statm", "rb") as file:  # noqa: PTH123  50 times a second
             return int(file.read().split()[1]) * resource.getpagesize()
@@ -152,7 +152,7 @@ def resident(process: int) -> int:
 
 
 def end_descendants(patience: float = 5.0) -> None:
-    """Kill all descendants, and those they start meanwhile."""
+    """Kill all descendants, including those started meanwhile."""
     deadline = time.monotonic() + patience
     while time.monotonic() < deadline:
         for process in descendants():
@@ -166,7 +166,7 @@ def end_descendants(patience: float = 5.0) -> None:
         time.sleep(0.002)
 
 
-def _told(state: int) -> str:
+def _status_line(state: int) -> str:
     if os.WIFSIGNALED(state):
         return f"signal {os.WTERMSIG(state)}\n"
     return f"exit {os.WEXITSTATUS(state)}\n"
@@ -185,7 +185,7 @@ def _numbers(folder: str) -> list[str]:
 
 
 def _prctl(option: int, value: int) -> None:
-    """Ask Linux for something; elsewhere there is no such thing."""
+    """Call prctl; does nothing on other systems than Linux."""
     with contextlib.suppress(OSError, AttributeError):
         ctypes.CDLL(None).prctl(option, value, 0, 0, 0)
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 
-from plant_bench.agent import NOBODY, PLAN_STEPS, Plan
+from plant_bench.agent import NO_ACTOR, PLAN_STEPS, Plan
 from plant_bench.data.recording import Recording
 from plant_bench.reports.replay.replay_frames import EVERY
 from plant_bench.reports.replay.replay_source import ReplaySource
@@ -39,7 +39,7 @@ class Reasons:
 
     Attributes:
         causes: `Cause` values, `NO_CAUSE` where none is known.
-        actors: Ids, `NOBODY` where the cause is no actor.
+        actors: Ids, `NO_ACTOR` where the cause is no actor.
     """
 
     causes: Int[np.ndarray, " frames"]
@@ -71,8 +71,8 @@ def plans_of(recording: Recording) -> Plans:
 def reasons_of(recording: Recording) -> Reasons:
     """Return the latest reason at each frame."""
     causes = np.full(len(recording), NO_CAUSE)
-    actors = np.full(len(recording), NOBODY)
-    cause, actor = NO_CAUSE, NOBODY
+    actors = np.full(len(recording), NO_ACTOR)
+    cause, actor = NO_CAUSE, NO_ACTOR
     for row, reason in enumerate(recording.reasons):
         if reason is not None:
             cause, actor = int(reason.cause), reason.actor

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from plant_bench.agent import NOBODY, PLAN_STEPS, Cause
+from plant_bench.agent import NO_ACTOR, PLAN_STEPS, Cause
 from plant_bench.reports.replay.attention import Attention, attention_of
 from plant_bench.reports.replay.column_compression import CENTI, MILLI, pack, quantised
 from plant_bench.reports.replay.overlay import (
@@ -186,7 +186,7 @@ def _reason_columns(reasons: Reasons) -> dict[str, tuple[np.ndarray, int]]:
         return {}
     return {
         "reason.cause": (reasons.causes - NO_CAUSE, 1),  # 0 where none is known
-        "reason.actor": (reasons.actors - NOBODY, 1),
+        "reason.actor": (reasons.actors - NO_ACTOR, 1),
     }
 
 
@@ -202,4 +202,4 @@ def _attention_columns(attention: Attention) -> dict[str, tuple[np.ndarray, int]
 def _expert_columns(expert: ExpertView | None) -> dict[str, tuple[np.ndarray, int]]:
     if expert is None:
         return {}
-    return {"expert.tick": (expert.ticks, 2), "expert.actor": (expert.actors - NOBODY, 1)}
+    return {"expert.tick": (expert.ticks, 2), "expert.actor": (expert.actors - NO_ACTOR, 1)}

@@ -6,7 +6,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import to_rgb
 
-from plant_bench.agent import NOBODY
+from plant_bench.agent import NO_ACTOR
 from plant_bench.geometry.box import corners
 from plant_bench.reports.replay.actor_shapes import BODIES, GLASS, Polygon, placed, shown_extent
 from plant_bench.reports.replay.background import Ground
@@ -107,7 +107,7 @@ class ScenePainter:
         self._draw_box_of(moment, moment.brakes_for, "ownReason")
 
     def _draw_box_of(self, moment: Moment, actor: int, colour: str) -> None:
-        for row in np.flatnonzero((moment.ids == actor) & (actor != NOBODY)):
+        for row in np.flatnonzero((moment.ids == actor) & (actor != NO_ACTOR)):
             self._draw_box(moment, int(row), colour)
 
     def _draw_box(self, moment: Moment, row: int, colour: str) -> None:

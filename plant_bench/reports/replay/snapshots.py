@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 
-from plant_bench.agent import NOBODY, Cause
+from plant_bench.agent import NO_ACTOR, Cause
 from plant_bench.reports.replay.overlay import NO_CAUSE
 from plant_bench.reports.replay.replay_episode import EpisodeReplay
 from plant_bench.reports.replay.replay_frames import FRAME
@@ -29,9 +29,9 @@ class Moment:
         lights: `Light` values of the route's signals.
         plan: Waypoints in the world; empty where there is none.
         shares: Relevance of each of the others, 0 to 1.
-        brakes_for: Id of whom the planner says it brakes for, or `NOBODY`; where the expert drives,
+        brakes_for: Id of the actor the planner brakes for, or `NO_ACTOR`; where the expert drives,
             `expert_brakes_for` tells it.
-        expert_brakes_for: Id of whom the expert would brake for, or `NOBODY`.
+        expert_brakes_for: Id of whom the expert would brake for, or `NO_ACTOR`.
         reason: Why it drives no faster, empty where not told.
         limit: Speed limit, m/s.
     """
@@ -75,7 +75,7 @@ def moment_of(episode: EpisodeReplay, seconds: float) -> Moment:
         lights=frames.lights[row],
         plan=_plan(episode, seconds),
         shares=_shares(episode, seconds, ids),
-        brakes_for=NOBODY if cause == NO_CAUSE or _expert_drove(episode) else actor,
+        brakes_for=NO_ACTOR if cause == NO_CAUSE or _expert_drove(episode) else actor,
         expert_brakes_for=_expert(episode, seconds),
         reason="" if cause == NO_CAUSE else Cause(cause).name.lower(),
         limit=_limit(episode, row),
@@ -108,7 +108,7 @@ def _expert_drove(episode: EpisodeReplay) -> bool:
 def _expert(episode: EpisodeReplay, seconds: float) -> int:
     view = episode.expert
     row = -1 if view is None else _latest(view.ticks, seconds)
-    return NOBODY if view is None or row < 0 else int(view.actors[row])
+    return NO_ACTOR if view is None or row < 0 else int(view.actors[row])
 
 
 def _plan(episode: EpisodeReplay, seconds: float) -> Float[np.ndarray, "waypoints 2"]:

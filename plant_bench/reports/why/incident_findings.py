@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
-from plant_bench.agent import NOBODY, Cause, Reason
+from plant_bench.agent import NO_ACTOR, Cause, Reason
 from plant_bench.geometry.box import corners
 from plant_bench.reports.why.brake_onset import BRAKES, Braking, braking_for, decisions, own_braking
 from plant_bench.reports.why.incidents import Incident
@@ -146,4 +146,4 @@ def _kinds(moments: Sequence[Moment]) -> dict[int, ActorKind]:
         int(actor): ActorKind(int(kind))
         for actors in (moment.scene.actors for moment in moments)
         for actor, kind in zip(actors.ids, actors.kinds, strict=True)
-    } | {NOBODY: ActorKind.STATIC}
+    } | {NO_ACTOR: ActorKind.STATIC}

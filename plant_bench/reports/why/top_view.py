@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.patches import Polygon
 
-from plant_bench.agent import NOBODY
+from plant_bench.agent import NO_ACTOR
 from plant_bench.geometry.box import corners
 from plant_bench.geometry.pose import from_frame, to_frame
 from plant_bench.reports.why.incident_findings import Finding
@@ -123,9 +123,9 @@ def _draw_actors(ax: Axes, moment: Moment, finding: Finding) -> None:
         return
     foe = finding.incident.infraction.actor
     ranking = None if moment.planner is None else moment.planner.ranking
-    top = ranking[0] if ranking else NOBODY
+    top = ranking[0] if ranking else NO_ACTOR
     reason = None if moment.expert is None else moment.expert.reason
-    experts = NOBODY if reason is None else reason.actor
+    experts = NO_ACTOR if reason is None else reason.actor
     boxes = corners(actors.poses.astype(float), actors.extents.astype(float))
     for row, box in enumerate(boxes):
         actor = int(actors.ids[row])

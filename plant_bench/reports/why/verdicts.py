@@ -1,6 +1,6 @@
 """Findings as sentences; they state what was measured, and nothing else."""
 
-from plant_bench.agent import NOBODY, Cause, Reason
+from plant_bench.agent import NO_ACTOR, Cause, Reason
 from plant_bench.reports.why.brake_onset import Braking
 from plant_bench.reports.why.incident_findings import FIRST_FEW, Finding, Noticed
 from plant_bench.reports.why.incidents import actor_name
@@ -50,7 +50,7 @@ def reason_text(reason: Reason | None, kinds: dict[int, ActorKind]) -> str:
     """Return a reason in a few words, with whom it is about."""
     if reason is None:
         return "-"
-    if reason.actor == NOBODY:
+    if reason.actor == NO_ACTOR:
         return CAUSES[reason.cause]
     return f"{CAUSES[reason.cause]}: {actor_name(reason.actor, kinds.get(reason.actor))}"
 

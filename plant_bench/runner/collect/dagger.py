@@ -9,7 +9,7 @@ from plant_bench.agent import Control
 from plant_bench.agents.loading.registry import load_agent
 from plant_bench.errors import InputError
 from plant_bench.runner.decisions import PlannerSession
-from plant_bench.sensing.inputs import UNSHARED
+from plant_bench.sensing.inputs import DRIVER_ONLY
 from plant_bench.world.route import Route
 from plant_bench.world.scene import TICK, Scene
 
@@ -28,7 +28,7 @@ def check_driver(driver: str) -> None:
         InputError: There is no such planner, or it wants what it cannot be given.
     """
     inputs = load_agent(driver).inputs
-    if refused := inputs & UNSHARED:
+    if refused := inputs & DRIVER_ONLY:
         message = (
             f"'{driver}' cannot drive while the expert answers: it asks for "
             f"{' and '.join(sorted(refused))}. A planner that drives by what it sees is wanted, "

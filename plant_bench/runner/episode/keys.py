@@ -9,7 +9,7 @@ import hashlib
 from functools import cache
 
 from plant_bench.source_code import (
-    COMPUTING,
+    NUMERICAL_PACKAGES,
     code_hash,
     import_closure,
     imported_packages,
@@ -75,5 +75,5 @@ def collecting_checksum() -> str:
 
 def _hash(modules: frozenset[str]) -> str:
     packages = imported_packages(map(module_file, modules))
-    versions = library_versions(COMPUTING & packages)
+    versions = library_versions(NUMERICAL_PACKAGES & packages)
     return hashlib.sha256("|".join([code_hash(modules), *versions]).encode()).hexdigest()

@@ -16,7 +16,7 @@ class ExpertView:
 
     Attributes:
         ticks: When it was asked, rising.
-        actors: Ids of whom it would brake for; `NOBODY` where no actor decides.
+        actors: Ids of whom it would brake for; `NO_ACTOR` where no actor decides.
         note: Why it could not be asked, or only up to some time; empty where it was.
     """
 

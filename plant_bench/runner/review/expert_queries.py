@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from plant_bench.agent import NOBODY
+from plant_bench.agent import NO_ACTOR
 from plant_bench.agents.loading.registry import load_agent
 from plant_bench.data.recording import Recording
 from plant_bench.errors import PlantBenchError
@@ -49,7 +49,7 @@ def ask_expert(recording: Recording, result: EpisodeResult, route: Route) -> Exp
                 seen = expert.observe(scene, place.progress, place.offset, tick.facts())
                 reason = expert.decide(scene, seen).reason
                 ticks.append(tick.row)
-                actors.append(NOBODY if reason is None else reason.actor)
+                actors.append(NO_ACTOR if reason is None else reason.actor)
     except PlantBenchError as error:
         note = str(error)
     return ExpertView(np.array(ticks, int), np.array(actors, int), note)

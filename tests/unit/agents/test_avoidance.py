@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from plant_bench.agent import RouteAhead
-from plant_bench.agents.careful.actor_filter import brake_for_ego
-from plant_bench.agents.careful.conflicts import clearest
+from plant_bench.agents.careful.actor_filter import yielding_followers
+from plant_bench.agents.careful.conflicts import best_choice
 from plant_bench.agents.careful.forecast import TIMES, Forecast
-from plant_bench.agents.careful.reduced_pace import at_slower_pace
+from plant_bench.agents.careful.reduced_pace import reduced_travel
 from plant_bench.features.rollouts import STEP, ego_poses, rollout
 from plant_bench.world.scene import Actors, EgoState
 
@@ -48,13 +48,13 @@ def chosen(speed: float, pulls: list[float], forecast: Forecast) -> float:
     """Return which of the given accelerations is chosen on a straight road."""
     choices = np.array(pulls)
     poses = ego_poses(straight_ahead(), rollout(speed, choices, LIMIT))
-    return float(choices[clearest(poses, forecast, 0.0)])
+    return float(choices[best_choice(poses, forecast, 0.0)])
 
 
 def test_slower_profile_respects_the_limits_ahead() -> None:
     limits = np.concatenate((np.full(15, LIMIT), np.full(86, 4.0)))
     travel = rollout(5.0, np.array([2.5]), LIMIT)[0]
-    slow = at_slower_pace(travel, 5.0, straight_ahead(limits), math.inf, 0.0)
+    slow = reduced_travel(travel, 5.0, straight_ahead(limits), math.inf, 0.0)
     assert (slow <= travel).all()
     assert (slow[-1] - slow[-2]) / STEP == pytest.approx(0.85 * 4.0, abs=0.1)
 
@@ -62,7 +62,7 @@ def test_slower_profile_respects_the_limits_ahead() -> None:
 def test_slower_profile_is_finite_past_the_first_route_point() -> None:
     """The ego may be more than 1 m past the first point, as points are spaced unevenly."""
     travel = rollout(0.0, np.array([2.5]), LIMIT)[0]
-    slow = at_slower_pace(travel, 0.0, replace(straight_ahead(), past=1.3), math.inf, 0.0)
+    slow = reduced_travel(travel, 0.0, replace(straight_ahead(), past=1.3), math.inf, 0.0)
     assert np.isfinite(slow).all()
     assert slow[0] == 0.0
     assert 0.5 * travel[-1] < slow[-1] < travel[-1]
@@ -70,13 +70,13 @@ def test_slower_profile_is_finite_past_the_first_route_point() -> None:
 
 def test_slower_profile_stays_behind_the_leader() -> None:
     travel = rollout(5.0, np.array([2.5]), LIMIT)[0]
-    slow = at_slower_pace(travel, 5.0, straight_ahead(), 6.0, 1.0)
+    slow = reduced_travel(travel, 5.0, straight_ahead(), 6.0, 1.0)
     assert slow[-1] == pytest.approx(6.0 + TIMES[-1])
 
 
 def test_slower_profile_brakes_as_hard() -> None:
     travel = rollout(8.0, np.array([-8.0]), LIMIT)[0]
-    slow = at_slower_pace(travel, 8.0, straight_ahead(), math.inf, 0.0)
+    slow = reduced_travel(travel, 8.0, straight_ahead(), math.inf, 0.0)
     assert slow[-1] == pytest.approx(travel[-1])
 
 
@@ -109,4 +109,4 @@ def test_follower_is_trusted_only_if_it_can_stay_behind(
 ) -> None:
     ego = EgoState(0.0, 0.0, 0.0, 5.0)
     actors, forecast = car(x, y, yaw, speed)
-    assert brake_for_ego(ego, actors, forecast).tolist() == [falls_in]
+    assert yielding_followers(ego, actors, forecast).tolist() == [falls_in]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from plant_bench.agent import (
-    NOBODY,
+    NO_ACTOR,
     Cause,
     Control,
     NextLight,
@@ -227,12 +227,12 @@ def test_ego_drives_off_from_a_vehicle_touching_its_side() -> None:
 @pytest.mark.parametrize(
     ("scene", "cause", "actor"),
     [
-        (observe(cars(), speed=2.0), Cause.FREE, NOBODY),
-        (observe(cars(), speed=LIMIT + 2.0), Cause.LIMIT, NOBODY),
-        (observe(cars(), light=NextLight(Light.RED, 20.0)), Cause.LIGHT, NOBODY),
+        (observe(cars(), speed=2.0), Cause.FREE, NO_ACTOR),
+        (observe(cars(), speed=LIMIT + 2.0), Cause.LIMIT, NO_ACTOR),
+        (observe(cars(), light=NextLight(Light.RED, 20.0)), Cause.LIGHT, NO_ACTOR),
         (observe(cars((45.0, 3.5, 0.0, 0.0), (45.0, 0.0, 0.0, 0.0))), Cause.LEADER, 2),
-        (observe(cars((90.0, 0.0, 0.0, LIMIT))), Cause.FREE, NOBODY),
-        (observe(cars((10.0, 0.0, 0.0, 14.0))), Cause.FREE, NOBODY),
+        (observe(cars((90.0, 0.0, 0.0, LIMIT))), Cause.FREE, NO_ACTOR),
+        (observe(cars((10.0, 0.0, 0.0, 14.0))), Cause.FREE, NO_ACTOR),
         (
             observe(cars((120.0, -80.0, math.pi / 2, 5.0), (50.0, -30.0, math.pi / 2, LIMIT))),
             Cause.CONFLICT,

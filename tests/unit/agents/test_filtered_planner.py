@@ -118,7 +118,7 @@ def test_ties_are_broken_by_the_lower_id() -> None:
 
 @pytest.mark.parametrize("ranks", [np.zeros(2), np.array([1.0, np.nan, 0.0])])
 def test_invalid_ranks_raise_an_error(ranks: np.ndarray) -> None:
-    with pytest.raises(AgentError, match="finite values are wanted"):
+    with pytest.raises(AgentError, match="finite values, got shape"):
         highest(ranks, np.arange(3), 1)
 
 
@@ -126,7 +126,7 @@ def test_a_planner_without_objects_cannot_be_filtered() -> None:
     class Blind(Listener):
         inputs = frozenset({Input.ROUTE})
 
-    with pytest.raises(AgentError, match="'objects' is wanted"):
+    with pytest.raises(AgentError, match="expected a planner with the input 'objects'"):
         Filtered(Blind(), Nearest())
 
 

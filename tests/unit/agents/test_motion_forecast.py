@@ -29,7 +29,7 @@ def forecast_after(*observations: Observation) -> Forecast:
     """Return the forecast after the given observations."""
     forecast = MotionForecast()
     for observation in observations:
-        forecast.watch(observation)
+        forecast.update(observation)
     return forecast(observations[-1], np.array([0]))
 
 
@@ -63,8 +63,8 @@ def test_pedestrians_are_forecast_straight_ahead() -> None:
 
 def test_reset_clears_the_observed_motion() -> None:
     forecast = MotionForecast()
-    forecast.watch(seen(0.0, 0.0))
-    forecast.forget()
-    forecast.watch(seen(0.5, 5.0))
+    forecast.update(seen(0.0, 0.0))
+    forecast.reset()
+    forecast.update(seen(0.5, 5.0))
     found = forecast(seen(0.5, 5.0), np.array([0]))
     assert found.lengths[0] == pytest.approx(np.full(len(TIMES), 4.0))

@@ -164,10 +164,10 @@ def test_checksum_covers_the_ranker(planner: Path) -> None:
     [
         ("nearest", "There is no ranking 'nearest'"),
         ("distance:expert", "There is no ranking"),
-        ("masking", "masking:AGENT is wanted"),
+        ("masking", "or masking:AGENT"),
         ("masking:exprt", "Did you mean 'expert'"),
         ("attention:expert", "'expert' has no `rank`"),
-        ("masking:cruise", "is not given 'objects'"),
+        ("masking:cruise", "has no input 'objects'"),
         ("masking:command:./my_planner", "cannot be ranked by masking"),
     ],
 )

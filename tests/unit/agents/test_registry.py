@@ -60,7 +60,7 @@ def test_edited_planner_file_is_loaded_again(planner: Path) -> None:
     ("spec", "message"),
     [
         ("expart", "Did you mean 'expert'"),
-        ("nonsense", "Agents here: cruise"),
+        ("nonsense", "Agents: cruise"),
         ("no.such.module:Agent", "cannot be loaded"),
         ("plant_bench.agents.expert:Exprt", "Did you mean 'Expert'"),
         ("missing.py:Agent", "There is no file"),
@@ -85,7 +85,7 @@ def test_text_after_the_at_sign_is_passed_to_the_class(planner: Path) -> None:
 @pytest.mark.parametrize(
     ("name", "message"),
     [
-        ("NoAgent", "is no agent"),
+        ("NoAgent", "is not a planner"),
         ("Odd", "choose from"),
         ("Broken", "no weights"),
         ("Mien", "Mine"),

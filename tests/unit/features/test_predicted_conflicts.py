@@ -7,8 +7,8 @@ import pytest
 
 from plant_bench.agent import RouteAhead
 from plant_bench.features.motion import Rates
-from plant_bench.features.predicted_conflicts import LATEST, NEVER, VIEW, predicted_conflicts
-from plant_bench.features.tokens import NOWHERE, TokenSpec, tokens_of
+from plant_bench.features.predicted_conflicts import MAX_ARRIVAL, NEVER, VIEW, predicted_conflicts
+from plant_bench.features.tokens import NO_ROW, TokenSpec, tokens_of
 from plant_bench.world.scene import ActorKind, Actors, EgoState
 
 EGO = EgoState(0.5, 0.0, 0.0, 8.0)
@@ -64,21 +64,21 @@ def test_actor_stationary_on_the_route_conflicts_permanently() -> None:
     ],
 )
 def test_actor_without_a_conflict_has_the_maximum_values(car) -> None:
-    assert met(*car) == [VIEW, NEVER, NEVER, LATEST]
+    assert met(*car) == [VIEW, NEVER, NEVER, MAX_ARRIVAL]
 
 
 def test_acceleration_advances_a_conflict_and_braking_avoids_it() -> None:
     steady, starting = met(40.5, -20.0, NORTH, 2.5), met(40.5, -20.0, NORTH, 2.5, pull=2.5)
 
-    assert steady == [VIEW, NEVER, NEVER, LATEST]
+    assert steady == [VIEW, NEVER, NEVER, MAX_ARRIVAL]
     assert starting[1] == pytest.approx(2.5, abs=0.5)  # 2.5 t + 1.25 t^2 = 15 m
-    assert met(40.5, -20.0, NORTH, 8.0, pull=-3.0) == [VIEW, NEVER, NEVER, LATEST]
+    assert met(40.5, -20.0, NORTH, 8.0, pull=-3.0) == [VIEW, NEVER, NEVER, MAX_ARRIVAL]
 
 
 def test_turning_actor_conflicts_along_its_curve() -> None:
     oncoming = (60.0, 4.0, math.pi, 8.0)
 
-    assert met(*oncoming) == [VIEW, NEVER, NEVER, LATEST]
+    assert met(*oncoming) == [VIEW, NEVER, NEVER, MAX_ARRIVAL]
     along, *_ = met(*oncoming, turn=0.3)  # to its left, across the ego's lane
     assert 35.0 < along < 60.0
 
@@ -96,5 +96,5 @@ def test_only_actor_tokens_have_predicted_conflicts() -> None:
     tokens = tokens_of(EGO, actors, route(), spec)
 
     assert tokens.attributes.shape[1] == spec.attributes == 10
-    assert tokens.attributes[tokens.places != NOWHERE, 6:].any()
-    assert not tokens.attributes[tokens.places == NOWHERE, 6:].any()
+    assert tokens.attributes[tokens.places != NO_ROW, 6:].any()
+    assert not tokens.attributes[tokens.places == NO_ROW, 6:].any()

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from plant_bench.agent import NextLight, RouteAhead
-from plant_bench.features.tokens import NOWHERE, TokenKind, TokenSpec, tokens_of
+from plant_bench.features.tokens import NO_ROW, TokenKind, TokenSpec, tokens_of
 from plant_bench.world.scene import EGO_LENGTH, EGO_WIDTH, ActorKind, Actors, EgoState, Light
 
 NORTH = EgoState(100.0, 50.0, math.pi / 2, 5.0)
@@ -37,7 +37,7 @@ def actors_at(*places: tuple[float, float], kinds: tuple[ActorKind, ...] = ()) -
 def test_actor_tokens_are_nearest_first_in_the_ego_frame() -> None:
     actors = actors_at((100.0, 70.0), (97.0, 50.0), (100.0, 90.0))
     tokens = tokens_of(NORTH, actors, straight_north(), TokenSpec())
-    assert tokens.places.tolist() == [1, 0, NOWHERE, NOWHERE]
+    assert tokens.places.tolist() == [1, 0, NO_ROW, NO_ROW]
     assert tokens.kinds.tolist() == [TokenKind.VEHICLE] * 2 + [TokenKind.ROUTE] * 2
     assert tokens.attributes[0] == pytest.approx([2.0, 0.0, 3.0, 0.0, 1.8, 4.5], abs=1e-5)
     assert tokens.attributes[1] == pytest.approx([1.0, 20.0, 0.0, 0.0, 1.8, 4.5], abs=1e-5)
@@ -61,9 +61,9 @@ def test_horizon_adds_only_actors_that_will_come_near() -> None:
 
     seen = tokens_of(ego, actors, straight_north(), TokenSpec(horizon=5.0)).places.tolist()
 
-    assert [place for place in seen if place != NOWHERE] == [0, 3]
+    assert [place for place in seen if place != NO_ROW] == [0, 3]
     nearby = tokens_of(ego, actors, straight_north(), TokenSpec())
-    assert (nearby.places == NOWHERE).all()
+    assert (nearby.places == NO_ROW).all()
 
 
 def test_straight_route_is_split_into_segments() -> None:

@@ -102,8 +102,8 @@ def raising(error):
     [
         (raising(ZeroDivisionError("by nought")), "driver's act raised ZeroDivisionError: by nou"),
         (raising(SystemExit(3)), "driver's act raised SystemExit"),
-        ("left", "act returned a str"),
-        (Control(float("nan"), 0.0), "finite numbers are wanted"),
+        ("left", "expected a Plan or a Control, got a str"),
+        (Control(float("nan"), 0.0), "expected finite numbers"),
     ],
 )
 def test_failing_driver_raises_agent_error(at_the_wheel, action, words):

@@ -193,8 +193,8 @@ def spoil(folder: Path) -> None:
         (forget, "There are no weights in"),
         (resize, "size mismatch for"),
         (misname, "Not the config"),
-        (age, "format 0 of network 'plant' found, format 2 of 'plant'"),
-        (move_to_another_world, "trained under the protocol 'other-v1'"),
+        (age, "expected format 2 of network 'plant', got format 0 of 'plant'"),
+        (move_to_another_world, "trained under protocol 'other-v1'"),
         (spoil, "not finite"),
     ],
 )

@@ -30,7 +30,7 @@ from plant_bench.model_folder import CONFIG_FILE, WEIGHTS_FILE
 
 pytest.importorskip("onnx")
 onnxruntime = pytest.importorskip("onnxruntime")
-from plant_bench.agents.plant.onnx_builder import MIDDLE, GraphWriter, rounded  # noqa: E402
+from plant_bench.agents.plant.onnx_builder import ZERO_POINT, GraphWriter, quantise  # noqa: E402
 
 # With 8 bits, in metres, median and 95 %: 0.008 and 0.026 in 3,000 recorded scenes, and 0.008 and
 # 0.082 in those below, which are stranger.
@@ -140,8 +140,8 @@ def test_quantised_weights_are_within_half_a_step() -> None:
     weight = np.random.default_rng(0).normal(size=(5, 96)).astype(np.float32)
     weight[2, 32:64] = 0.0
     weight[3] *= 1e-3
-    values, scales = rounded(weight)
-    again = (values.astype(float) - MIDDLE) * scales[..., None]
+    values, scales = quantise(weight)
+    again = (values.astype(float) - ZERO_POINT) * scales[..., None]
     off = np.abs(again - weight.reshape(again.shape))
     assert (off <= 0.501 * scales[..., None]).all()
 
@@ -153,8 +153,8 @@ def test_quantised_layer_approximates_the_layer(tmp_path: Path) -> None:
     weight[:, :32] *= 10.0  # blocks need scales of their own
     rows = rng.normal(size=(9, 256)).astype(np.float32)
     writer = GraphWriter()
-    writer.gives(
-        writer.rounded_linear(writer.takes("rows", np.float32, "n", 256), weight, bias), "n", 48
+    writer.add_output(
+        writer.quantised_linear(writer.add_input("rows", np.float32, "n", 256), weight, bias), "n", 48
     )
     writer.write(tmp_path / GRAPH_FILE)
     found = onnxruntime.InferenceSession(tmp_path / GRAPH_FILE).run(None, {"rows": rows})[0]

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from plant_bench.agent import NOBODY
+from plant_bench.agent import NO_ACTOR
 from plant_bench.reports.replay.movie import SAVERS, MovieRequest
 from plant_bench.reports.replay.replay_episode import load_episode, replay_script
 from plant_bench.reports.replay.replay_page import palette
@@ -23,7 +23,7 @@ def third_from_half_a_second(recording, result, route):
     """The expert brakes for actor 3 from 0.5 s on, until the scenes differ at 1.0 s."""
     assert len(recording) == 81
     assert result.route == route.id
-    return ExpertView(np.array([0, 10]), np.array([NOBODY, 3]), DIFFERS)
+    return ExpertView(np.array([0, 10]), np.array([NO_ACTOR, 3]), DIFFERS)
 
 
 @pytest.fixture
@@ -35,7 +35,7 @@ def test_replay_data_holds_the_actor_of_the_expert_over_time(asked):
     facts = facts_of(replay_script(load_episode(asked)))
     columns = unpack(facts["columns"], facts["data"])
     assert columns["expert.tick"].tolist() == [0, 10]
-    assert (columns["expert.actor"] - 1).tolist() == [NOBODY, 3]
+    assert (columns["expert.actor"] - 1).tolist() == [NO_ACTOR, 3]
     assert facts["expertNote"] == DIFFERS
     assert not facts["expertDrove"]
 
@@ -43,7 +43,7 @@ def test_replay_data_holds_the_actor_of_the_expert_over_time(asked):
 def test_frame_distinguishes_the_actors_of_expert_and_planner(asked):
     episode = load_episode(asked)
     told = {time: moment_of(episode, time).expert_brakes_for for time in (0.4, 0.5, 1.5, 3.0)}
-    assert told == {0.4: NOBODY, 0.5: 3, 1.5: 3, 3.0: NOBODY}, "nothing is shown where it ends"
+    assert told == {0.4: NO_ACTOR, 0.5: 3, 1.5: 3, 3.0: NO_ACTOR}, "nothing is shown where it ends"
     assert moment_of(episode, 3.0).brakes_for == 1
 
 
@@ -56,7 +56,7 @@ def test_expert_is_queried_only_on_request(source):
 
 def test_reasons_of_an_expert_run_are_shown_as_those_of_the_expert(tmp_path):
     moment = moment_of(load_episode(drive(tmp_path, agent="expert", plans=False)), 1.0)
-    assert (moment.expert_brakes_for, moment.brakes_for, moment.reason) == (1, NOBODY, "leader")
+    assert (moment.expert_brakes_for, moment.brakes_for, moment.reason) == (1, NO_ACTOR, "leader")
 
 
 def test_only_the_box_of_the_expert_is_blue(tmp_path, asked):

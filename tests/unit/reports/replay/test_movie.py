@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from PIL import Image, ImageSequence
 
-from plant_bench.agent import NOBODY
+from plant_bench.agent import NO_ACTOR
 from plant_bench.data.recording import Recording
 from plant_bench.errors import InputError
 from plant_bench.reports.replay.movie import SAVERS, MovieRequest
@@ -41,7 +41,7 @@ def test_moments_are_recorded_or_interpolated_between_frames(source, episode):
         [-np.sin(yaw), np.cos(yaw)]
     )
     np.testing.assert_allclose(moment.plan[0], (scene.ego.x, scene.ego.y) + ahead, atol=1e-6)
-    assert moment.brakes_for == NOBODY
+    assert moment.brakes_for == NO_ACTOR
 
 
 def test_moment_names_the_actor_braked_for(tmp_path):

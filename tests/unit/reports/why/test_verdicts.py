@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from plant_bench.agent import NOBODY, Cause, Control, Reason
+from plant_bench.agent import NO_ACTOR, Cause, Control, Reason
 from plant_bench.reports.why.incident_findings import find, gap_to
 from plant_bench.reports.why.verdicts import verdict
 from plant_bench.scoring.infractions import InfractionKind
@@ -133,7 +133,7 @@ def test_expert_that_could_not_be_queried_is_not_mentioned():
 def test_red_light_time_is_measured_from_the_change():
     state = lights(HIT - 30)
     moments = [
-        moment(tick, braking_from(HIT - 44, NOBODY, Cause.LIGHT), light=state(tick))
+        moment(tick, braking_from(HIT - 44, NO_ACTOR, Cause.LIGHT), light=state(tick))
         for tick in WINDOW
     ]
 

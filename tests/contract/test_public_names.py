@@ -18,15 +18,15 @@ PARAMETERS = {  # of the public functions; those after the asterisk are given by
     "check_agent": "agent route observations",
     "collect": "out * frames units seed perturb driver density workers on_event",
     "drive": "planner route * suite repetition seed density hazards",
-    "load_run": "path * law",
+    "load_run": "path * penalties",
     "load_suite": "name",
     "rfds": (
-        "planner * rankers suite routes repetitions seed density hazards workers out overwrite law "
-        "on_event"
+        "planner * rankers suite routes repetitions seed density hazards workers out overwrite "
+        "penalties on_event"
     ),
     "score": (
         "planner * suite routes repetitions seed density hazards workers out overwrite recordings "
-        "law isolate executor address shard on_event"
+        "penalties isolate executor address shard on_event"
     ),
     "train": ("learner data out * options settings share start machine work overwrite on_event"),
 }
@@ -41,7 +41,7 @@ MEMBERS = {  # what else of the public classes the docs name
     "Agent": "inputs reset act",
     "Input": "OBJECTS ROUTE LIGHT PRIVILEGED SIMULATOR",
     "Route": "id town points length hazards",
-    "Run": "path summary episodes results compare report why",
+    "Run": "path penalties summary episodes results compare report why",
     "Scene": "time",
 }
 ERRORS = {"AgentError", "InputError", "PlantBenchError"}

@@ -30,7 +30,17 @@ MEASURES = {
 RunWriter = Callable[..., Path]
 
 
-def _record(agent, route, repetition, hits, *, protocol, checksum, reason, density):
+def _record(
+    agent: str,
+    route: int,
+    repetition: int,
+    hits: int,
+    *,
+    protocol: str,
+    checksum: str,
+    reason: str,
+    density: str,
+) -> EpisodeResult:
     town = f"town0{1 + route % 2}"
     return EpisodeResult.model_validate(
         {

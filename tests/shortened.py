@@ -2,12 +2,13 @@
 
 from dataclasses import replace
 
-from plant_bench.world.route import Route, load_suite
+from plant_bench.world.route import Route
+from tests.builders import suite_route
 
 
 def first_metres(metres: int, name: str) -> Route:
     """Return the first metres of a route, under another name."""
-    whole = next(route for route in load_suite("longest6") if route.id == "town03-1")
+    whole = suite_route("town03-1")
     return replace(
         whole,
         id=name,

@@ -18,8 +18,9 @@ import pytest
 
 from plant_bench.scoring.referee import Referee
 from plant_bench.world.route import LaneSpan, Passage, Route
-from plant_bench.world.scene import TICK, ActorKind, Actors, EgoState, Light, Scene
-from plant_bench.world.town import Junction, Lane, Town
+from plant_bench.world.scene import TICK, ActorKind, EgoState, Light, Scene
+from plant_bench.world.town import Junction, Town
+from tests.builders import make_actors, make_lane, make_scene
 
 LENGTH = 300.0
 STOP_LINE = 150.0
@@ -98,41 +99,26 @@ class EpisodeBuilder:
     def _add(self, ego: EgoState, others: Others, light: Light) -> None:
         tick = len(self.scenes)
         seen = list(others(tick) if callable(others) else others)
-        actors = Actors(
-            np.array([item.id for item in seen], np.int64),
-            np.array([(item.x, item.y, item.yaw) for item in seen], np.float32).reshape(-1, 3),
-            np.array([item.speed for item in seen], np.float32),
-            np.array([item.extent for item in seen], np.float32).reshape(-1, 2),
-            np.array([item.kind for item in seen], np.uint8),
+        actors = make_actors(
+            [(item.x, item.y, item.yaw) for item in seen],
+            speeds=[item.speed for item in seen],
+            extents=[item.extent for item in seen],
+            kinds=[item.kind for item in seen],
+            ids=[item.id for item in seen],
         )
-        self.scenes.append(Scene(tick, ego, actors, np.array([light], np.uint8)))
-
-
-def _lane(name: str, *points: tuple[float, float, float], junction: str | None = None) -> Lane:
-    return Lane(
-        name,
-        name.split("_")[0],
-        0,
-        np.array(points, dtype=float),
-        3.5,
-        13.9,
-        junction,
-        (),
-        None,
-        None,
-    )
+        self.scenes.append(make_scene(tick, ego=ego, actors=actors, lights=[light]))
 
 
 def straight_road() -> Town:
     """Build the town of this module's docstring."""
     lanes = [
-        _lane("east_0", (-50, 0, 0), (150, 0, 0)),
-        _lane(":junction_0", (150, 0, 0), (170, 0, 0), junction="junction"),
-        _lane("onward_0", (170, 0, 0), (350, 0, 0)),
-        _lane("home_0", (350, 3.5, 0), (170, 3.5, 0)),
-        _lane(":junction_1", (170, 3.5, 0), (150, 3.5, 0), junction="junction"),
-        _lane("west_0", (150, 3.5, 0), (-50, 3.5, 0)),
-        _lane("over_0", (215, -100, 6), (215, 100, 6)),
+        make_lane("east_0", [(-50, 0), (150, 0)]),
+        make_lane(":junction_0", [(150, 0), (170, 0)], junction="junction"),
+        make_lane("onward_0", [(170, 0), (350, 0)]),
+        make_lane("home_0", [(350, 3.5), (170, 3.5)]),
+        make_lane(":junction_1", [(170, 3.5), (150, 3.5)], junction="junction"),
+        make_lane("west_0", [(150, 3.5), (-50, 3.5)]),
+        make_lane("over_0", [(215, -100, 6), (215, 100, 6)]),
     ]
     outline = ((150.0, -2.0), (172.0, -2.0), (172.0, 5.5), (150.0, 5.5))
     junction = Junction("junction", "signal", 160.0, 1.75, 2, outline)

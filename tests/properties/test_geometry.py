@@ -10,7 +10,8 @@ from plant_bench.geometry.box import corners, overlap, overlap_one
 from plant_bench.geometry.polyline import Cursor, arc_lengths, distance_to, resample
 from plant_bench.geometry.pose import from_frame, to_frame, wrap_angle
 from plant_bench.scoring.collisions import touching
-from plant_bench.world.scene import EGO_EXTENT, Actors, EgoState
+from plant_bench.world.scene import EGO_EXTENT, EgoState
+from tests.builders import make_actors
 
 metres = st.floats(-500.0, 500.0)
 angles = st.floats(-10.0, 10.0)
@@ -55,10 +56,7 @@ def test_box_overlap_agrees_with_polygon_intersection(pose_a, extent_a, pose_b, 
 def test_referee_finds_the_same_overlaps(pose, others):
     seen = np.array([other for other, _ in others], np.float32).reshape(-1, 3)
     sizes = np.array([size for _, size in others], np.float32).reshape(-1, 2)
-    count = len(others)
-    actors = Actors(
-        np.arange(count), seen, np.zeros(count, np.float32), sizes, np.zeros(count, np.uint8)
-    )
+    actors = make_actors(seen, extents=sizes)
     exact = overlap_one(pose, EGO_EXTENT, seen.astype(float), sizes.astype(float))
     for index in np.flatnonzero(exact):
         grown = sizes.astype(float)[[index]] + 1e-6

@@ -18,8 +18,9 @@ from plant_bench.runner.episode.loop import run_episode
 from plant_bench.scoring.rescore_episode import rescore
 from plant_bench.scoring.results import EpisodeResult
 from plant_bench.world.hazard import Phase
-from plant_bench.world.route import Route, load_suite
+from plant_bench.world.route import Route
 from plant_bench.world.town import load_town
+from tests.builders import suite_route
 
 pytestmark = pytest.mark.sumo
 
@@ -35,7 +36,7 @@ class Driven(NamedTuple):
 @pytest.fixture(scope="module")
 def driven(tmp_path_factory: pytest.TempPathFactory) -> Driven:
     """The first 200 m of a route with a hazard on them, in dense traffic."""
-    whole = next(route for route in load_suite("longest6") if route.id == "town03-1")
+    whole = suite_route("town03-1")
     route = replace(
         whole,
         id="town03-1-short",

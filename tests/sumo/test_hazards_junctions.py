@@ -9,9 +9,9 @@ from plant_bench.sim.hazards.merge_pressure import place_inside
 from plant_bench.sim.simulation import Simulation
 from plant_bench.world.conflicting_paths import Approach, approaches, passage_at
 from plant_bench.world.hazard import Hazard, HazardKind, Phase
-from plant_bench.world.route import Route, Scenario, load_suite
-from plant_bench.world.scene import EgoState
+from plant_bench.world.route import Scenario
 from plant_bench.world.town import Link, load_town
+from tests.builders import make_ego, suite_route
 from tests.sumo.oracle import drive
 
 pytestmark = pytest.mark.sumo
@@ -27,15 +27,11 @@ CASES = [
 SEEDS = range(2)
 
 
-def route(name: str) -> Route:
-    return next(route for route in load_suite("longest6") if route.id == name)
-
-
 @pytest.mark.parametrize(("kind", "name", "at", "before"), CASES)
 def test_junction_hazard_hits_a_blind_driver_and_never_the_oracle(
     kind: HazardKind, name: str, at: float, before: float
 ) -> None:
-    whole = route(name)
+    whole = suite_route(name)
     hazards = [Hazard(kind, float(at), float(at - before), seed) for seed in SEEDS]
     blind = [drive(whole, hazard, hazard.seed, blind=True) for hazard in hazards]
     knowing = [drive(whole, hazard, hazard.seed, blind=False) for hazard in hazards]
@@ -56,14 +52,14 @@ def test_junction_hazard_hits_a_blind_driver_and_never_the_oracle(
 def test_junction_hazard_is_void_without_a_conflicting_way(
     kind: HazardKind, name: str, at: float
 ) -> None:
-    run = drive(route(name), Hazard(kind, float(at), at - 80.0, 0), 0, blind=True)
+    run = drive(suite_route(name), Hazard(kind, float(at), at - 80.0, 0), 0, blind=True)
     assert run.phase is Phase.VOID
     assert run.reason == "no other way meets the ego's here"
 
 
 def test_merge_hazard_is_void_if_the_route_keeps_its_lane() -> None:
     hazard = Hazard(HazardKind.MERGE_PRESSURE, 423.0, 340.0, 0)
-    run = drive(route("town01-0"), hazard, 0, blind=True)
+    run = drive(suite_route("town01-0"), hazard, 0, blind=True)
     assert (run.phase, run.reason) == (Phase.VOID, "the route changes no lane here")
 
 
@@ -71,12 +67,14 @@ def test_junction_traffic_yields_only_to_an_ego_in_its_own_lane() -> None:
     line = np.stack((np.arange(101.0), np.zeros(101)), axis=1)
     link = Link("a_0", "a_0", (), "", "straight", "major")
     way = Approach(link, line, {"a_0": 0.0}, ("a",), 100.0, 50.0, 50.0, 40.0, 0.0)
-    assert place_inside(EgoState(50.0, -3.5, 0.0, 10.0), way) is None
-    assert place_inside(EgoState(50.0, -2.0, 0.1, 10.0), way) == pytest.approx(47.5, abs=1.0)
+    assert place_inside(make_ego(10.0, x=50.0, y=-3.5, yaw=0.0), way) is None
+    assert place_inside(make_ego(10.0, x=50.0, y=-2.0, yaw=0.1), way) == pytest.approx(
+        47.5, abs=1.0
+    )
 
 
 def test_time_to_green_is_known_in_advance() -> None:
-    whole = route("town02-4")
+    whole = suite_route("town02-4")
     passage = whole.signal_passages[0]
     assert passage.signal is not None
     with Simulation(Scenario(whole, 1, "empty")) as simulation:
@@ -95,7 +93,7 @@ def test_time_to_green_is_known_in_advance() -> None:
 
 
 def test_approaches_cross_the_route_and_start_elsewhere() -> None:
-    whole = route("town05-4")
+    whole = suite_route("town05-4")
     passage = passage_at(whole, 102.0)
     assert passage is not None
     ways = approaches(load_town(whole.town), whole, passage)

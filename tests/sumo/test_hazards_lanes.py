@@ -8,7 +8,8 @@ import pytest
 
 from plant_bench.sim.simulation import Simulation
 from plant_bench.world.hazard import Hazard, HazardKind, HazardOutcome, Phase
-from plant_bench.world.route import Route, Scenario, load_suite
+from plant_bench.world.route import Scenario
+from tests.builders import suite_route
 from tests.sumo import driving
 
 pytestmark = pytest.mark.sumo
@@ -30,13 +31,9 @@ class Drive(NamedTuple):
     offset: float
 
 
-def route(name: str) -> Route:
-    return next(route for route in load_suite("longest6") if route.id == name)
-
-
 def drive(name: str, agent: str, hazard: Hazard, seed: int, beyond: float = 60.0) -> Drive:
     """Drive until shortly past a route's only hazard, without other traffic."""
-    scenario = Scenario(replace(route(name), hazards=(hazard,)), seed, "empty", hazards=True)
+    scenario = Scenario(replace(suite_route(name), hazards=(hazard,)), seed, "empty", hazards=True)
     offset = 0.0
     with Simulation(scenario) as simulation:
         for referee in driving.drive(simulation, scenario.route, agent):
@@ -95,7 +92,7 @@ def test_control_loss_is_bounded(name: str, at: float) -> None:
 
 
 def test_control_loss_does_not_start_before_a_traffic_light() -> None:
-    line = route("town02-3").signal_entries[0]
+    line = suite_route("town02-3").signal_entries[0]
     hazard = Hazard(HazardKind.CONTROL_LOSS, line - 8.0, line - 30.0, 7, {})
     outcome = drive("town02-3", "expert", hazard, 1).outcome
     assert (outcome.phase, outcome.reason) == (Phase.VOID, "a stop was near")

@@ -15,14 +15,11 @@ from plant_bench.sim.roadside.lane_distance import Roadway
 from plant_bench.sim.simulation import Simulation
 from plant_bench.sim.town_layout import places_of
 from plant_bench.sim.traffic import SIGHT
-from plant_bench.world.route import Route, Scenario, load_suite
+from plant_bench.world.route import Scenario
 from plant_bench.world.scene import EGO_EXTENT, TICK, ActorKind, Actors, Scene
+from tests.builders import suite_route
 
 pytestmark = pytest.mark.sumo
-
-
-def route(name: str) -> Route:
-    return next(route for route in load_suite("longest6") if route.id == name)
 
 
 def on_foot(scene: Scene) -> Actors:
@@ -55,7 +52,7 @@ def drive(scenario: Scenario, ticks: int, stand_at: float = np.inf) -> list[Scen
 
 
 def test_pedestrians_move_at_their_speed_and_appear_out_of_sight() -> None:
-    scenes = drive(Scenario(route("town02-0"), 3), 1200)
+    scenes = drive(Scenario(suite_route("town02-0"), 3), 1200)
     assert np.mean([len(on_foot(scene)) for scene in scenes]) > 2.0
     for before, after in pairwise(scenes):
         one, other = on_foot(before), on_foot(after)
@@ -68,7 +65,8 @@ def test_pedestrians_move_at_their_speed_and_appear_out_of_sight() -> None:
 
 
 def test_pedestrians_do_not_walk_into_an_ego_standing_on_a_crossing() -> None:
-    whole = route("town02-3")  # where people want to cross: without the rules some walk into it
+    # where people want to cross: without the rules some walk into it
+    whole = suite_route("town02-3")
     at = whole.passages[0].entry + 3.0  # the crossing lies just behind the line
     scenes = drive(Scenario(whole, 5), 2400, stand_at=at)
     standing = [scene for scene in scenes if scene.ego.speed == 0.0][-1200:]
@@ -80,7 +78,7 @@ def test_pedestrians_do_not_walk_into_an_ego_standing_on_a_crossing() -> None:
 
 
 def test_same_seed_gives_equal_scenes_and_privileged_facts() -> None:
-    scenario = Scenario(route("town02-1"), 4)
+    scenario = Scenario(suite_route("town02-1"), 4)
     seen = []
     for _ in range(2):
         with Simulation(scenario) as simulation:
@@ -100,7 +98,7 @@ def test_same_seed_gives_equal_scenes_and_privileged_facts() -> None:
 
 
 def test_empty_density_has_no_pedestrians_or_parked_cars() -> None:
-    with Simulation(replace(Scenario(route("town02-0"), 1), density="empty")) as simulation:
+    with Simulation(replace(Scenario(suite_route("town02-0"), 1), density="empty")) as simulation:
         assert len(simulation.step(Control(0.0, 0.0)).actors) == 0
 
 

@@ -22,18 +22,15 @@ from plant_bench.sim.traffic import SIGHT
 from plant_bench.world.route import Route, Scenario, load_suite
 from plant_bench.world.scene import EGO_LENGTH, TICK, Light, Scene
 from plant_bench.world.town import load_town
+from tests.builders import suite_route
 from tests.sumo import driving
 
 pytestmark = pytest.mark.sumo
 
 
-def route(name: str) -> Route:
-    return next(route for route in load_suite("longest6") if route.id == name)
-
-
 def short(name: str, length: int) -> Route:
     """The first metres of a route."""
-    whole = route(name)
+    whole = suite_route(name)
     return replace(
         whole,
         id=f"{name}-short",
@@ -89,7 +86,7 @@ def away(scene: Scene) -> np.ndarray:
 
 
 def test_actors_do_not_appear_or_vanish_in_sight() -> None:
-    scenes = drive(Scenario(route("town05-0"), 3), "expert", 2400)
+    scenes = drive(Scenario(suite_route("town05-0"), 3), "expert", 2400)
     comings: set[int] = set()
     for before, after in pairwise(scenes):
         for here, there in ((before, after), (after, before)):
@@ -100,7 +97,7 @@ def test_actors_do_not_appear_or_vanish_in_sight() -> None:
 
 
 def test_traffic_is_dense_and_actors_move_at_their_speed() -> None:
-    scenes = drive(Scenario(route("town05-0"), 3), "expert", 1200)
+    scenes = drive(Scenario(suite_route("town05-0"), 3), "expert", 1200)
     assert np.mean([len(scene.actors) for scene in scenes]) > 6.0
     jumps, limits = [], []
     for before, after in pairwise(scenes):
@@ -113,7 +110,7 @@ def test_traffic_is_dense_and_actors_move_at_their_speed() -> None:
 
 
 def test_followers_stop_behind_a_stationary_ego() -> None:
-    scenario = Scenario(route("town05-0"), 3)
+    scenario = Scenario(suite_route("town05-0"), 3)
     with Simulation(scenario) as simulation:
         scene = simulation.scene
         for _ in range(1200):
@@ -129,20 +126,20 @@ def test_followers_stop_behind_a_stationary_ego() -> None:
 
 
 def test_empty_density_has_no_traffic_and_unknown_density_is_refused() -> None:
-    assert len(drive(Scenario(route("town02-0"), 1, "empty"), "cruise", 5)[-1].actors) == 0
+    assert len(drive(Scenario(suite_route("town02-0"), 1, "empty"), "cruise", 5)[-1].actors) == 0
     with pytest.raises(InputError, match="Densities"):
-        Simulation(Scenario(route("town02-0"), 1, "thick"))
+        Simulation(Scenario(suite_route("town02-0"), 1, "thick"))
 
 
 def test_simulation_can_start_after_a_failed_scenario() -> None:
-    broken = replace(route("town02-0"), edges=("no-such-edge",))
+    broken = replace(suite_route("town02-0"), edges=("no-such-edge",))
     with pytest.raises(SimulationError, match="ego"):
         Simulation(Scenario(broken, 1))
-    assert drive(Scenario(route("town02-0"), 1, "empty"), "cruise", 5)
+    assert drive(Scenario(suite_route("town02-0"), 1, "empty"), "cruise", 5)
 
 
 def test_ego_state_follows_the_bicycle_model_exactly() -> None:
-    scenario = Scenario(route("town02-0"), 1, "empty")
+    scenario = Scenario(suite_route("town02-0"), 1, "empty")
     with Simulation(scenario) as simulation:
         ego = simulation.scene.ego
         for _ in range(40):
@@ -152,7 +149,7 @@ def test_ego_state_follows_the_bicycle_model_exactly() -> None:
 
 
 def test_lights_are_visible_when_near_and_change() -> None:
-    whole = route("town02-0")
+    whole = suite_route("town02-0")
     passage = whole.signal_passages[0]
     scenes = drive(Scenario(whole, 1, "empty"), "cruise", 1500)
     shown = {int(scene.lights[0]) for scene in scenes}
@@ -161,7 +158,7 @@ def test_lights_are_visible_when_near_and_change() -> None:
 
 
 def test_privileged_paths_start_at_the_actors_and_are_followed() -> None:
-    scenario = Scenario(route("town05-1"), 2)
+    scenario = Scenario(suite_route("town05-1"), 2)
     driver = load_agent("expert")
     driver.reset(scenario.route)
     starts, errors = [], []

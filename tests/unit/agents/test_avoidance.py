@@ -6,32 +6,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from plant_bench.agent import RouteAhead
 from plant_bench.agents.careful.actor_filter import yielding_followers
 from plant_bench.agents.careful.conflicts import best_choice
 from plant_bench.agents.careful.forecast import TIMES, Forecast
 from plant_bench.agents.careful.reduced_pace import reduced_travel
 from plant_bench.features.rollouts import STEP, ego_poses, rollout
-from plant_bench.world.scene import Actors, EgoState
+from plant_bench.world.scene import Actors
+from tests.builders import cars, make_ego, straight_route_ahead
 
 LIMIT = 10.0
 
 
-def straight_ahead(limits: np.ndarray | None = None) -> RouteAhead:
-    points = np.stack((np.arange(101.0), np.zeros(101)), axis=1)
-    speeds = np.full(101, LIMIT) if limits is None else limits
-    return RouteAhead(0.0, 0.0, 0.0, points, np.zeros(101), speeds)
-
-
 def car(x: float, y: float, yaw: float, speed: float) -> tuple[Actors, Forecast]:
     """Return one car that drives straight ahead at its speed, and its forecast."""
-    actors = Actors(
-        np.array([1]),
-        np.array([[x, y, yaw]], dtype=np.float32),
-        np.array([speed], dtype=np.float32),
-        np.array([[4.5, 1.8]], dtype=np.float32),
-        np.zeros(1, np.uint8),
-    )
     travel = speed * TIMES
     places = (x + travel * math.cos(yaw), y + travel * math.sin(yaw), np.full(len(TIMES), yaw))
     forecast = Forecast(
@@ -41,20 +28,20 @@ def car(x: float, y: float, yaw: float, speed: float) -> tuple[Actors, Forecast]
         np.array([speed < 0.1]),
         np.array([1.0]),
     )
-    return actors, forecast
+    return cars((x, y, yaw, speed)), forecast
 
 
 def chosen(speed: float, pulls: list[float], forecast: Forecast) -> float:
     """Return which of the given accelerations is chosen on a straight road."""
     choices = np.array(pulls)
-    poses = ego_poses(straight_ahead(), rollout(speed, choices, LIMIT))
+    poses = ego_poses(straight_route_ahead(), rollout(speed, choices, LIMIT))
     return float(choices[best_choice(poses, forecast, 0.0)])
 
 
 def test_slower_profile_respects_the_limits_ahead() -> None:
     limits = np.concatenate((np.full(15, LIMIT), np.full(86, 4.0)))
     travel = rollout(5.0, np.array([2.5]), LIMIT)[0]
-    slow = reduced_travel(travel, 5.0, straight_ahead(limits), math.inf, 0.0)
+    slow = reduced_travel(travel, 5.0, straight_route_ahead(speed_limits=limits), math.inf, 0.0)
     assert (slow <= travel).all()
     assert (slow[-1] - slow[-2]) / STEP == pytest.approx(0.85 * 4.0, abs=0.1)
 
@@ -62,7 +49,7 @@ def test_slower_profile_respects_the_limits_ahead() -> None:
 def test_slower_profile_is_finite_past_the_first_route_point() -> None:
     """The ego may be more than 1 m past the first point, as points are spaced unevenly."""
     travel = rollout(0.0, np.array([2.5]), LIMIT)[0]
-    slow = reduced_travel(travel, 0.0, replace(straight_ahead(), past=1.3), math.inf, 0.0)
+    slow = reduced_travel(travel, 0.0, replace(straight_route_ahead(), past=1.3), math.inf, 0.0)
     assert np.isfinite(slow).all()
     assert slow[0] == 0.0
     assert 0.5 * travel[-1] < slow[-1] < travel[-1]
@@ -70,13 +57,13 @@ def test_slower_profile_is_finite_past_the_first_route_point() -> None:
 
 def test_slower_profile_stays_behind_the_leader() -> None:
     travel = rollout(5.0, np.array([2.5]), LIMIT)[0]
-    slow = reduced_travel(travel, 5.0, straight_ahead(), 6.0, 1.0)
+    slow = reduced_travel(travel, 5.0, straight_route_ahead(), 6.0, 1.0)
     assert slow[-1] == pytest.approx(6.0 + TIMES[-1])
 
 
 def test_slower_profile_brakes_as_hard() -> None:
     travel = rollout(8.0, np.array([-8.0]), LIMIT)[0]
-    slow = reduced_travel(travel, 8.0, straight_ahead(), math.inf, 0.0)
+    slow = reduced_travel(travel, 8.0, straight_route_ahead(), math.inf, 0.0)
     assert slow[-1] == pytest.approx(travel[-1])
 
 
@@ -107,6 +94,6 @@ def test_ego_clears_a_crossing_path_if_it_can() -> None:
 def test_follower_is_trusted_only_if_it_can_stay_behind(
     x: float, y: float, yaw: float, speed: float, falls_in: bool
 ) -> None:
-    ego = EgoState(0.0, 0.0, 0.0, 5.0)
+    ego = make_ego(5.0)
     actors, forecast = car(x, y, yaw, speed)
     assert yielding_followers(ego, actors, forecast).tolist() == [falls_in]

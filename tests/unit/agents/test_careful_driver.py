@@ -1,6 +1,7 @@
 """The careful driver in single hand-made situations on a straight road."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,7 +14,6 @@ from plant_bench.agent import (
     Observation,
     Privileged,
     Reason,
-    RouteAhead,
 )
 from plant_bench.agents.careful.driver import CarefulDriver
 from plant_bench.agents.careful.forecast import along_true_lanes, straight_on
@@ -24,55 +24,17 @@ from plant_bench.agents.rule_based import RuleBased
 from plant_bench.errors import AgentError
 from plant_bench.features.limits import allowed_speed
 from plant_bench.features.rollouts import STEP
-from plant_bench.world.route import LaneSpan, Passage, Route
-from plant_bench.world.scene import Actors, EgoState, Light
+from plant_bench.world.route import Passage
+from plant_bench.world.scene import Actors, Light
+from tests.builders import (
+    cars,
+    observation_on,
+    straight_lane_facts,
+    straight_route,
+    straight_route_ahead,
+)
 
-LIMIT = 10.0
-
-
-def straight_route(*passages: Passage) -> Route:
-    points = np.stack((np.arange(201.0), np.zeros(201)), axis=1)
-    return Route(
-        id="straight",
-        town="none",
-        points=points,
-        elevations=np.zeros(201),
-        speed_limits=np.full(201, LIMIT),
-        edges=("e",),
-        lanes=(LaneSpan("e_0", 0.0, 200.0),),
-        passages=passages,
-        lane_changes=(),
-        manoeuvres={},
-    )
-
-
-def cars(*rows: tuple[float, float, float, float]) -> Actors:
-    """Return cars with the given x, y, yaw and speed."""
-    table = np.array(rows, dtype=np.float32).reshape(-1, 4)
-    count = len(table)
-    return Actors(
-        np.arange(1, count + 1),
-        table[:, :3],
-        table[:, 3],
-        np.tile(np.array([4.5, 1.8], np.float32), (count, 1)),
-        np.zeros(count, np.uint8),
-    )
-
-
-def facts(actors: Actors, *, stop: float = math.inf, acceleration: float = 0.0) -> Privileged:
-    """Return facts: all actors go straight ahead."""
-    along = np.arange(121.0)
-    yaw = actors.poses[:, 2].astype(float)
-    x = actors.poses[:, 0, None] + along * np.cos(yaw)[:, None]
-    y = actors.poses[:, 1, None] + along * np.sin(yaw)[:, None]
-    count = len(actors)
-    return Privileged(
-        paths=np.stack((x, y, np.broadcast_to(yaw[:, None], x.shape)), axis=2).astype(float),
-        accelerations=np.full(count, acceleration),
-        desired_speeds=np.full(count, LIMIT),
-        stop_distances=np.full(count, stop),
-        stopped_for=np.zeros(count),
-    )
+LIMIT = 10.0  # m/s, of `straight_route`
 
 
 def observe(
@@ -83,29 +45,26 @@ def observe(
     light: NextLight | None = None,
     privileged: Privileged | None = None,
 ) -> Observation:
-    route = straight_route()
-    index = int(at)
-    ahead = RouteAhead(
+    """Whom the ego sees on a straight road; all drive straight on, unless stated otherwise."""
+    return observation_on(
+        straight_route(),
         at,
-        at - index,
-        0.0,
-        route.points[index : index + 101],
-        route.headings[index : index + 101],
-        route.speed_limits[index : index + 101],
+        speed=speed,
+        actors=actors,
+        light=light,
+        privileged=privileged or straight_lane_facts(actors),
     )
-    ego = EgoState(at, 0.0, 0.0, speed)
-    return Observation(0.0, ego, LIMIT, actors, ahead, light, privileged or facts(actors))
 
 
 def pull(observation: Observation, *passages: Passage) -> float:
     driver = CarefulDriver(along_true_lanes)
-    driver.reset(straight_route(*passages))
+    driver.reset(straight_route(passages=passages))
     return driver.act(observation).acceleration
 
 
 def reason(observation: Observation, *passages: Passage) -> Reason:
     driver = CarefulDriver(along_true_lanes)
-    driver.reset(straight_route(*passages))
+    driver.reset(straight_route(passages=passages))
     driver.act(observation)
     return driver.explain()
 
@@ -123,7 +82,7 @@ def test_ego_brakes_for_a_stationary_car_ahead_but_not_beside() -> None:
 def test_ego_brakes_for_a_crossing_car_unless_it_must_stop() -> None:
     crossing = cars((50.0, -30.0, math.pi / 2, LIMIT))
     assert pull(observe(crossing)) < -0.5
-    yields = facts(crossing, stop=20.0)
+    yields = straight_lane_facts(crossing, stop_distances=20.0)
     assert pull(observe(crossing, privileged=yields)) == pytest.approx(0.0, abs=0.01)
 
 
@@ -157,9 +116,7 @@ def test_ego_stops_for_red_and_for_yellow_if_it_can(
 
 def test_ego_slows_down_in_time_for_a_lower_limit() -> None:
     limits = np.concatenate((np.full(50, 13.9), np.full(51, 4.0)))
-    points = np.stack((np.arange(101.0), np.zeros(101)), axis=1)
-    route = RouteAhead(0.0, 0.0, 0.0, points, np.zeros(101), limits)
-    allowed = allowed_speed(route)
+    allowed = allowed_speed(straight_route_ahead(speed_limits=limits))
     assert 4.0 < allowed < 13.9
     assert allowed**2 - 4.0**2 == pytest.approx(2.0 * 1.8 * 49.0, rel=0.03)
 
@@ -186,7 +143,8 @@ def test_forecasts_agree_for_a_car_at_constant_velocity() -> None:
 
 def test_the_privileged_forecast_follows_the_lane_and_stops_at_the_line() -> None:
     actors = cars((0.0, 3.5, 0.0, LIMIT))
-    true = along_true_lanes(observe(actors, privileged=facts(actors, stop=12.0)), np.array([0]))
+    known = straight_lane_facts(actors, stop_distances=12.0)
+    true = along_true_lanes(observe(actors, privileged=known), np.array([0]))
     assert true.poses[0, -1, 0] == pytest.approx(12.0, abs=1e-6)
 
 
@@ -200,7 +158,7 @@ def test_missing_inputs_are_reported() -> None:
     with pytest.raises(AgentError, match="route"):
         Expert().reset(None)
     observation = observe(cars((45.0, 5.0, 0.0, 3.0)))
-    blind = Observation(0.0, observation.ego, LIMIT, None, observation.route)
+    blind = replace(observation, actors=None)
     driver = RuleBased()
     driver.reset(straight_route())
     with pytest.raises(AgentError, match="objects"):

@@ -19,7 +19,8 @@ from plant_bench.agents.ranking.filtered_planner import Filtered, highest
 from plant_bench.agents.ranking.rankers import Nearest
 from plant_bench.errors import AgentError
 from plant_bench.world.route import Route
-from plant_bench.world.scene import ActorKind, Actors, EgoState, Light
+from plant_bench.world.scene import ActorKind, Light
+from tests.builders import make_actors, make_ego, make_observation
 
 PLACES = ((30.0, 0.0), (5.0, 5.0), (-2.0, 0.0))
 
@@ -56,19 +57,12 @@ class Judge(Listener):
 
 
 def observe() -> Observation:
-    count = len(PLACES)
-    poses = np.array([(x, y, 0.0) for x, y in PLACES], np.float32)
-    actors = Actors(
-        np.arange(7, 7 + count),
-        poses,
-        np.zeros(count, np.float32),
-        np.ones((count, 2), np.float32),
-        np.zeros(count, np.uint8),
-    )
-    each = np.arange(float(count))
-    facts = Privileged(np.zeros((count, 121, 3)), each, each, each, each)
-    return Observation(
-        0.0, EgoState(0.0, 0.0, 0.0, 1.0), 10.0, actors, None, NextLight(Light.RED, 9.0), facts
+    each = np.arange(float(len(PLACES)))
+    return make_observation(
+        ego=make_ego(1.0),
+        actors=make_actors(PLACES, extents=(1.0, 1.0), ids=(7, 8, 9)),
+        light=NextLight(Light.RED, 9.0),
+        privileged=Privileged(np.zeros((len(PLACES), 121, 3)), each, each, each, each),
     )
 
 

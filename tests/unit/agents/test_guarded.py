@@ -5,10 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from plant_bench.agent import Cause, Control, Input, Observation, Plan, RouteAhead
+from plant_bench.agent import Cause, Control, Input, Observation, Plan
 from plant_bench.agents.guarded import EMERGENCY, Guarded
-from plant_bench.world.route import LaneSpan, Route
-from plant_bench.world.scene import Actors, EgoState
+from plant_bench.world.route import Route
+from tests.builders import (
+    make_actors,
+    make_ego,
+    make_observation,
+    straight_route,
+    straight_route_ahead,
+)
 
 SPEED = 10.0
 GO_ON = Plan(np.stack((np.arange(1, 5) * 0.5 * SPEED, np.zeros(4)), axis=1))
@@ -33,36 +39,19 @@ class Fixed:
 
 
 def observe(*ahead: float, speed: float = SPEED) -> Observation:
-    """A straight road with a stationary car at each given distance ahead."""
-    count = len(ahead)
-    actors = Actors(
-        np.arange(count),
-        np.array([(x, 0.0, 0.0) for x in ahead], np.float32).reshape(-1, 3),
-        np.zeros(count, np.float32),
-        np.tile(np.array([4.5, 1.8], np.float32), (count, 1)),
-        np.zeros(count, np.uint8),
+    """A straight road with a stationary car at each of some distances ahead."""
+    return make_observation(
+        ego=make_ego(speed),
+        speed_limit=12.0,
+        actors=make_actors([(x, 0.0) for x in ahead]),
+        route=straight_route_ahead(speed_limits=12.0),
     )
-    points = np.stack((np.arange(101.0), np.zeros(101)), axis=1)
-    route = RouteAhead(0.0, 0.0, 0.0, points, np.zeros(101), np.full(101, 12.0))
-    return Observation(0.0, EgoState(0.0, 0.0, 0.0, speed, 0.0, 0.0), 12.0, actors, route)
 
 
 @pytest.fixture
 def route() -> Route:
     """A straight road without junctions."""
-    points = np.stack((np.arange(101.0), np.zeros(101)), axis=1)
-    return Route(
-        id="straight",
-        town="none",
-        points=points,
-        elevations=np.zeros(101),
-        speed_limits=np.full(101, 12.0),
-        edges=("e",),
-        lanes=(LaneSpan("e_0", 0.0, 100.0),),
-        passages=(),
-        lane_changes=(),
-        manoeuvres={},
-    )
+    return straight_route(100, speed_limit=12.0)
 
 
 def guarded(action: Plan | Control, route: Route) -> Guarded:

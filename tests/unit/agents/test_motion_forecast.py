@@ -8,21 +8,16 @@ import pytest
 from plant_bench.agent import Observation
 from plant_bench.agents.careful.forecast import TIMES, Forecast
 from plant_bench.agents.careful.motion_forecast import HELD, MotionForecast
-from plant_bench.world.scene import ActorKind, Actors, EgoState
+from plant_bench.world.scene import ActorKind
+from tests.builders import make_actors, make_ego, make_observation
 
 CAR = int(ActorKind.CAR)
 
 
 def seen(time: float, speed: float, yaw: float = 0.0, kind: int = CAR) -> Observation:
     """One actor at the origin."""
-    actors = Actors(
-        np.array([7]),
-        np.array([[0.0, 0.0, yaw]], np.float32),
-        np.array([speed], np.float32),
-        np.array([[4.0, 2.0]], np.float32),
-        np.array([kind], np.uint8),
-    )
-    return Observation(time, EgoState(0.0, 50.0, 0.0, 0.0, 0.0, 0.0), 10.0, actors)
+    actors = make_actors([(0.0, 0.0, yaw)], speeds=speed, extents=(4.0, 2.0), kinds=kind, ids=[7])
+    return make_observation(time=time, ego=make_ego(y=50.0), actors=actors)
 
 
 def forecast_after(*observations: Observation) -> Forecast:

@@ -7,49 +7,41 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from plant_bench.agent import Control, Input, Observation, Plan, Privileged, RouteAhead
+from plant_bench.agent import Control, Input, Observation, Plan
 from plant_bench.agents.loading.checksum import agent_checksum
 from plant_bench.agents.loading.registry import load_agent
 from plant_bench.agents.ranking.expert_filtered import FilteredExpert
 from plant_bench.agents.ranking.masking import Masking, expected_waypoints
 from plant_bench.agents.ranking.rankers import Oracle, Random
 from plant_bench.errors import AgentError, InputError
-from plant_bench.world.route import LaneSpan, Route
-from plant_bench.world.scene import ActorKind, Actors, EgoState
+from plant_bench.world.route import Route
+from plant_bench.world.scene import ActorKind, EgoState
+from tests.builders import (
+    make_actors,
+    make_ego,
+    make_observation,
+    straight_lane_facts,
+    straight_route,
+    straight_route_ahead,
+)
 
 LEADER, ASIDE, WALKER = 5, 6, 500_001
 
 
-def straight_route() -> Route:
-    return Route(
-        id="straight",
-        town="none",
-        points=np.stack((np.arange(201.0), np.zeros(201)), axis=1),
-        elevations=np.zeros(201),
-        speed_limits=np.full(201, 10.0),
-        edges=("e",),
-        lanes=(LaneSpan("e_0", 0.0, 200.0),),
-        passages=(),
-        lane_changes=(),
-        manoeuvres={},
-    )
-
-
 def scene(*places: tuple[int, float, float]) -> Observation:
-    """Return an observation at 8 m/s among stationary actors of the given id, x and y."""
-    count = len(places)
-    poses = np.array([(x, y, 0.0) for _, x, y in places], np.float32).reshape(-1, 3)
-    ids = np.array([name for name, _, _ in places], np.int64)
-    kinds = np.where(ids >= 500_000, ActorKind.PEDESTRIAN, ActorKind.CAR).astype(np.uint8)
-    extents = np.tile(np.array([4.5, 1.8], np.float32), (count, 1))
-    paths = np.repeat(poses[:, None].astype(float), 121, axis=1)
-    paths[:, :, 0] += np.arange(121.0)
-    zeros = np.zeros(count)
-    facts = Privileged(paths, zeros, zeros, np.full(count, math.inf), zeros)
-    points = np.stack((np.arange(101.0), np.zeros(101)), axis=1)
-    ahead = RouteAhead(0.0, 0.0, 0.0, points, np.zeros(101), np.full(101, 10.0))
-    actors = Actors(ids, poses, np.zeros(count, np.float32), extents, kinds)
-    return Observation(0.0, EgoState(0.0, 0.0, 0.0, 8.0), 10.0, actors, ahead, None, facts)
+    """At 8 m/s on a straight road among stationary actors: id, x and y of each."""
+    ids = [number for number, _, _ in places]
+    actors = make_actors(
+        [(x, y) for _, x, y in places],
+        kinds=[ActorKind.PEDESTRIAN if number >= 500_000 else ActorKind.CAR for number in ids],
+        ids=ids,
+    )
+    return make_observation(
+        ego=make_ego(8.0),
+        actors=actors,
+        route=straight_route_ahead(),
+        privileged=straight_lane_facts(actors, desired_speeds=0.0),
+    )
 
 
 BUSY = scene((LEADER, 20.0, 0.0), (ASIDE, 2.0, 6.0), (WALKER, 12.0, -8.0))

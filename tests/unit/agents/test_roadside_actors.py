@@ -9,14 +9,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from plant_bench.agent import Control, Observation, Privileged, RouteAhead
+from plant_bench.agent import Control, Observation
 from plant_bench.agents.careful.driver import CarefulDriver
 from plant_bench.agents.careful.forecast import along_true_lanes, straight_on
-from plant_bench.world.route import LaneSpan, Passage, Route
-from plant_bench.world.scene import TICK, ActorKind, Actors, EgoState
+from plant_bench.world.route import Passage, Route
+from plant_bench.world.scene import TICK, ActorKind, Actors
+from tests.builders import make_actors, observation_on, straight_lane_facts, straight_route
 
 LIMIT = 8.3  # m/s, 30 km/h
-LENGTH = 401
 KERB = -1.6
 EXTENTS = {
     ActorKind.CAR: (4.5, 1.8),
@@ -31,54 +31,24 @@ Row = tuple[ActorKind, float, float, float, float]
 
 
 def route(*passages: Passage) -> Route:
-    points = np.stack((np.arange(float(LENGTH)), np.zeros(LENGTH)), axis=1)
-    return Route(
-        id="straight",
-        town="none",
-        points=points,
-        elevations=np.zeros(LENGTH),
-        speed_limits=np.full(LENGTH, LIMIT),
-        edges=("e",),
-        lanes=(LaneSpan("e_0", 0.0, LENGTH - 1.0),),
-        passages=passages,
-        lane_changes=(),
-        manoeuvres={},
-    )
+    return straight_route(400, speed_limit=LIMIT, passages=passages)
 
 
 def street(*rows: Row) -> Actors:
     """Return actors of the given kind, x, y, yaw and speed."""
-    return Actors(
-        np.arange(len(rows)),
-        np.array([row[1:4] for row in rows], np.float32).reshape(-1, 3),
-        np.array([row[4] for row in rows], np.float32),
-        np.array([EXTENTS[row[0]] for row in rows], np.float32).reshape(-1, 2),
-        np.array([row[0] for row in rows], np.uint8),
+    return make_actors(
+        [row[1:4] for row in rows],
+        speeds=[row[4] for row in rows],
+        extents=[EXTENTS[row[0]] for row in rows],
+        kinds=[row[0] for row in rows],
     )
 
 
-def facts(actors: Actors) -> Privileged:
-    """Return facts: all actors go straight ahead, stationary ones stay."""
-    yaw = actors.poses[:, 2].astype(float)[:, None]
-    x = actors.poses[:, 0, None] + np.arange(121.0) * np.cos(yaw)
-    y = actors.poses[:, 1, None] + np.arange(121.0) * np.sin(yaw)
-    count = len(actors)
-    return Privileged(
-        np.stack((x, y, np.broadcast_to(yaw, x.shape)), axis=2).astype(float),
-        np.zeros(count),
-        np.full(count, LIMIT),
-        np.where(actors.speeds < 0.1, 0.0, math.inf),
-        np.zeros(count),
-    )
-
-
-def observe(actors: Actors, ego: EgoState) -> Observation:
-    way, index = route(), int(ego.x)
-    part = slice(index, index + 101)
-    ahead = RouteAhead(
-        ego.x, ego.x - index, 0.0, way.points[part], way.headings[part], way.speed_limits[part]
-    )
-    return Observation(0.0, ego, LIMIT, actors, ahead, None, facts(actors))
+def observe(actors: Actors, at: float, speed: float) -> Observation:
+    """All drive straight on; those who are stationary have to stay so."""
+    stops = np.where(actors.speeds < 0.1, 0.0, math.inf)
+    facts = straight_lane_facts(actors, desired_speeds=LIMIT, stop_distances=stops)
+    return observation_on(route(), at, speed=speed, actors=actors, privileged=facts)
 
 
 def drive(
@@ -95,9 +65,7 @@ def drive(
             poses[:, 0] += time * actors.speeds * np.cos(actors.poses[:, 2])
             poses[:, 1] += time * actors.speeds * np.sin(actors.poses[:, 2])
             poses[:, 2] += wobble * math.sin(3.0 * time)
-            control = driver.act(
-                observe(replace(actors, poses=poses), EgoState(place, 0.0, 0.0, speed))
-            )
+            control = driver.act(observe(replace(actors, poses=poses), place, speed))
             assert isinstance(control, Control)
         speed = max(0.0, speed + control.acceleration * TICK)
         place += speed * TICK
@@ -158,7 +126,7 @@ def test_ego_enters_a_junction_with_a_pedestrian_beyond_it(forecaster) -> None:
     walker = street((ActorKind.PEDESTRIAN, 54.0, -1.0, math.pi / 2, 1.3))
     driver = CarefulDriver(forecaster)
     driver.reset(route(passage))
-    halted = driver.act(observe(walker, EgoState(37.0, 0.0, 0.0, 0.0)))
+    halted = driver.act(observe(walker, 37.0, 0.0))
     assert halted.acceleration > 0.2
 
 
@@ -183,7 +151,7 @@ def test_ego_stops_for_a_long_bus_across_the_road(forecaster) -> None:
 
 def test_forecast_pedestrians_stop_where_they_wait() -> None:
     walker = street((ActorKind.PEDESTRIAN, 50.0, -4.0, math.pi / 2, 1.4))
-    observation = observe(walker, EgoState(20.0, 0.0, 0.0, LIMIT))
+    observation = observe(walker, 20.0, LIMIT)
     assert observation.privileged is not None
     free = along_true_lanes(observation, np.array([0]))
     assert free.lengths[0] == pytest.approx(0.3)

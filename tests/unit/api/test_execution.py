@@ -36,6 +36,6 @@ def test_workers_load_a_planner_unless_it_is_isolated():
     assert isolation_for("cruise", isolate=False) is None
 
 
-def test_limits_without_isolation_are_refused():
+def test_limits_without_isolate_are_refused():
     with pytest.raises(InputError, match="--tick-limit .* give --isolate"):
         isolation_for("cruise", isolate=False, limits={"tick": 1.0, "memory": None})

@@ -10,7 +10,8 @@ import pytest
 
 from plant_bench.agent import Control
 from plant_bench.data.recorder import Recorder
-from plant_bench.world.scene import Actors, EgoState, Scene
+from plant_bench.world.scene import ActorKind, Light
+from tests.builders import make_actors, make_ego, make_scene
 
 TICKS, EVERY = 21, 10
 POSES = np.array([[10.0, 1.5, 0.0], [20.0, -2.0, 3.0]], np.float32)
@@ -19,17 +20,18 @@ POSES = np.array([[10.0, 1.5, 0.0], [20.0, -2.0, 3.0]], np.float32)
 @pytest.fixture
 def file(tmp_path: Path) -> Path:
     """Three frames of two actors, a response at every second tick, perturbed from tick 10 on."""
-    actors = Actors(
-        np.array([4, 500_002]),
+    actors = make_actors(
         POSES,
-        np.array([8.0, 1.5], np.float32),
-        np.array([[4.5, 1.8], [0.5, 0.5]], np.float32),
-        np.array([0, 6], np.uint8),
+        speeds=(8.0, 1.5),
+        extents=[(4.5, 1.8), (0.5, 0.5)],
+        kinds=(ActorKind.CAR, ActorKind.PEDESTRIAN),
+        ids=(4, 500_002),
     )
     path = tmp_path / "episode.parquet"
     recorder = Recorder(path, {"route": "town01-long-0"}, every=EVERY)
     for tick in range(TICKS):
-        scene = Scene(tick, EgoState(0.5 * tick, 2.0, 0.1, 10.0), actors, np.array([3], np.uint8))
+        ego = make_ego(10.0, x=0.5 * tick, y=2.0, yaw=0.1)
+        scene = make_scene(tick, ego=ego, actors=actors, lights=[Light.RED])
         answer = None if tick % 2 else Control(0.25 * tick, 0.0)
         recorder.add(scene, answer, disturbed=tick >= 10)
     recorder.close()

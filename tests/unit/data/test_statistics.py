@@ -2,7 +2,6 @@
 
 import json
 
-import numpy as np
 import pytest
 
 from plant_bench.data.recorder import Recorder
@@ -12,28 +11,18 @@ from plant_bench.reports.data_card import data_card
 from plant_bench.reports.data_plots import save_data_plots
 from plant_bench.runner.collect.data_folder import EpisodeNote
 from plant_bench.runner.collect.request import CollectRequest
-from plant_bench.world.route import ROUTE_FORMAT, LaneSpan, Route
-from plant_bench.world.scene import Actors, EgoState, Scene
-from plant_bench.world.town import load_town
+from plant_bench.world.route import ROUTE_FORMAT
+from tests.builders import first_lane, make_actors, make_ego, make_scene, straight_route
 
 
 def save_routes(path, *names):
-    lane = next(iter(load_town("town01").edges.values()))[0]
-    routes = [
-        Route(
-            id=name,
-            town="town01",
-            points=np.stack([np.arange(41.0), np.zeros(41)], axis=1),
-            elevations=np.zeros(41),
-            speed_limits=np.full(41, 8.0),
-            edges=(lane.edge,),
-            lanes=(LaneSpan(lane.id, 0.0, 40.0),),
-            passages=(),
-            lane_changes=(),
-            manoeuvres={"left": 1, "right": 0},
-        ).to_payload()
-        for name in names
-    ]
+    about = {
+        "town": "town01",
+        "lane": first_lane("town01"),
+        "speed_limit": 8.0,
+        "manoeuvres": {"left": 1, "right": 0},
+    }
+    routes = [straight_route(40, name=name, **about).to_payload() for name in names]
     path.parent.mkdir(parents=True)
     path.write_text(json.dumps({"format": ROUTE_FORMAT, "routes": routes}))
 
@@ -47,15 +36,8 @@ def record(path, route, *, speed, **told):
     recorder = Recorder(path, about, every=10)
     for tick in range(21):
         x = tick * 0.05 * speed
-        poses = np.array([[x + 10, 0, 0], [x, -29, 0], [x, 31, 0]], np.float32)
-        actors = Actors(
-            np.arange(3),
-            poses,
-            np.zeros(3, np.float32),
-            np.ones((3, 2), np.float32),
-            np.zeros(3, np.uint8),
-        )
-        scene = Scene(tick, EgoState(x, 0.0, 0.0, speed), actors, np.zeros(0, np.uint8))
+        actors = make_actors([(x + 10, 0), (x, -29), (x, 31)], extents=(1.0, 1.0))
+        scene = make_scene(tick, ego=make_ego(speed, x=x), actors=actors)
         recorder.add(scene, disturbed=tick >= 10)
     recorder.close()
 

@@ -2,23 +2,27 @@
 
 import math
 
-import numpy as np
 import pytest
 
-from plant_bench.agent import NextLight, Observation, RouteAhead
+from plant_bench.agent import NextLight, Observation
 from plant_bench.errors import AgentError
 from plant_bench.features.network_inputs import scene_input
 from plant_bench.features.tokens import TokenSpec
-from plant_bench.world.scene import Actors, EgoState, Light
+from plant_bench.world.scene import Actors, Light
+from tests.builders import make_ego, make_observation, straight_route_ahead
 
-POINTS = np.stack((np.arange(40.0), np.zeros(40)), axis=1)
-EGO = EgoState(0.0, 2.0, -math.pi / 2, 4.0)
+EGO = make_ego(4.0, y=2.0, yaw=-math.pi / 2)
 
 
 def observation(light: NextLight | None = None, metres: int = 40) -> Observation:
-    points = POINTS[:metres]
-    route = RouteAhead(0.0, 0.0, 2.0, points, np.zeros(metres), np.full(metres, 9.0))
-    return Observation(0.0, EGO, 9.0, Actors.none(), route, light)
+    """The ego is 2 m to the left of an eastward route of so many points, and heads south."""
+    return make_observation(
+        ego=EGO,
+        speed_limit=9.0,
+        actors=Actors.none(),
+        route=straight_route_ahead(metres - 1, speed_limits=9.0, offset=2.0),
+        light=light,
+    )
 
 
 def test_target_point_is_on_the_route_in_the_ego_frame() -> None:
@@ -37,4 +41,4 @@ def test_red_flag_is_set_for_red_and_yellow_lights(light: Light | None, red: flo
 
 def test_missing_inputs_raise_agent_error() -> None:
     with pytest.raises(AgentError, match="'objects' and 'route'"):
-        scene_input(Observation(0.0, EGO, 9.0), TokenSpec())
+        scene_input(make_observation(ego=EGO), TokenSpec())

@@ -5,36 +5,23 @@ import math
 import numpy as np
 import pytest
 
-from plant_bench.agent import RouteAhead
 from plant_bench.features.motion import Rates
 from plant_bench.features.predicted_conflicts import MAX_ARRIVAL, NEVER, VIEW, predicted_conflicts
 from plant_bench.features.tokens import NO_ROW, TokenSpec, tokens_of
-from plant_bench.world.scene import ActorKind, Actors, EgoState
+from tests.builders import cars, make_ego, straight_route_ahead
 
-EGO = EgoState(0.5, 0.0, 0.0, 8.0)
+EGO = make_ego(8.0, x=0.5)
+ROUTE = straight_route_ahead(progress=0.5, past=0.5)
 NORTH, SOUTH = 0.5 * math.pi, -0.5 * math.pi
-
-
-def route(metres: int = 100) -> RouteAhead:
-    """Return a straight route; the ego is half a metre beyond its first point."""
-    ahead = np.arange(metres + 1.0)
-    points = np.stack((ahead, np.zeros_like(ahead)), axis=1)
-    return RouteAhead(0.5, 0.5, 0.0, points, np.zeros(metres + 1), np.full(metres + 1, 10.0))
 
 
 def met(
     x: float, y: float, yaw: float, speed: float, pull: float = 0.0, turn: float = 0.0
 ) -> list[float]:
     """Return the predicted conflict with a car of the given acceleration and turn rate."""
-    actors = Actors(
-        np.array([7], np.int64),
-        np.array([[x, y, yaw]], np.float32),
-        np.array([speed], np.float32),
-        np.array([[4.5, 1.8]], np.float32),
-        np.array([ActorKind.CAR], np.uint8),
-    )
+    actors = cars((x, y, yaw, speed))
     rates = Rates(np.array([pull], np.float32), np.array([turn], np.float32))
-    return predicted_conflicts(EGO, actors, np.array([0]), route(), rates)[0].tolist()
+    return predicted_conflicts(EGO, actors, np.array([0]), ROUTE, rates)[0].tolist()
 
 
 def test_crossing_actor_conflicts_where_and_while_it_crosses() -> None:
@@ -84,16 +71,10 @@ def test_turning_actor_conflicts_along_its_curve() -> None:
 
 
 def test_only_actor_tokens_have_predicted_conflicts() -> None:
-    actors = Actors(
-        np.array([7], np.int64),
-        np.array([[20.0, 0.0, 0.0]], np.float32),
-        np.array([0.0], np.float32),
-        np.array([[4.5, 1.8]], np.float32),
-        np.array([ActorKind.CAR], np.uint8),
-    )
+    actors = cars((20.0, 0.0, 0.0, 0.0))
     spec = TokenSpec(conflicts=True)
 
-    tokens = tokens_of(EGO, actors, route(), spec)
+    tokens = tokens_of(EGO, actors, ROUTE, spec)
 
     assert tokens.attributes.shape[1] == spec.attributes == 10
     assert tokens.attributes[tokens.places != NO_ROW, 6:].any()

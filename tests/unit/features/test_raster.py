@@ -12,7 +12,8 @@ from plant_bench.features.raster import ROACH, Rasteriser, RasterSpec
 from plant_bench.features.raster_layers import Layer, brightness
 from plant_bench.world.route import load_suite
 from plant_bench.world.scene import ActorKind, Actors, EgoState, Light
-from plant_bench.world.town import Lane, Town, load_town
+from plant_bench.world.town import Town, load_town
+from tests.builders import make_actors, make_ego, make_lane, make_observation, straight_route_ahead
 
 SPEC = RasterSpec(size=100, scale=2.0, below=20)
 EGO_ROW, EGO_COLUMN = 80, 50
@@ -21,13 +22,9 @@ EGO_ROW, EGO_COLUMN = 80, 50
 def straight_town() -> Town:
     """Two lanes to the east side by side, from x = 0 to 200 at y = 0 and 3.5."""
     lanes = [
-        Lane(
-            id=f"a_{index}", edge="a", index=index, points=np.array([[0, y, 0.0], [200, y, 0.0]]),
-            width=3.5, speed_limit=10.0, junction=None, successors=(),
-            left="a_1" if index == 0 else None, right="a_0" if index == 1 else None,
-        )
-        for index, y in enumerate((0.0, 3.5))
-    ]  # fmt: skip
+        make_lane("a_0", [(0.0, 0.0), (200.0, 0.0)], speed_limit=10.0, left="a_1"),
+        make_lane("a_1", [(0.0, 3.5), (200.0, 3.5)], speed_limit=10.0, right="a_0"),
+    ]
     return Town("straight", {lane.id: lane for lane in lanes}, (), {}, {})
 
 
@@ -39,17 +36,13 @@ def seen(
     time: float = 0.0,
 ) -> Observation:
     """The observation of an ego at (100, 0) that heads east on its route."""
-    ahead = np.arange(61.0)
-    points = np.stack((100.0 + ahead, np.zeros(61)), axis=1)
-    actors = Actors(
-        np.arange(len(cars)),
-        np.array([(x, y, 0.0) for x, y in cars], np.float32).reshape(-1, 3),
-        np.full(len(cars), speed, np.float32),
-        np.tile(np.array([[4.0, 2.0]], np.float32), (len(cars), 1)),
-        np.full(len(cars), kind, np.uint8),
+    return make_observation(
+        time=time,
+        ego=make_ego(5.0, x=100.0),
+        actors=make_actors(cars, speeds=speed, extents=(4.0, 2.0), kinds=kind),
+        route=straight_route_ahead(60, start=(100.0, 0.0)),
+        light=light,
     )
-    route = RouteAhead(0.0, 0.0, 0.0, points, np.zeros(61), np.full(61, 10.0))
-    return Observation(time, EgoState(100.0, 0.0, 0.0, 5.0), 10.0, actors, route, light)
 
 
 def drawn(observation: Observation, layer: Layer, spec: RasterSpec = SPEC) -> np.ndarray:

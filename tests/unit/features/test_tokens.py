@@ -9,6 +9,7 @@ import pytest
 from plant_bench.agent import NextLight, RouteAhead
 from plant_bench.features.tokens import NO_ROW, TokenKind, TokenSpec, tokens_of
 from plant_bench.world.scene import EGO_LENGTH, EGO_WIDTH, ActorKind, Actors, EgoState, Light
+from tests.builders import make_actors
 
 NORTH = EgoState(100.0, 50.0, math.pi / 2, 5.0)
 
@@ -24,13 +25,13 @@ def straight_north(metres: int = 60) -> RouteAhead:
 
 
 def actors_at(*places: tuple[float, float], kinds: tuple[ActorKind, ...] = ()) -> Actors:
+    """Actors that head north at 1, 2, 3, ... m/s."""
     count = len(places)
-    return Actors(
-        np.arange(count, dtype=np.int64) + 7,
-        np.array([(x, y, math.pi / 2) for x, y in places], np.float32).reshape(count, 3),
-        np.arange(count, dtype=np.float32) + 1.0,
-        np.tile(np.array([[4.5, 1.8]], np.float32), (count, 1)),
-        np.array(kinds or [ActorKind.CAR] * count, np.uint8),
+    return make_actors(
+        [(x, y, math.pi / 2) for x, y in places],
+        speeds=np.arange(count) + 1.0,
+        kinds=kinds or ActorKind.CAR,
+        ids=range(7, 7 + count),
     )
 
 

@@ -1,11 +1,12 @@
 """Observations as arrays: the numbers of `features`, of a fixed size, inside their spaces."""
 
+import math
 from collections.abc import Callable
 
 import numpy as np
 import pytest
 
-from plant_bench.agent import NextLight, Observation, RouteAhead
+from plant_bench.agent import NextLight, Observation
 from plant_bench.errors import InputError
 from plant_bench.features.network_inputs import scene_input
 from plant_bench.features.raster import RasterSpec
@@ -13,24 +14,24 @@ from plant_bench.features.tokens import TokenKind, TokenSpec
 from plant_bench.gym.encoders import RasterEncoder, encoder_of
 from plant_bench.gym.object_encoder import ObjectEncoder
 from plant_bench.gym.token_encoder import PLAIN_TOKENS, TokenEncoder
-from plant_bench.world.scene import ActorKind, Actors, EgoState, Light
+from plant_bench.world.scene import ActorKind, Light
 from plant_bench.world.town import load_town
+from tests.builders import make_actors, make_ego, make_observation, straight_route_ahead
 
 
 def seen(count: int, light: NextLight | None = None) -> Observation:
     """An ego at (50, 20) heading north on its route, with others 3, 6, 9 ... m to the east."""
-    points = np.stack((np.full(41, 50.0), 20.0 + np.arange(41.0)), axis=1)
-    north = 0.5 * np.pi
+    north = 0.5 * math.pi
     poses = [(50.0 + 3.0 * place, 20.0, north) for place in range(1, count + 1)]
-    actors = Actors(
-        np.arange(count) + 3,
-        np.array(poses, np.float32).reshape(-1, 3),
-        np.full(count, 4.0, np.float32),
-        np.tile(np.array([[4.5, 1.8]], np.float32), (count, 1)),
-        np.full(count, ActorKind.BICYCLE, np.uint8),
+    return make_observation(
+        time=1.0,
+        ego=make_ego(5.0, x=50.0, y=20.0, yaw=north),
+        actors=make_actors(poses, speeds=4.0, kinds=ActorKind.BICYCLE, ids=range(3, 3 + count)),
+        route=straight_route_ahead(
+            40, start=(50.0, 20.0), heading=north, progress=7.0, past=0.2, offset=0.1
+        ),
+        light=light,
     )
-    route = RouteAhead(7.0, 0.2, 0.1, points, np.full(41, north), np.full(41, 10.0))
-    return Observation(1.0, EgoState(50.0, 20.0, north, 5.0), 10.0, actors, route, light)
 
 
 def test_token_observation_equals_the_input_of_plant() -> None:

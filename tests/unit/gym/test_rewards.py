@@ -3,17 +3,17 @@
 import math
 from dataclasses import replace
 
-import numpy as np
 import pytest
 
-from plant_bench.agent import Control, NextLight, Observation, RouteAhead
+from plant_bench.agent import Control, NextLight, Observation
 from plant_bench.errors import InputError
 from plant_bench.gym.rewards import ProgressReward, reward_of
 from plant_bench.gym.roach import RoachReward, desired_speed
 from plant_bench.gym.transition import Transition
 from plant_bench.scoring.infractions import Infraction, InfractionKind, Status
 from plant_bench.world.actor_ids import PARKED
-from plant_bench.world.scene import EGO_LENGTH, ActorKind, Actors, EgoState, Light, Scene
+from plant_bench.world.scene import EGO_LENGTH, ActorKind, EgoState, Light
+from tests.builders import make_actors, make_ego, make_observation, make_scene, straight_route_ahead
 
 TOP = 6.0
 
@@ -26,20 +26,17 @@ def seen(
     ego: EgoState | None = None,
     offset: float = 0.0,
 ) -> Observation:
-    points = np.stack((np.arange(61.0), np.zeros(61)), axis=1)
-    actors = Actors(
-        np.arange(len(others)) + first,
-        np.array(others, np.float32).reshape(-1, 3),
-        np.zeros(len(others), np.float32),
-        np.tile(np.array([[4.0, 2.0]], np.float32), (len(others), 1)),
-        np.full(len(others), kind, np.uint8),
+    ids = range(first, first + len(others))
+    return make_observation(
+        ego=ego or make_ego(TOP),
+        actors=make_actors(others, extents=(4.0, 2.0), kinds=kind, ids=ids),
+        route=straight_route_ahead(60, offset=offset),
+        light=light,
     )
-    route = RouteAhead(0.0, 0.0, offset, points, np.zeros(61), np.full(61, 10.0))
-    return Observation(0.0, ego or EgoState(0.0, 0.0, 0.0, TOP), 10.0, actors, route, light)
 
 
 def step(observation: Observation, **facts: object) -> Transition:
-    scene = Scene(2, observation.ego, Actors.none(), np.zeros(0, np.uint8))
+    scene = make_scene(2, ego=observation.ego)
     still = Control(0.0, 0.0)
     transition = Transition(scene, scene, observation, still, still, 0.5, 0.0, (), None)
     return replace(transition, **facts)
@@ -88,7 +85,7 @@ def test_red_light_lowers_the_desired_speed_and_green_does_not() -> None:
 
 
 def test_position_heading_and_steering_errors_are_penalised() -> None:
-    turned = EgoState(0.0, 1.0, 0.3, TOP)
+    turned = make_ego(TOP, y=1.0, yaw=0.3)
     given = step(seen(ego=turned, offset=1.0), control=Control(0.0, 0.1))
     terms = RoachReward()(given)
     assert terms["position"] == -0.5

@@ -1,32 +1,20 @@
 """Routes, a suite on disk and scripted episodes for the runner's tests."""
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 
-import numpy as np
 import pytest
 
-from plant_bench.world.route import ROUTE_FORMAT, LaneSpan, Route
-from plant_bench.world.town import load_town
+from plant_bench.world.route import ROUTE_FORMAT, Route
+from tests.builders import first_lane, straight_route
 
 SCRIPTED = "scripted_episode:run_episode"
 
 
 def make_route(name: str, metres: int = 40) -> Route:
-    count = metres + 1
-    lane = next(iter(load_town("town01").edges.values()))[0]
-    return Route(
-        id=name,
-        town="town01",
-        points=np.stack([np.arange(count, dtype=float), np.zeros(count)], axis=1),
-        elevations=np.zeros(count),
-        speed_limits=np.full(count, 8.33),
-        edges=(lane.edge,),
-        lanes=(LaneSpan(lane.id, 0.0, float(metres)),),
-        passages=(),
-        lane_changes=(),
-        manoeuvres={},
-    )
+    lane = first_lane("town01")
+    return straight_route(metres, name=name, town="town01", lane=lane, speed_limit=8.33)
 
 
 def save_suite(path: Path, *routes: Route) -> Path:
@@ -36,17 +24,19 @@ def save_suite(path: Path, *routes: Route) -> Path:
 
 
 @pytest.fixture
-def route():
+def route() -> Callable[..., Route]:
+    """Make a route of 40 m that has this id; see `make_route`."""
     return make_route
 
 
 @pytest.fixture
-def suite_file():
+def suite_file() -> Callable[..., Path]:
+    """Write a file of routes; see `save_suite`."""
     return save_suite
 
 
 @pytest.fixture
-def script(monkeypatch, tmp_path):
+def script(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
     """Let workers import the scripted modules; the fixture is the file that lists what ran."""
     monkeypatch.syspath_prepend(str(Path(__file__).parent))
     log = tmp_path / "script.log"

@@ -10,7 +10,8 @@ from plant_bench.controller import follow_plan
 from plant_bench.errors import AgentError, InputError
 from plant_bench.runner.collect import dagger as takeover
 from plant_bench.runner.collect.dagger import PATIENCE, RELIEF, DaggerOverride, check_driver
-from plant_bench.world.scene import TICK, Actors, EgoState, Scene
+from plant_bench.world.scene import TICK
+from tests.builders import make_ego, make_scene
 
 OWN = Control(-1.0, 0.25)  # what the other planner answers
 GO, STAY = Control(1.0, 0.0), Control(-0.5, 0.0)  # what the expert answers
@@ -44,8 +45,7 @@ def at_the_wheel(monkeypatch, route):
 
 
 def scene(tick, speed=0.0):
-    ego = EgoState(5.0, 0.0, 0.0, speed)
-    return Scene(tick, ego, Actors.none(), np.zeros(0, np.uint8))
+    return make_scene(tick, ego=make_ego(speed, x=5.0))
 
 
 def executed(wheel, answers, speed=0.0, first=0):

@@ -9,20 +9,20 @@ from plant_bench.agent import Cause, Control, Input, Plan, Reason
 from plant_bench.errors import AgentError
 from plant_bench.runner.decisions import Decision, PlannerSession, same_action
 from plant_bench.runner.review.actor_ranking import ranking_before
-from plant_bench.world.scene import ActorKind, Actors, EgoState, Scene
+from plant_bench.world.scene import ActorKind, Scene
+from tests.builders import make_actors, make_ego, make_scene
 
 NEAR, FAR, WALKER = 3, 9, 500_000
 
 
 def scene(tick: int) -> Scene:
-    actors = Actors(
-        np.array([NEAR, FAR, WALKER]),
-        np.array([[6.0, 0.0, 0.0], [30.0, 0.0, 0.0], [7.0, 5.0, 0.0]], np.float32),
-        np.zeros(3, np.float32),
-        np.full((3, 2), 2.0, np.float32),
-        np.array([ActorKind.CAR, ActorKind.CAR, ActorKind.PEDESTRIAN], np.uint8),
+    actors = make_actors(
+        [(6.0, 0.0), (30.0, 0.0), (7.0, 5.0)],
+        extents=(2.0, 2.0),
+        kinds=(ActorKind.CAR, ActorKind.CAR, ActorKind.PEDESTRIAN),
+        ids=(NEAR, FAR, WALKER),
     )
-    return Scene(tick, EgoState(0.0, 0.0, 0.0, 5.0), actors, np.zeros(0, np.uint8))
+    return make_scene(tick, ego=make_ego(5.0), actors=actors)
 
 
 def started(agent: Any, route: Any) -> PlannerSession:

@@ -11,7 +11,8 @@ from plant_bench.sensing.inputs import InputRow, Track
 from plant_bench.sensing.observe import Sensors
 from plant_bench.world.hazard import Hazard, HazardKind
 from plant_bench.world.route import load_suite
-from plant_bench.world.scene import Actors, EgoState, Light, Scene
+from plant_bench.world.scene import Light, Scene
+from tests.builders import make_ego, make_scene
 
 ROUTE = load_suite("longest6")[0]
 
@@ -19,7 +20,7 @@ ROUTE = load_suite("longest6")[0]
 def scene_at(along: float, light: Light = Light.UNKNOWN) -> Scene:
     x, y = (float(np.interp(along, ROUTE.along, column)) for column in ROUTE.points.T)
     lights = np.full(len(ROUTE.signal_passages), light, np.uint8)
-    return Scene(3, EgoState(x, y, 0.0, 5.0), Actors.none(), lights)
+    return make_scene(3, ego=make_ego(5.0, x=x, y=y), lights=lights)
 
 
 def observe(scene: Scene, progress: float, inputs: frozenset[str]) -> Observation:

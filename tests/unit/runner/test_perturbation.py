@@ -6,19 +6,18 @@ import pytest
 from plant_bench.agent import Control
 from plant_bench.runner.collect.perturbation import Perturbation
 from plant_bench.sim.ego import advance
-from plant_bench.world.scene import TICK, Actors, EgoState, Scene
-
-LIGHTS = np.zeros(0, np.uint8)
+from plant_bench.world.scene import TICK
+from tests.builders import make_ego, make_scene
 
 
 def drive(seed, *, speed=10.0, seconds=60.0):
     """Drive along the x axis; return states, responses and executed controls."""
     perturbation = Perturbation(seed)
-    ego, states, answers, executed = EgoState(0.0, 0.0, 0.0, speed), [], [], []
+    ego, states, answers, executed = make_ego(speed), [], [], []
     for tick in range(int(seconds / TICK)):
         back = math.atan2(-ego.y, 5.0 + 0.5 * ego.speed) - ego.yaw
         answer = Control(min(max(speed - ego.speed, -3.0), 2.0), 0.8 * back)
-        done = perturbation.executed(Scene(tick, ego, Actors.none(), LIGHTS), 0.0, ego.y, answer)
+        done = perturbation.executed(make_scene(tick, ego=ego), 0.0, ego.y, answer)
         states.append(ego)
         answers.append(answer)
         executed.append(done)

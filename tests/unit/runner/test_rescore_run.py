@@ -16,7 +16,7 @@ from plant_bench.runner.run.rescore_run import rescore_folder
 from plant_bench.scoring.infractions import Status
 from plant_bench.scoring.results import EpisodeResult
 from plant_bench.world.route import load_suite
-from plant_bench.world.scene import Actors, EgoState, Scene
+from tests.builders import make_ego, make_scene
 
 
 def recorded(path: Path, step: float) -> RunFolder:
@@ -43,11 +43,11 @@ def recorded(path: Path, step: float) -> RunFolder:
     folder.save(episode_name(jobs[0]), result, None)
     recorder = Recorder(folder.recording_path(episode_name(jobs[0])), header)
     (x, y), route = suite[0].points[0], suite[0]
-    ego = EgoState(float(x), float(y), float(route.headings[0]), 0.0)
+    ego = make_ego(x=float(x), y=float(y), yaw=float(route.headings[0]))
     for tick in range(3):
         lights = np.zeros(len(route.signal_passages), np.uint8)
         moved = replace(ego, x=ego.x + step * tick)
-        recorder.add(Scene(tick, moved, Actors.none(), lights))
+        recorder.add(make_scene(tick, ego=moved, lights=lights))
     recorder.close(hazards=[], status=Status.AGENT_CRASHED.value, reason="x")
     return folder
 

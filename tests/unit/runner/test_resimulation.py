@@ -23,19 +23,14 @@ from plant_bench.runner.review.review_frames import Window
 from plant_bench.scoring.infractions import Status
 from plant_bench.scoring.results import EpisodeResult
 from plant_bench.world.route import Route, Scenario
-from plant_bench.world.scene import Actors, EgoState, Scene
+from plant_bench.world.scene import Actors, Light, Scene
+from tests.builders import make_actors, make_ego, make_scene
 
 
 def scene(tick: int = 0, **changes: Any) -> Scene:
-    actors = Actors(
-        np.array([1, 2]),
-        np.array([[20.0, 0.0, 0.0], [30.0, 3.0, 0.0]], np.float32),
-        np.zeros(2, np.float32),
-        np.full((2, 2), 2.0, np.float32),
-        np.zeros(2, np.uint8),
-    )
-    ego = EgoState(0.1 * tick, 0.0, 0.0, 2.0)
-    return replace(Scene(tick, ego, actors, np.zeros(1, np.uint8)), **changes)
+    actors = make_actors([(20.0, 0.0), (30.0, 3.0)], extents=(2.0, 2.0), ids=(1, 2))
+    ego = make_ego(2.0, x=0.1 * tick)
+    return replace(make_scene(tick, ego=ego, actors=actors, lights=[Light.UNKNOWN]), **changes)
 
 
 def moved(by: float) -> Actors:
@@ -48,7 +43,7 @@ def moved(by: float) -> Actors:
     [
         (scene(), ""),
         (scene(3), "tick 0, again 3"),
-        (scene(ego=EgoState(1e-12, 0.0, 0.0, 2.0)), "the ego"),
+        (scene(ego=make_ego(2.0, x=1e-12)), "the ego"),
         (scene(actors=scene().actors.only(np.array([0]))), "who is in sight (2)"),
         (scene(actors=moved(1e-6)), "the actors' poses"),
         (scene(lights=np.ones(1, np.uint8)), "the lights"),

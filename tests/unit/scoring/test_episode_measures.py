@@ -23,7 +23,8 @@ from plant_bench.scoring.trajectory import (
     Trajectory,
     TrajectoryRecorder,
 )
-from plant_bench.world.scene import TICK, ActorKind, Actors, EgoState, Scene
+from plant_bench.world.scene import TICK, ActorKind, Actors, EgoState
+from tests.builders import make_actors, make_ego, make_scene
 
 TOUCH = 2.45 + 2.0  # m between the centres when the ego's bumper meets that of a 4 m car
 BESIDE = 1.065 + 1.0  # m between the centres when the ego's flank meets that of a 2 m wide car
@@ -34,7 +35,7 @@ Actor = tuple[float, float, float, float]  # x, y and yaw at time 0, speed
 
 def straight(ticks: int, speed: float = 10.0, x: float = 0.0) -> list[EgoState]:
     """Return an ego that drives along x."""
-    return [EgoState(x + speed * tick * TICK, 0.0, 0.0, speed) for tick in range(ticks)]
+    return [make_ego(speed, x=x + speed * tick * TICK) for tick in range(ticks)]
 
 
 def turning(ticks: int, speed: float, radius: float) -> list[EgoState]:
@@ -57,23 +58,15 @@ def track_of(
     for tick, ego in enumerate(egos):
         time = tick * TICK
         poses = [(x + v * time * np.cos(a), y + v * time * np.sin(a), a) for x, y, a, v in actors]
-        seen = Actors(
-            np.arange(len(actors)),
-            np.array(poses, np.float32).reshape(-1, 3),
-            np.array([actor[3] for actor in actors], np.float32),
-            np.tile(np.array(extent, np.float32), (len(actors), 1)),
-            np.full(len(actors), kind, np.uint8),
-        )
-        recorder.add(Scene(tick, ego, seen, np.zeros(0, np.uint8)))
+        speeds = [actor[3] for actor in actors]
+        seen = make_actors(poses, speeds=speeds, extents=extent, kinds=kind)
+        recorder.add(make_scene(tick, ego=ego, actors=seen))
     return recorder.trajectory()
 
 
 def actors_at(poses: np.ndarray, speed: float) -> Actors:
     """Return cars at these poses."""
-    count = len(poses)
-    extents = np.tile(np.array([4.0, 2.0], np.float32), (count, 1))
-    speeds = np.full(count, speed, np.float32)
-    return Actors(np.arange(count), poses, speeds, extents, np.zeros(count, np.uint8))
+    return make_actors(poses, speeds=speed, extents=(4.0, 2.0))
 
 
 def changing(accelerations: Sequence[float], speed: float = 20.0) -> Trajectory:
@@ -81,7 +74,7 @@ def changing(accelerations: Sequence[float], speed: float = 20.0) -> Trajectory:
     speeds = speed + np.cumsum(accelerations) * TICK
     return track_of(
         [
-            EgoState(0.0, 0.0, 0.0, float(v), float(a))
+            make_ego(float(v), acceleration=float(a))
             for v, a in zip(speeds, accelerations, strict=True)
         ]
     )
@@ -152,7 +145,7 @@ def test_time_to_collision_uses_the_recorded_paths_of_others():
     for tick, (ego, other) in enumerate(zip(egos, circle, strict=True)):
         pose = np.array([[24.0 - other.x, other.y, math.pi - other.yaw]], np.float32)
         seen = actors_at(pose, 8.0)
-        recorder.add(Scene(tick, ego, seen, np.zeros(0, np.uint8)))
+        recorder.add(make_scene(tick, ego=ego, actors=seen))
     assert to_collision(recorder.trajectory()) is None
     assert to_collision(track_of(egos, [(24.0, 0.0, math.pi, 8.0)])) is not None
 
@@ -218,7 +211,7 @@ def test_lateral_acceleration_of_a_circle():
 
 
 def test_share_of_time_stationary():
-    egos = straight(30) + [EgoState(15.0, 0.0, 0.0, 0.09)] * 10
+    egos = straight(30) + [make_ego(0.09, x=15.0)] * 10
     assert standing_share(track_of(egos)) == 0.25
 
 
@@ -249,7 +242,7 @@ def test_waiting_vehicle_counts_as_traffic():
     for tick, ego in enumerate(straight(40, 5.0)):
         pose = np.array([[20.0, 0.0, 0.0]], np.float32)
         seen = actors_at(pose, 0.0 if tick < 20 else 10.0)
-        recorder.add(Scene(tick, ego, seen, np.zeros(0, np.uint8)))
+        recorder.add(make_scene(tick, ego=ego, actors=seen))
     assert relative_speed(recorder.trajectory()) == pytest.approx(1.0)
 
 

@@ -7,8 +7,9 @@ from plant_bench.scoring.infractions import Status
 from plant_bench.scoring.lanes import lane_map
 from plant_bench.scoring.referee import ON_ROUTE_OFFSET, Referee
 from plant_bench.world.route import Route, load_suite
-from plant_bench.world.scene import Actors, EgoState, Light, Scene
+from plant_bench.world.scene import Light
 from plant_bench.world.town import load_town
+from tests.builders import make_ego, make_scene
 
 ROUTES = {route.id: route for route in load_suite("longest6")}
 ONE_PER_TOWN = list({route.town: route for route in ROUTES.values()}.values())
@@ -39,7 +40,7 @@ def test_following_the_route_exactly_gives_no_infraction(route):
     referee = Referee(load_town(route.town), route)
     lights = np.full(len(route.signal_passages), Light.GREEN, np.uint8)
     for tick, (x, y, yaw, _) in enumerate(segments(route, 1)):
-        referee.judge(Scene(tick, EgoState(x, y, yaw, 20.0), Actors.none(), lights))
+        referee.judge(make_scene(tick, ego=make_ego(20.0, x=x, y=y, yaw=yaw), lights=lights))
     referee.finish()
     assert referee.status is Status.COMPLETED
     assert referee.infractions == []
@@ -50,5 +51,5 @@ def test_driving_through_every_red_light_counts_each_one(route):
     referee = Referee(load_town(route.town), route)
     lights = np.full(len(route.signal_passages), Light.RED, np.uint8)
     for tick, (x, y, yaw, _) in enumerate(segments(route, 1)):
-        referee.judge(Scene(tick, EgoState(x, y, yaw, 20.0), Actors.none(), lights))
+        referee.judge(make_scene(tick, ego=make_ego(20.0, x=x, y=y, yaw=yaw), lights=lights))
     assert len(referee.infractions) == len(lights) > 0

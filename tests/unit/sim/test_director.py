@@ -10,8 +10,9 @@ from plant_bench.sim.hazards.director import PATIENCE, Director
 from plant_bench.sim.hazards.hazard_world import HazardWorld
 from plant_bench.world.hazard import Hazard, HazardKind, Phase
 from plant_bench.world.scene import TICK, EgoState
+from tests.builders import make_ego
 
-MOVING, WAITING = EgoState(0.0, 0.0, 0.0, 5.0), EgoState(0.0, 0.0, 0.0, 0.0)
+MOVING, WAITING = make_ego(5.0), make_ego()
 TICKS = round(PATIENCE / TICK) + 2
 
 

@@ -14,6 +14,7 @@ from plant_bench.sim.ego import (
     advance,
 )
 from plant_bench.world.scene import TICK, EgoState
+from tests.builders import make_ego
 
 
 def drive(ego: EgoState, control: Control, seconds: float) -> EgoState:
@@ -23,14 +24,14 @@ def drive(ego: EgoState, control: Control, seconds: float) -> EgoState:
 
 
 def test_ego_driving_straight_covers_speed_times_time() -> None:
-    ego = drive(EgoState(0.0, 0.0, 0.0, 20.0), Control(0.0, 0.0), 2.0)
+    ego = drive(make_ego(20.0), Control(0.0, 0.0), 2.0)
     assert (ego.x, ego.y) == pytest.approx((40.0, 0.0))
 
 
 def test_constant_steering_gives_the_bicycle_model_radius() -> None:
     steering = 0.3
     radius = WHEELBASE / math.tan(steering)
-    start = EgoState(REAR_AXLE, 0.0, 0.0, 5.0, steering=steering)
+    start = make_ego(5.0, x=REAR_AXLE, steering=steering)
     around = 2.0 * math.pi * radius / (5.0 * TICK)
     ego = start
     for _ in range(round(around)):
@@ -41,7 +42,7 @@ def test_constant_steering_gives_the_bicycle_model_radius() -> None:
 
 
 def test_full_braking_stops_without_reversing() -> None:
-    ego = drive(EgoState(0.0, 0.0, 0.0, 16.0), Control(-100.0, 0.0), 4.0)
+    ego = drive(make_ego(16.0), Control(-100.0, 0.0), 4.0)
     assert ego.speed == 0.0
     ideal = 16.0**2 / (2.0 * BRAKING_LIMIT)
     assert ideal < ego.x < ideal + 16.0 * 0.25  # the brakes take 0.2 s to build up
@@ -49,7 +50,7 @@ def test_full_braking_stops_without_reversing() -> None:
 
 
 def test_actuators_have_limits_and_delay() -> None:
-    ego = EgoState(0.0, 0.0, 0.0, 5.0)
+    ego = make_ego(5.0)
     assert advance(ego, Control(0.0, 9.0)).steering == pytest.approx(1.0 * TICK)
     ego = drive(ego, Control(99.0, 9.0), 2.0)
     assert ego.steering == pytest.approx(STEERING_LIMIT)
@@ -57,5 +58,5 @@ def test_actuators_have_limits_and_delay() -> None:
 
 
 def test_stationary_ego_does_not_turn() -> None:
-    ego = drive(EgoState(1.0, 2.0, 0.5, 0.0), Control(0.0, 0.6), 1.0)
+    ego = drive(make_ego(x=1.0, y=2.0, yaw=0.5), Control(0.0, 0.6), 1.0)
     assert ego.pose == pytest.approx((1.0, 2.0, 0.5))

@@ -9,9 +9,10 @@ from plant_bench.agent import PATH_POSES, Privileged
 from plant_bench.sim.gridlock import LOOK_INTERVAL, ORDER_INTERVAL, PATIENCE, RELEASE, Gridlock
 from plant_bench.sim.sumo import VehicleState
 from plant_bench.sim.sumo_commands import Commands
-from plant_bench.world.scene import TICK, ActorKind, Actors, EgoState
+from plant_bench.world.scene import TICK
+from tests.builders import cars, make_ego
 
-EGO = EgoState(0.0, 0.0, 0.0, 0.0)  # stands inside the junction, eastwards
+EGO = make_ego()  # stands inside the junction, eastwards
 CROSSING = (8.0, -8.0, math.pi / 2)  # would drive north past the ego's front
 BEHIND = (-8.0, 0.0, 0.0)  # stands behind the ego
 NOW = 400  # a tick at which a look may be due
@@ -42,11 +43,7 @@ def look(
     """Run one gridlock check on vehicles 1, 2, ...; each would go straight ahead."""
     count = len(poses)
     placed = np.array(poses)
-    actors = Actors(
-        np.arange(1, count + 1), placed.astype(np.float32), np.full(count, speed, np.float32),
-        np.tile(np.array([4.5, 1.8], np.float32), (count, 1)),
-        np.full(count, ActorKind.CAR, np.uint8),
-    )  # fmt: skip
+    actors = cars(*((*pose, speed) for pose in poses))
     ahead = np.stack((np.cos(placed[:, 2]), np.sin(placed[:, 2]), np.zeros(count)), axis=1)
     paths = placed[:, None] + np.arange(PATH_POSES)[:, None] * ahead[:, None]
     zero = np.zeros(count)
@@ -83,11 +80,11 @@ def test_vehicles_moving_or_before_the_junction_are_not_released(lanes: str, spe
 def test_ego_out_of_lane_order_is_reseated(speed: float) -> None:
     told = Told()
     gridlock = Gridlock(told)
-    gridlock.due(NOW, EgoState(0.0, 0.0, 0.0, speed))
+    gridlock.due(NOW, make_ego(speed))
     assert told.reseated == []
     told.out_of_order = True
     for tick in range(NOW, NOW + ORDER_INTERVAL):
-        gridlock.due(tick, EgoState(0.0, 0.0, 0.0, speed))
+        gridlock.due(tick, make_ego(speed))
     assert told.reseated == [0]
 
 
@@ -107,5 +104,5 @@ def test_gridlock_check_is_due_only_after_a_long_stop() -> None:
     due = [tick for tick in range(300) if gridlock.due(tick, EGO)]
     assert due[0] == pytest.approx(PATIENCE / TICK, abs=LOOK_INTERVAL)
     assert set(np.diff(due).tolist()) == {LOOK_INTERVAL}
-    assert not gridlock.due(300, EgoState(0.0, 0.0, 0.0, 3.0))
+    assert not gridlock.due(300, make_ego(3.0))
     assert not gridlock.due(320, EGO)

@@ -6,34 +6,19 @@ import numpy as np
 
 from plant_bench.towns.route_graph import StreetGraph
 from plant_bench.towns.route_paths import random_path
-from plant_bench.world.town import Junction, Lane, Link, Town, load_town
-
-
-def lane(edge, index, points, *, speed=22.0, acceleration=False):
-    return Lane(
-        id=f"{edge}_{index}",
-        edge=edge,
-        index=index,
-        points=np.array([[*point, 0.0] for point in points], dtype=float),
-        width=3.5,
-        speed_limit=speed,
-        junction=None,
-        successors=(),
-        left=None,
-        right=None,
-        acceleration=acceleration,
-    )
+from plant_bench.world.town import Junction, Link, Town, load_town
+from tests.builders import make_lane
 
 
 def make_town(speed):
     """A road of two lanes whose right one leaves for a ramp and whose left one goes on."""
     bend = [(np.sin(a) * 8.0 + 400.0, 8.0 - 8.0 * np.cos(a)) for a in np.linspace(0.0, np.pi, 20)]
     lanes = [
-        lane("road", 0, [(0, 0), (200, 0)], speed=speed),
-        lane("road", 1, [(0, 3.5), (200, 3.5)], speed=speed),
-        lane("ramp", 0, [(200, 0), (300, -50)]),
-        lane("main", 0, [(200, 3.5), (400, 3.5)]),
-        lane("back", 0, bend),
+        make_lane("road_0", [(0, 0), (200, 0)], speed_limit=speed),
+        make_lane("road_1", [(0, 3.5), (200, 3.5)], speed_limit=speed),
+        make_lane("ramp_0", [(200, 0), (300, -50)], speed_limit=22.0),
+        make_lane("main_0", [(200, 3.5), (400, 3.5)], speed_limit=22.0),
+        make_lane("back_0", bend, speed_limit=22.0),
     ]
     links = (
         Link("road_0", "ramp_0", (), "fork", "right", "major"),

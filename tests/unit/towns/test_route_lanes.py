@@ -7,22 +7,19 @@ from plant_bench.towns.route_graph import StreetGraph
 from plant_bench.towns.route_lanes import change_spans, plan_lanes
 from plant_bench.towns.route_line import trace_line
 from plant_bench.towns.route_making import count_manoeuvres, make_route
-from plant_bench.world.town import Junction, Lane, Link, Town
+from plant_bench.world.town import Junction, Link, Town
+from tests.builders import make_lane
 
 WIDTH = 3.5
 
 
 def lane(edge, index, lanes, start, end, *, across=0.0, speed=13.89, acceleration=False):
     y = across + index * WIDTH
-    return Lane(
-        id=f"{edge}_{index}",
-        edge=edge,
-        index=index,
-        points=np.array([[start, y, 0.0], [end, y, 0.0]]),
+    return make_lane(
+        f"{edge}_{index}",
+        [(start, y), (end, y)],
         width=WIDTH,
         speed_limit=speed,
-        junction=None,
-        successors=(),
         left=f"{edge}_{index + 1}" if index + 1 < lanes else None,
         right=f"{edge}_{index - 1}" if index > 0 else None,
         acceleration=acceleration,

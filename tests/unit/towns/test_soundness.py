@@ -9,7 +9,8 @@ from plant_bench.towns.drivable import drive_all, find_undrivable
 from plant_bench.towns.town_checks import find_dead_lanes, find_missing, find_unreachable
 from plant_bench.towns.town_spec import Requirements
 from plant_bench.towns.town_summary import summarise
-from plant_bench.world.town import Junction, Lane, Link, Town
+from plant_bench.world.town import Junction, Link, Town
+from tests.builders import make_lane
 
 SIDE = 60.0
 
@@ -20,17 +21,8 @@ def arc(radius, begin, finish):
 
 
 def lane(name, points, successors, junction=None):
-    return Lane(
-        id=f"{name}_0",
-        edge=name,
-        index=0,
-        points=points,
-        width=3.5,
-        speed_limit=13.88,
-        junction=junction,
-        successors=successors,
-        left=None,
-        right=None,
+    return make_lane(
+        f"{name}_0", points, speed_limit=13.88, junction=junction, successors=successors
     )
 
 

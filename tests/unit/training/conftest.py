@@ -12,45 +12,27 @@ import torch
 
 from plant_bench.data.recorder import Recorder
 from plant_bench.data.tick_log import Action
-from plant_bench.world.route import PROTOCOL, LaneSpan, Route
-from plant_bench.world.scene import TICK, ActorKind, Actors, EgoState, Scene
+from plant_bench.world.route import PROTOCOL, Route
+from plant_bench.world.scene import TICK, Scene
+from tests.builders import cars, make_ego, make_scene, straight_route
 
 SPEED, HEADING = 8.0, 0.5  # m/s, radians
 NORTH_EAST = np.array([math.cos(HEADING), math.sin(HEADING)])
 
 
-def straight_route(name: str, town: str = "nowhere") -> Route:
-    points = np.round(np.arange(201.0)[:, None] * NORTH_EAST, 3)
-    return Route(
-        id=name,
-        town=town,
-        points=points,
-        elevations=np.zeros(201),
-        speed_limits=np.full(201, 13.0),
-        edges=("a",),
-        lanes=(LaneSpan("a_0", 0.0, 200.0),),
-        passages=(),
-        lane_changes=(),
-        manoeuvres={},
-    )
+def route_of(name: str, town: str = "nowhere") -> Route:
+    return straight_route(name=name, town=town, lane="a_0", heading=HEADING, speed_limit=13.0)
 
 
 def scene_of(tick: int, *, leaves_at: int = 10_000, starts_at: int = 0) -> Scene:
     """The ego at SPEED from its start on; a leader 12 m ahead at that speed until it leaves."""
-    x, y = (2.0 + SPEED * max(tick - starts_at, 0) * TICK) * NORTH_EAST
-    speed = SPEED if tick >= starts_at else 0.0
+    x, y = ((2.0 + SPEED * max(tick - starts_at, 0) * TICK) * NORTH_EAST).tolist()
     leader = (14.0 + SPEED * tick * TICK) * NORTH_EAST
-    there = tick < leaves_at
-    poses = np.array([[*leader, HEADING]], np.float32)[: int(there)]
-    count = len(poses)
-    actors = Actors(
-        np.full(count, 3, np.int64),
-        poses,
-        np.full(count, SPEED, np.float32),
-        np.array([[4.5, 1.8]], np.float32)[:count],
-        np.full(count, ActorKind.CAR, np.uint8),
+    return make_scene(
+        tick,
+        ego=make_ego(SPEED if tick >= starts_at else 0.0, x=x, y=y, yaw=HEADING),
+        actors=cars((*leader, HEADING, SPEED), ids=[3]) if tick < leaves_at else None,
     )
-    return Scene(tick, EgoState(float(x), float(y), HEADING, speed), actors, np.zeros(0, np.uint8))
 
 
 def write_recording(
@@ -85,7 +67,7 @@ def one_thread() -> None:
 
 @pytest.fixture
 def route() -> Route:
-    return straight_route("one")
+    return route_of("one")
 
 
 @pytest.fixture
@@ -100,7 +82,7 @@ def make_data(tmp_path: Path) -> Callable[..., Path]:
 
     def make(name: str, *driven: str, town: str = "nowhere", **facts: Any) -> Path:
         folder = tmp_path / name
-        routes = {route: straight_route(route, town) for route in sorted(set(driven))}
+        routes = {route: route_of(route, town) for route in sorted(set(driven))}
         write_routes(folder / "routes", list(routes.values()))
         for episode, route in zip("abcdefgh", driven, strict=False):
             write_recording(folder / "episodes" / f"{episode}.parquet", routes[route], **facts)

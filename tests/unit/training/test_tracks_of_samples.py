@@ -25,7 +25,8 @@ from plant_bench.training.frames import SAMPLE_TICKS
 from plant_bench.training.learners import Student
 from plant_bench.world.route import PROTOCOL, Route
 from plant_bench.world.route_progress import RouteProgress
-from plant_bench.world.scene import TICK, ActorKind, Actors, EgoState, Scene
+from plant_bench.world.scene import TICK, Scene
+from tests.builders import make_actors, make_ego, make_scene
 
 SPEC = TokenSpec(conflicts=True, motion=True, vulnerable=True)
 TICKS = 260
@@ -49,15 +50,11 @@ def scene_at(tick: int) -> Scene:
     left = np.array([-forward[1], forward[0]])
     places = (along + rows[:, 1:2]) * forward + rows[:, 2:3] * left
     wrapped = (rows[:, 3:4] + math.pi) % (2.0 * math.pi) - math.pi
-    actors = Actors(
-        rows[:, 0].astype(np.int64),
-        np.hstack((places, wrapped)).astype(np.float32),
-        rows[:, 4].astype(np.float32),
-        np.tile(np.array([[4.5, 1.8]], np.float32), (len(rows), 1)),
-        np.full(len(rows), ActorKind.CAR, np.uint8),
+    actors = make_actors(
+        np.hstack((places, wrapped)), speeds=rows[:, 4], ids=rows[:, 0].astype(int)
     )
     x, y = (along * forward).tolist()
-    return Scene(tick, EgoState(x, y, HEADING, 8.0), actors, np.zeros(0, np.uint8))
+    return make_scene(tick, ego=make_ego(8.0, x=x, y=y, yaw=HEADING), actors=actors)
 
 
 def record(path: Path, route: Route, *, every: int) -> Path:

@@ -1,17 +1,16 @@
 """Only `Actors` knows which ids are parked; modules above the world do not compare ids."""
 
 import ast
-from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 import plant_bench
 from plant_bench.world import actor_ids as actor_numbers
 from plant_bench.world.actor_ids import EGO, PARKED, PEDESTRIANS, STAND_INS, TRAFFIC, is_parked
 from plant_bench.world.scene import Actors
+from tests.builders import make_actors
 
 PACKAGE = Path(plant_bench.__file__).parent
 OWNERS = ("world", "sim")  # the packages that assign ids
@@ -19,15 +18,7 @@ BLOCKS = (range(EGO, EGO + 1), TRAFFIC, PEDESTRIANS, STAND_INS, PARKED)
 
 
 def numbered(*numbers: int) -> Actors:
-    count = len(numbers)
-    blank = Actors(
-        np.zeros(count, np.int64),
-        np.zeros((count, 3), np.float32),
-        np.zeros(count, np.float32),
-        np.zeros((count, 2), np.float32),
-        np.zeros(count, np.uint8),
-    )
-    return replace(blank, ids=np.array(numbers, dtype=np.int64))
+    return make_actors([(0.0, 0.0)] * len(numbers), ids=numbers)
 
 
 def test_id_ranges_are_contiguous():

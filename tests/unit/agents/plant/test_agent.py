@@ -12,7 +12,7 @@ import pytest
 import torch
 from safetensors.torch import load_file, save_file
 
-from plant_bench.agent import NextLight, Observation, RouteAhead
+from plant_bench.agent import NextLight, Observation
 from plant_bench.agent_check import check_agent
 from plant_bench.agents.loading.checksum import agent_checksum
 from plant_bench.agents.loading.registry import load_agent
@@ -24,7 +24,8 @@ from plant_bench.agents.plant.predictor import TorchPredictor
 from plant_bench.errors import InputError
 from plant_bench.features.tokens import TokenSpec
 from plant_bench.world.route import load_suite
-from plant_bench.world.scene import ActorKind, Actors, EgoState, Light
+from plant_bench.world.scene import Light
+from tests.builders import make_actors, make_ego, make_observation, straight_route_ahead
 
 
 @pytest.fixture
@@ -36,17 +37,15 @@ def folder(tmp_path: Path) -> Path:
 
 
 def observation() -> Observation:
-    actors = Actors(
-        np.arange(4, dtype=np.int64),
-        np.array([[10, 0, 0], [60, 0, 0], [5, 3, 0], [40, 0, 0]], np.float32),
-        np.ones(4, np.float32),
-        np.ones((4, 2), np.float32),
-        np.full(4, ActorKind.CAR, np.uint8),
+    return make_observation(
+        ego=make_ego(4.0),
+        speed_limit=9.0,
+        actors=make_actors(
+            [(10.0, 0.0), (60.0, 0.0), (5.0, 3.0), (40.0, 0.0)], speeds=1.0, extents=(1.0, 1.0)
+        ),
+        route=straight_route_ahead(49, speed_limits=9.0),
+        light=NextLight(Light.RED, 20.0),
     )
-    points = np.stack((np.arange(50.0), np.zeros(50)), axis=1)
-    ahead = RouteAhead(0.0, 0.0, 0.0, points, np.zeros(50), np.full(50, 9.0))
-    ego = EgoState(0.0, 0.0, 0.0, 4.0)
-    return Observation(0.0, ego, 9.0, actors, ahead, NextLight(Light.RED, 20.0))
 
 
 def test_plant_satisfies_the_contract(folder: Path) -> None:
@@ -120,7 +119,7 @@ def test_plant_decides_less_often_while_it_stays_stationary(
     plan = np.linspace((0.0, 0.0), (metres, 0.0), 4)
     monkeypatch.setattr(TorchPredictor, "waypoints", lambda *_: plan)
     shown = None if light is None else NextLight(light, 5.0)
-    scene = replace(observation(), ego=EgoState(0.0, 0.0, 0.0, speed), light=shown)
+    scene = replace(observation(), ego=make_ego(speed), light=shown)
     tracking.act(scene)
     assert tracking.interval == ticks
     tracking.reset(None)

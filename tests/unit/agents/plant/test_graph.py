@@ -154,7 +154,9 @@ def test_quantised_layer_approximates_the_layer(tmp_path: Path) -> None:
     rows = rng.normal(size=(9, 256)).astype(np.float32)
     writer = GraphWriter()
     writer.add_output(
-        writer.quantised_linear(writer.add_input("rows", np.float32, "n", 256), weight, bias), "n", 48
+        writer.quantised_linear(writer.add_input("rows", np.float32, "n", 256), weight, bias),
+        "n",
+        48,
     )
     writer.write(tmp_path / GRAPH_FILE)
     found = onnxruntime.InferenceSession(tmp_path / GRAPH_FILE).run(None, {"rows": rows})[0]

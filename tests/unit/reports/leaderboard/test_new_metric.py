@@ -4,7 +4,6 @@ import json
 import math
 import re
 
-import numpy as np
 import pandas as pd
 import pytest
 
@@ -21,7 +20,8 @@ from plant_bench.scoring.infractions import Status
 from plant_bench.scoring.metrics_table import HIGHER, METRICS, NEITHER, measure_row, score_row
 from plant_bench.scoring.results import RESULT_FORMAT, EpisodeResult
 from plant_bench.scoring.trajectory import Trajectory, TrajectoryRecorder
-from plant_bench.world.scene import TICK, Actors, EgoState, Scene
+from plant_bench.world.scene import TICK
+from tests.builders import make_ego, make_scene
 
 
 def mean_speed(trajectory: Trajectory) -> float:
@@ -51,8 +51,7 @@ def driven(speed: float) -> Trajectory:
     """Return the track of an ego alone on a straight road."""
     recorder = TrajectoryRecorder()
     for tick in range(40):
-        ego = EgoState(speed * tick * TICK, 0.0, 0.0, speed)
-        recorder.add(Scene(tick, ego, Actors.none(), np.zeros(0, np.uint8)))
+        recorder.add(make_scene(tick, ego=make_ego(speed, x=speed * tick * TICK)))
     return recorder.trajectory()
 
 

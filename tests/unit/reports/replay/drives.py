@@ -11,8 +11,9 @@ from plant_bench.scoring.infractions import Infraction, InfractionKind, Status
 from plant_bench.scoring.results import EpisodeHeader, EpisodeResult, HazardRecord
 from plant_bench.world.hazard import HazardKind, Phase
 from plant_bench.world.route import PROTOCOL, Route, Scenario, load_suite
-from plant_bench.world.scene import TICK, ActorKind, Actors, EgoState, Scene
+from plant_bench.world.scene import TICK, ActorKind, Scene
 from plant_bench.world.town import town_checksum
+from tests.builders import make_actors, make_ego, make_scene
 
 HIT_AT = 2.0  # s
 SPEED = 8.0  # m/s
@@ -82,17 +83,12 @@ def scene(route: Route, tick: int, actors: int) -> Scene:
         ],
         axis=1,
     )
-    others = Actors(
-        numbers + 1,
-        poses.astype(np.float32),
-        np.full(actors, 3.0, np.float32),
-        np.tile(np.array([4.5, 1.8], np.float32), (actors, 1)),
-        (numbers % len(ActorKind)).astype(np.uint8),
-    )
+    others = make_actors(poses, speeds=3.0, kinds=numbers % len(ActorKind), ids=numbers + 1)
     if 20 <= tick < 40:
         others = others.only(others.ids != 2)  # out of sight for a second
     lights = np.full(len(route.signal_passages), 1 + tick // 30 % 3, np.uint8)
-    return Scene(tick, EgoState(x, y, yaw, SPEED, 0.1, 0.0), others, lights)
+    ego = make_ego(SPEED, x=x, y=y, yaw=yaw, acceleration=0.1)
+    return make_scene(tick, ego=ego, actors=others, lights=lights)
 
 
 def drive(

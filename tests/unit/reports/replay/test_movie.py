@@ -1,4 +1,5 @@
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,11 +19,11 @@ def episode(source):
     return load_episode(source)
 
 
-def quiet(done, count):
+def quiet(done: int, count: int) -> None:
     assert 0 < done <= count
 
 
-def pixels(path):
+def pixels(path: Path) -> np.ndarray:
     with Image.open(path) as image:
         return np.asarray(image.convert("RGB")).astype(int)
 

@@ -10,19 +10,25 @@ from plant_bench.agent import (
     Cause,
     Control,
     NextLight,
-    Observation,
     Plan,
     Reason,
-    RouteAhead,
 )
 from plant_bench.reports.why.incidents import Incident, incidents
 from plant_bench.runner.decisions import Decision
 from plant_bench.runner.review.review_frames import Moment, Postmortem
 from plant_bench.scoring.infractions import Infraction, InfractionKind, Status
 from plant_bench.scoring.results import EpisodeResult
-from plant_bench.world.route import LaneSpan, Passage, Route
-from plant_bench.world.scene import TICK, ActorKind, Actors, EgoState, Light, Scene
-from plant_bench.world.town import load_town
+from plant_bench.world.route import Passage, Route
+from plant_bench.world.scene import TICK, ActorKind, Light, Scene
+from tests.builders import (
+    CAR_EXTENT,
+    first_lane,
+    make_actors,
+    make_ego,
+    make_scene,
+    observation_on,
+    straight_route,
+)
 
 FOE, BYSTANDER = 17, 500_001
 SPEED, START, FOE_AT, LINE = 10.0, 20.0, 60.1, 50.0  # m/s, m
@@ -35,19 +41,14 @@ Answers = Callable[[int], tuple[float, Reason | None]]
 @cache
 def route(metres: int = 100) -> Route:
     """A straight route to the east, on an existing lane."""
-    lane = next(iter(load_town("town01").edges.values()))[0]
-    count = metres + 1
-    return Route(
-        id="town01-0",
+    passage = Passage("j", LINE, LINE + 20.0, "straight", "signal", "s", 0)
+    return straight_route(
+        metres,
+        name="town01-0",
         town="town01",
-        points=np.stack([np.arange(count, dtype=float), np.zeros(count)], axis=1),
-        elevations=np.zeros(count),
-        speed_limits=np.full(count, 8.33),
-        edges=(lane.edge,),
-        lanes=(LaneSpan(lane.id, 0.0, float(metres)),),
-        passages=(Passage("j", LINE, LINE + 20.0, "straight", "signal", "s", 0),),
-        lane_changes=(),
-        manoeuvres={},
+        lane=first_lane("town01"),
+        speed_limit=8.33,
+        passages=[passage],
     )
 
 
@@ -74,31 +75,25 @@ def record(*infractions: Infraction, **changes: Any) -> EpisodeResult:
 
 def scene(tick: int, *, speed: float = SPEED, light: Light = Light.UNKNOWN) -> Scene:
     """The ego on its way to car 17, a pedestrian at the side."""
-    x = START + SPEED * tick * TICK if speed else FOE_AT - 8.0
-    ego = EgoState(x, 0.0, 0.0, speed)
-    actors = Actors(
-        np.array([FOE, BYSTANDER]),
-        np.array([[FOE_AT, 0.0, 0.0], [40.0, 8.0, 1.0]], np.float32),
-        np.array([0.0, 1.0], np.float32),
-        np.array([[4.5, 1.8], [0.5, 0.5]], np.float32),
-        np.array([ActorKind.CAR, ActorKind.PEDESTRIAN], np.uint8),
+    actors = make_actors(
+        [(FOE_AT, 0.0, 0.0), (40.0, 8.0, 1.0)],
+        speeds=(0.0, 1.0),
+        extents=[CAR_EXTENT, (0.5, 0.5)],
+        kinds=(ActorKind.CAR, ActorKind.PEDESTRIAN),
+        ids=(FOE, BYSTANDER),
     )
-    return Scene(tick, ego, actors, np.array([light], np.uint8))
+    x = START + SPEED * tick * TICK if speed else FOE_AT - 8.0
+    return make_scene(tick, ego=make_ego(speed, x=x), actors=actors, lights=[light])
 
 
 def moment(tick: int, expert: Answers, **changes: Any) -> Moment:
     """One moment; the planner requests zero control and ranks the pedestrian first."""
     light = changes.pop("light", Light.UNKNOWN)
     at = scene(tick, speed=changes.pop("speed", SPEED), light=light)
-    line = route()
-    behind = int(at.ego.x)
-    ahead = RouteAhead(
-        at.ego.x, at.ego.x - behind, 0.0, line.points[behind:], line.headings[behind:],
-        line.speed_limits[behind:],
-    )  # fmt: skip
-    seen = Observation(
-        at.time, at.ego, 8.33, at.actors, ahead, NextLight(light, LINE - at.ego.x - 2.45),
-    )  # fmt: skip
+    shown = NextLight(light, LINE - at.ego.x - 2.45)
+    seen = observation_on(
+        route(), at.ego.x, speed=at.ego.speed, time=at.time, actors=at.actors, light=shown
+    )
     pull, reason = expert(tick)
     ranking = changes.pop("ranking", (BYSTANDER, FOE))
     planner = Decision(tick, PLAN, Control(0.0, 0.0), None, ranking)

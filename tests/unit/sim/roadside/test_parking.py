@@ -12,26 +12,20 @@ from plant_bench.sim.roadside.parked_cars import (
 from plant_bench.sim.scene_builder import join
 from plant_bench.world.hazard import Hazard, HazardKind
 from plant_bench.world.hazard_table import HAZARDS
-from plant_bench.world.route import LaneSpan, Route, Scenario
+from plant_bench.world.route import Scenario
 from plant_bench.world.scene import Actors
-from plant_bench.world.town import CARS_ONLY, Lane, Life, Town
+from plant_bench.world.town import CARS_ONLY, Life, Town
+from tests.builders import make_lane, straight_route
 
 
 def street(parking: float, limit: float = 8.33) -> Town:
-    lane = Lane(
-        "s_1", "s", 1, np.array([(0.0, 0.0, 0.0), (200.0, 0.0, 0.0)]), 3.5, limit, None, (), None,
-        None,
-    )  # fmt: skip
+    lane = make_lane("s_1", [(0.0, 0.0), (200.0, 0.0)], speed_limit=limit)
     life = Life(CARS_ONLY.mix, 0.0, parking)
     return Town("street", {"s_1": lane}, (), {}, {}, life=life)
 
 
 def scenario(seed: int, *hazards: Hazard) -> Scenario:
-    points = np.stack((np.arange(200.0), np.zeros(200)), axis=1)
-    route = Route(
-        "r", "street", points, np.zeros(200), np.full(200, 8.0), ("s",),
-        (LaneSpan("s_1", 0.0, 199.0),), (), (), {}, hazards,
-    )  # fmt: skip
+    route = straight_route(199, town="street", lane="s_1", speed_limit=8.0, hazards=hazards)
     return Scenario(route, seed, hazards=True)
 
 

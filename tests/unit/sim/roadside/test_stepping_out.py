@@ -2,18 +2,17 @@
 
 from dataclasses import replace
 
-import numpy as np
 import pytest
 
 from plant_bench.sim.roadside.footways import Crossing
 from plant_bench.sim.roadside.road_crossing import Moving, SteppingOut
-from plant_bench.world.route import LaneSpan, Route
-from plant_bench.world.scene import EgoState, Light
+from plant_bench.world.scene import Light
+from tests.builders import make_ego, straight_route
 
 OVER = Crossing("c", ((100.0, -3.5, 0.0), (100.0, 3.5, 0.0)), 4.0)
 SIGNALLED = replace(OVER, id="s", signal="light", signal_index=3)
 DURATION = 6.0
-STANDING = EgoState(0.0, 0.0, 0.0, 0.0)
+STANDING = make_ego()
 
 
 class Lights:
@@ -30,11 +29,7 @@ class Lights:
 
 
 def rules(shown: Light = Light.GREEN, left: float = 20.0) -> SteppingOut:
-    points = np.stack((np.arange(200.0), np.full(200, -1.75)), axis=1)
-    route = Route(
-        "r", "t", points, np.zeros(200), np.full(200, 13.9), ("e",),
-        (LaneSpan("e_0", 0.0, 199.0),), (), (), {},
-    )  # fmt: skip
+    route = straight_route(199, start=(0.0, -1.75), speed_limit=13.9)
     return SteppingOut(Lights(shown, left), route)
 
 
@@ -49,7 +44,7 @@ def test_crossing_on_the_route_has_a_span() -> None:
 def test_pedestrian_does_not_step_out_if_the_ego_cannot_stop(
     crossing: Crossing, speed: float
 ) -> None:
-    ego = EgoState(0.0, 0.0, 0.0, speed)
+    ego = make_ego(speed)
     stop = 0.5 * speed + speed**2 / 8.0
     too_near = 98.0 - 2.45 - stop - 0.5
     assert not rules().allowed(crossing, DURATION, ego, too_near, [])
@@ -58,7 +53,7 @@ def test_pedestrian_does_not_step_out_if_the_ego_cannot_stop(
 
 
 def test_pedestrian_steps_out_before_a_stopping_ego_only_at_a_light() -> None:
-    ego = EgoState(0.0, 0.0, 0.0, 8.0)
+    ego = make_ego(8.0)
     assert rules().allowed(SIGNALLED, DURATION, ego, 70.0, [])
     assert not rules().allowed(OVER, DURATION, ego, 70.0, [])
     assert rules().allowed(OVER, DURATION, ego, 20.0, [])  # a gap

@@ -12,6 +12,7 @@ from plant_bench.sim.roadside.road_crossing import Moving
 from plant_bench.sim.roadside.walking_paths import SAMPLE, random_walk
 from plant_bench.world.actor_ids import PEDESTRIANS
 from plant_bench.world.scene import TICK, Actors, EgoState
+from tests.builders import make_ego
 
 OVER = Crossing("c", ((40.0, 1.0, 0.0), (40.0, 8.0, 0.0)), 4.0)
 
@@ -62,7 +63,7 @@ class Shown:
 
 @pytest.fixture
 def far_ego() -> EgoState:
-    return EgoState(0.0, 60.0, 0.0, 0.0)
+    return make_ego(y=60.0)
 
 
 def walkers(*, allowed: bool, shown: Shown | None = None, density: float = 100.0) -> Walkers:
@@ -113,7 +114,7 @@ def test_pedestrians_with_permission_cross_and_are_shown_meanwhile(far_ego: EgoS
 
 
 def test_pedestrians_do_not_walk_into_a_stationary_ego() -> None:
-    ego = EgoState(40.0, 4.0, 0.0, 0.0)  # across the way over the road
+    ego = make_ego(x=40.0, y=4.0)  # across the way over the road
     crowd = walkers(allowed=True)
     poses = np.concatenate(run(crowd, ego, 30.0))
     inside = (np.abs(poses[:, 0] - 40.0) < 2.45) & (np.abs(poses[:, 1] - 4.0) < 1.065 + 0.2)

@@ -1,16 +1,20 @@
 """Routes of plant-bench in the format of CARLA's leaderboard."""
 
+from collections.abc import Iterable
+
 import numpy as np
 
+from plant_bench.world.route import Route
 
-def as_carla(routes, *, version=1):
+
+def as_carla(routes: Iterable[Route], *, version: int = 1) -> str:
     """Return a route file: points 40 to 100 m apart on lane centres, left-handed, in degrees."""
     rng = np.random.default_rng(0)
     texts = [_route(number, route, rng, version) for number, route in enumerate(routes)]
     return "<?xml version='1.0'?>\n<routes>\n" + "\n".join(texts) + "\n</routes>\n"
 
 
-def _route(number, route, rng, version):
+def _route(number: int, route: Route, rng: np.random.Generator, version: int) -> str:
     points = []
     at = 0.0
     while at < route.length:
@@ -25,7 +29,7 @@ def _route(number, route, rng, version):
     return f"{head}{inside}</route>"
 
 
-def _point(route, index, version):
+def _point(route: Route, index: int, version: int) -> str:
     x, y = route.points[index]
     place = f'x="{x:.2f}" y="{-y:.2f}" z="{route.elevations[index]:.2f}"'
     if version == 2:

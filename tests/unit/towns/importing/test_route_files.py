@@ -16,7 +16,8 @@ from plant_bench.towns.importing.carla_routes import CarlaRoute, read_carla_rout
 from plant_bench.towns.importing.lane_graph import LaneGraph
 from plant_bench.towns.importing.route_import import TownFound, match_routes
 from plant_bench.world.route import load_suite
-from plant_bench.world.town import Lane, Town
+from plant_bench.world.town import Town
+from tests.builders import make_lane
 from tests.unit.towns.importing.carla_files import as_carla
 
 TOWN02 = TownFound("town02", networks_dir() / "town02", brought=False)
@@ -152,8 +153,7 @@ def test_stacked_roads_are_matched_by_height(height, lane):
 
 
 def road(edge, z):
-    points = np.array([[0.0, 0.0, z], [100.0, 0.0, z]])
-    return Lane(f"{edge}_0", edge, 0, points, 3.5, 13.9, None, (), None, None)
+    return make_lane(f"{edge}_0", [(0.0, 0.0, z), (100.0, 0.0, z)])
 
 
 def test_import_routes_writes_the_suite_and_names_unmatched_routes(tmp_path):

@@ -19,7 +19,7 @@ from plant_bench.world.route import load_suite
 from plant_bench.world.town import Lane, Town
 from tests.unit.towns.importing.carla_files import as_carla
 
-TOWN02 = TownFound("town02", networks_dir() / "town02", brought=False)
+TOWN02 = TownFound("town02", networks_dir() / "town02", must_copy=False)
 
 
 def town_routes(name):
@@ -55,7 +55,7 @@ def test_both_flavours_are_turned_right_handed(tmp_path):
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("<routes></routes>", "holds no routes"),
+        ("<routes></routes>", "has no routes"),
         ("<net/>", "begins with <net>"),
         ("<routes><route id='1'><waypoint x='1' y='2'/></route></routes>", "two or more"),
         ("<routes><route id='1'><waypoint x='nan' y='2'/></route></routes>", "must be numbers"),
@@ -77,7 +77,7 @@ def test_routes_come_back_as_they_were(version, tmp_path):
     ours = town_routes("town02")
 
     for route, match in zip(ours, matched(tmp_path, as_carla(ours, version=version)), strict=True):
-        assert match.route is not None, match.why
+        assert match.route is not None, match.reason
         assert match.worst < 0.3
         lanes = [span.lane for span in match.route.lanes]
         assert [span.lane for span in route.lanes][: len(lanes) - 1] == lanes[:-1]
@@ -89,13 +89,14 @@ def test_all_36_routes_of_longest6_fit_the_towns_they_were_made_in(tmp_path):
     routes = load_suite("longest6")
     names = {route.town for route in routes}
     towns = {
-        f"Town{name[-2:]}": TownFound(name, networks_dir() / name, brought=False) for name in names
+        f"Town{name[-2:]}": TownFound(name, networks_dir() / name, must_copy=False)
+        for name in names
     }
 
     matches = match_routes(read(tmp_path, as_carla(routes)), towns, 1.5, lambda _: None)
 
     assert len(matches) == 36
-    assert [match.why for match in matches] == [""] * 36
+    assert [match.reason for match in matches] == [""] * 36
     assert max(match.worst for match in matches) < 1.0
     assert all(match.route is not None for match in matches)
 
@@ -107,7 +108,7 @@ def test_a_point_off_the_map_names_the_route_the_point_and_the_reason(tmp_path):
     (match,) = matched(tmp_path, text)
 
     assert match.route is None
-    assert "the nearest lane is" in match.why
+    assert "the nearest lane is" in match.reason
     assert match.point == len(match.source.points) - 1
     assert "x 900.0, y -900.0" in str(match.row)
 
@@ -121,7 +122,7 @@ def test_a_point_beside_its_lane_is_measured(tmp_path):
     (match,) = matched(tmp_path, away, limit=0.5)
 
     assert match.route is None
-    assert match.why == "farther than 0.5 m from the lanes"
+    assert match.reason == "farther than 0.5 m from the lanes"
     assert 0.5 < match.worst < 1.8
     assert match.point == 0
 
@@ -137,12 +138,12 @@ def test_a_route_against_the_traffic_does_not_fit(tmp_path):
     (match,) = matched(tmp_path, text, limit=0.5)
 
     assert match.route is None
-    assert match.why
+    assert match.reason
 
 
 @pytest.mark.parametrize(("height", "lane"), [(0.0, "below_0"), (7.0, "above_0")])
 def test_of_two_roads_above_each_other_that_of_the_route_s_height_is_taken(height, lane):
-    levels = {"below_0": road("below", 0.0), "above_0": road("above", 7.0)}
+    levels = {"below_0": road("below", 0.0), "above_0": road("parent", 7.0)}
     ways = LaneGraph(Town("levels", levels, (), {}, {}))
     points = np.array([[10.0, 0.0, height], [50.0, 0.0, height + 0.3], [90.0, 0.0, height + 0.6]])
 
@@ -268,7 +269,7 @@ def test_a_damaged_town_is_refused_in_one_line(name, theirs, tmp_path):
 
 
 def test_more_points_than_can_be_matched_in_a_minute_are_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr(carla_routes, "MOST_POINTS_IN_ALL", 5)
+    monkeypatch.setattr(carla_routes, "MAX_POINTS_IN_FILE", 5)
     points = "<waypoint x='1' y='2'/>" * 2
     routes = "".join(f"<route id='{number}' town='a'>{points}</route>" for number in range(3))
 

@@ -13,8 +13,8 @@ PLACED_MODE = 0  # SUMO's speed mode: minds nothing
 DEFAULT_MODE = 31  # SUMO's speed mode: minds safe gaps, limits, foes and lights
 DEFAULT_LANE_CHANGES = 1621  # SUMO's lane change mode
 CENTRED = 0.02  # m beside its lane's middle within which a driver is not changing lanes
-LAWLESS_MODE = 39  # safe gap and limits of acceleration only; ignores foes inside junctions
-LAWLESS_FACTOR = 1.5  # a lawless driver's speed limit, times the lane's
+RULE_IGNORING_MODE = 39  # safe gap and limits of acceleration only; ignores foes inside junctions
+RULE_IGNORING_FACTOR = 1.5  # a ignores_rules driver's speed limit, times the lane's
 
 
 def place_vehicle(name: str, length: float, x: float, y: float, yaw: float, speed: float) -> None:
@@ -33,7 +33,7 @@ class Commands:
     """Commands to single vehicles of a running simulation, by number; mutable."""
 
     def __init__(self) -> None:
-        self._tempers: dict[int, float] = {}  # speed factors of the drivers now lawless
+        self._tempers: dict[int, float] = {}  # speed factors of the drivers now ignores_rules
 
     def add_scripted(self, vehicle: int, kind: str, edge: str) -> None:
         """Add a vehicle that is placed by `place` from now on; do so before the next step."""
@@ -102,13 +102,13 @@ class Commands:
             of.moveTo(name, f"{edge}_{1 if index == '0' else int(index) - 1}", at)
             of.moveTo(name, lane, at)
 
-    def drive(self, vehicle: int, speed: float, *, lawless: bool) -> None:
-        """Command a vehicle's speed; a lawless one keeps its distance, but no other rule."""
+    def drive(self, vehicle: int, speed: float, *, ignores_rules: bool) -> None:
+        """Command a vehicle's speed; a ignores_rules one keeps its distance, but no other rule."""
         name = str(vehicle)
-        libsumo.vehicle.setSpeedMode(name, LAWLESS_MODE if lawless else DEFAULT_MODE)
-        if lawless:
+        libsumo.vehicle.setSpeedMode(name, RULE_IGNORING_MODE if ignores_rules else DEFAULT_MODE)
+        if ignores_rules:
             self._tempers.setdefault(vehicle, libsumo.vehicle.getSpeedFactor(name))
-            libsumo.vehicle.setSpeedFactor(name, LAWLESS_FACTOR)
+            libsumo.vehicle.setSpeedFactor(name, RULE_IGNORING_FACTOR)
         libsumo.vehicle.setLaneChangeMode(name, 0)
         libsumo.vehicle.setSpeed(name, speed)
 

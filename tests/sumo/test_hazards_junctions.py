@@ -56,13 +56,13 @@ def test_meets_the_blind_and_spares_the_oracle(
 def test_is_void_where_no_way_fits(kind: HazardKind, name: str, at: float) -> None:
     run = drive(route(name), Hazard(kind, float(at), at - 80.0, 0), 0, blind=True)
     assert run.phase is Phase.VOID
-    assert run.reason == "no other way meets the ego's here"
+    assert run.reason == "no conflicting approach here"
 
 
 def test_merge_is_void_where_the_route_keeps_its_lane() -> None:
     hazard = Hazard(HazardKind.MERGE_PRESSURE, 423.0, 340.0, 0)
     run = drive(route("town01-0"), hazard, 0, blind=True)
-    assert (run.phase, run.reason) == (Phase.VOID, "the route changes no lane here")
+    assert (run.phase, run.reason) == (Phase.VOID, "the route has no lane change here")
 
 
 def test_a_row_gives_way_to_an_ego_in_its_lane_only() -> None:

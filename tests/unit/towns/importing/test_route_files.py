@@ -143,7 +143,7 @@ def test_a_route_against_the_traffic_does_not_fit(tmp_path):
 
 @pytest.mark.parametrize(("height", "lane"), [(0.0, "below_0"), (7.0, "above_0")])
 def test_of_two_roads_above_each_other_that_of_the_route_s_height_is_taken(height, lane):
-    levels = {"below_0": road("below", 0.0), "above_0": road("parent", 7.0)}
+    levels = {"below_0": road("below", 0.0), "above_0": road("above", 7.0)}
     ways = LaneGraph(Town("levels", levels, (), {}, {}))
     points = np.array([[10.0, 0.0, height], [50.0, 0.0, height + 0.3], [90.0, 0.0, height + 0.6]])
 

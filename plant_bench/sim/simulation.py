@@ -61,10 +61,10 @@ class Simulation:
         self._entries = route.signal_entries
         self._traffic = Traffic(self._sumo, places.streets, density, scenario.seed)
         self._paths = LanePaths(self._sumo, self.town)
-        self._deadlocks = Gridlock(self._sumo.commands)
-        self._stage = HazardWorld(self._sumo, self._traffic, self.town, route)
-        self._director = Director(self._stage, scenario.played_hazards, scenario.seed)
-        self._bystanders = RoadsideActors(self._sumo, self._traffic, places, scenario)
+        self._gridlock = Gridlock(self._sumo.commands)
+        self._hazard_world = HazardWorld(self._sumo, self._traffic, self.town, route)
+        self._director = Director(self._hazard_world, scenario.played_hazards, scenario.seed)
+        self._roadside = RoadsideActors(self._sumo, self._traffic, places, scenario)
         self._states: dict[int, VehicleState] = {}
         try:
             self._warm_up()
@@ -96,20 +96,20 @@ class Simulation:
             ego = self.scene.ego
         if tick % MANAGE_INTERVAL == 0:
             self._traffic.manage(ego.x, ego.y)
-            self._bystanders.manage(ego.x, ego.y)
+            self._roadside.manage(ego.x, ego.y)
         self._present(ego)
         self._cursor.advance(ego.x, ego.y)
-        self._stage.refresh(tick, self._cursor.progress, self._states)
+        self._hazard_world.refresh(tick, self._cursor.progress, self._states)
         if not self._director.idle:
             self._director.step(ego)
-        self._bystanders.step(tick, ego, self._cursor.progress, self.scene.actors)
+        self._roadside.step(tick, ego, self._cursor.progress, self.scene.actors)
         self._sumo.step()
         if self._self_driving:
             ego = self._driven(ego)
         self.scene = self._look(tick, ego)
-        if self._deadlocks.due(tick, ego):
+        if self._gridlock.due(tick, ego):
             facts = self.privileged()
-            self._deadlocks.look(tick, ego, self.scene.actors, facts, self._states)
+            self._gridlock.look(tick, ego, self.scene.actors, facts, self._states)
         return self.scene
 
     @property
@@ -125,8 +125,10 @@ class Simulation:
     def privileged(self) -> Privileged:
         """Return what only the simulator knows of the present scene's actors."""
         scene = self.scene
-        vehicles = self._paths.facts(scene.tick, scene.actors, self._states, self._stage.paths)
-        return join_facts(vehicles, *self._bystanders.facts(scene.tick))
+        vehicles = self._paths.facts(
+            scene.tick, scene.actors, self._states, self._hazard_world.paths
+        )
+        return join_facts(vehicles, *self._roadside.facts(scene.tick))
 
     def _start(self) -> EgoState:
         x, y = self._scenario.route.points[0].tolist()
@@ -142,12 +144,12 @@ class Simulation:
             self._sumo.add_ego(route.edges, *start.pose)
         self._sumo.watch(SIGHT)
         self._traffic.fill(start.x, start.y)
-        self._bystanders.fill(start.x, start.y)
+        self._roadside.fill(start.x, start.y)
         for tick in range(WARM_UP):
             if tick % MANAGE_INTERVAL == 0:
                 self._traffic.manage(start.x, start.y)
             self._present(start)
-            self._bystanders.step(tick - WARM_UP, start, 0.0, Actors.none())
+            self._roadside.step(tick - WARM_UP, start, 0.0, Actors.none())
             self._sumo.step()
         if self._self_driving:
             self._sumo.let_ego_go()
@@ -180,7 +182,7 @@ class Simulation:
     def _look(self, tick: int, ego: EgoState) -> Scene:
         height = self._elevations[self._cursor.index]
         seen = self._sumo.watched()
-        if beside := self._stage.beside_road(seen):
+        if beside := self._hazard_world.beside_road(seen):
             seen = {**seen, **beside}
         self._states = {
             key: state
@@ -188,7 +190,7 @@ class Simulation:
             if key in TRAFFIC and abs(state.z - height) < LEVEL_GAP
         }
         vehicles = vehicle_actors(self._states, self._traffic.types)
-        actors = join(vehicles, *self._bystanders.look(ego.x, ego.y, height))
+        actors = join(vehicles, *self._roadside.look(ego.x, ego.y, height))
         return Scene(tick, ego, actors, self._see_lights())
 
     def _see_lights(self) -> np.ndarray:

@@ -6,7 +6,9 @@ Kinds tell what an actor is, numbers who moves it: a parked car is of the kind o
 EGO = 0
 TRAFFIC = range(1, 500_000)  # vehicles that SUMO knows, and whom hazards put out, on foot as well
 PEDESTRIANS = range(500_000, 700_000)  # of the sidewalks
-STAND_INS = range(700_000, 1_000_000)  # small vehicles that show pedestrians to SUMO; in no scene
+SUMO_PROXIES = range(
+    700_000, 1_000_000
+)  # small vehicles that show pedestrians to SUMO; in no scene
 PARKED = range(1_000_000, 2**63)
 
 

@@ -10,12 +10,12 @@ import pytest
 
 import plant_bench
 from plant_bench.world import actor_ids as actor_numbers
-from plant_bench.world.actor_ids import EGO, PARKED, PEDESTRIANS, STAND_INS, TRAFFIC, is_parked
+from plant_bench.world.actor_ids import EGO, PARKED, PEDESTRIANS, SUMO_PROXIES, TRAFFIC, is_parked
 from plant_bench.world.scene import Actors
 
 PACKAGE = Path(plant_bench.__file__).parent
 OWNERS = ("world", "sim")  # who hands numbers out
-BLOCKS = (range(EGO, EGO + 1), TRAFFIC, PEDESTRIANS, STAND_INS, PARKED)
+BLOCKS = (range(EGO, EGO + 1), TRAFFIC, PEDESTRIANS, SUMO_PROXIES, PARKED)
 
 
 def numbered(*numbers: int) -> Actors:
@@ -62,7 +62,7 @@ def test_a_comparison_is_noticed(text: str, found: bool):
 
 def test_only_world_and_sim_know_the_blocks():
     blocks = {name for name, value in vars(actor_numbers).items() if isinstance(value, range)}
-    firsts = {PEDESTRIANS.start, STAND_INS.start}  # a million is many things
+    firsts = {PEDESTRIANS.start, SUMO_PROXIES.start}  # a million is many things
     for path in sorted(PACKAGE.rglob("*.py")):
         if path.relative_to(PACKAGE).parts[0] in OWNERS:
             continue

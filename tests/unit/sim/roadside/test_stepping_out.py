@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from plant_bench.sim.roadside.footways import Crossing
-from plant_bench.sim.roadside.road_crossing import Moving, SteppingOut
+from plant_bench.sim.roadside.road_crossing import CrossingRules, MovingVehicle
 from plant_bench.world.route import LaneSpan, Route
 from plant_bench.world.scene import EgoState, Light
 
@@ -29,13 +29,13 @@ class Lights:
         return self.left
 
 
-def rules(shown: Light = Light.GREEN, left: float = 20.0) -> SteppingOut:
+def rules(shown: Light = Light.GREEN, left: float = 20.0) -> CrossingRules:
     points = np.stack((np.arange(200.0), np.full(200, -1.75)), axis=1)
     route = Route(
         "r", "t", points, np.zeros(200), np.full(200, 13.9), ("e",),
         (LaneSpan("e_0", 0.0, 199.0),), (), (), {},
     )  # fmt: skip
-    return SteppingOut(Lights(shown, left), route)
+    return CrossingRules(Lights(shown, left), route)
 
 
 def test_the_route_is_known_to_lead_over_a_crossing() -> None:
@@ -77,14 +77,14 @@ def test_lights_are_kept_and_must_last() -> None:
 @pytest.mark.parametrize(
     ("other", "free"),
     [
-        (Moving(60.0, 1.0, 0.0, 10.0, 4.5, 1.8), False),  # arrives soon
-        (Moving(140.0, 1.0, 3.14159, 10.0, 4.5, 1.8), False),  # from the other side too
-        (Moving(60.0, 1.0, 3.14159, 10.0, 4.5, 1.8), True),  # drives away
-        (Moving(10.0, 1.0, 0.0, 10.0, 4.5, 1.8), True),  # far enough
-        (Moving(90.0, 1.0, 0.0, 0.0, 4.5, 1.8), True),  # has stopped for them
-        (Moving(100.0, 1.0, 0.0, 0.0, 4.5, 1.8), False),  # stands on it
-        (Moving(90.0, 30.0, 0.0, 10.0, 4.5, 1.8), True),  # another street
+        (MovingVehicle(60.0, 1.0, 0.0, 10.0, 4.5, 1.8), False),  # arrives soon
+        (MovingVehicle(140.0, 1.0, 3.14159, 10.0, 4.5, 1.8), False),  # from the other side too
+        (MovingVehicle(60.0, 1.0, 3.14159, 10.0, 4.5, 1.8), True),  # drives away
+        (MovingVehicle(10.0, 1.0, 0.0, 10.0, 4.5, 1.8), True),  # far enough
+        (MovingVehicle(90.0, 1.0, 0.0, 0.0, 4.5, 1.8), True),  # has stopped for them
+        (MovingVehicle(100.0, 1.0, 0.0, 0.0, 4.5, 1.8), False),  # stands on it
+        (MovingVehicle(90.0, 30.0, 0.0, 10.0, 4.5, 1.8), True),  # another street
     ],
 )
-def test_gaps_between_vehicles(other: Moving, free: bool) -> None:
+def test_gaps_between_vehicles(other: MovingVehicle, free: bool) -> None:
     assert rules().allowed(OVER, DURATION, STANDING, 0.0, [other]) is free

@@ -1,4 +1,4 @@
-"""A scenario in motion: controls in, scenes out."""
+"""Runs a scenario in SUMO: takes the ego's controls and returns scenes."""
 
 import math
 from bisect import bisect_right
@@ -25,7 +25,7 @@ from plant_bench.world.route import Scenario
 from plant_bench.world.scene import EGO_LENGTH, TICK, Actors, EgoState, Scene
 from plant_bench.world.town import Lane
 
-WARM_UP = 300  # ticks that the traffic drives before the episode starts: 15 s
+WARM_UP = 300  # ticks of traffic before the episode starts: 15 s
 LIGHT_SIGHT = 60.0  # m ahead of the ego's centre at which a light comes into view
 LIGHT_BEHIND = 25.0  # m behind the ego's centre until which a light is still known
 
@@ -40,7 +40,7 @@ class Simulation:
 
     Args:
         scenario: All that the episode depends on.
-        self_driving: Let SUMO's own driver drive the ego; controls go unheard then.
+        self_driving: Let SUMO's driver drive the ego; controls are ignored then.
 
     Raises:
         InputError: The scenario's town or density does not exist.
@@ -84,7 +84,7 @@ class Simulation:
         self._sumo.__exit__()
 
     def step(self, control: Control) -> Scene:
-        """Advance the world by one tick and return what is seen then.
+        """Advance the world by one tick and return the new scene.
 
         Raises:
             SimulationError: SUMO has lost the ego.
@@ -114,16 +114,16 @@ class Simulation:
 
     @property
     def outcomes(self) -> tuple[HazardOutcome, ...]:
-        """What has become of the route's hazards."""
+        """The outcomes of the route's hazards."""
         return self._director.outcomes
 
     @property
     def population(self) -> int:
-        """Vehicles in the simulation, in sight or not, the ego left out."""
+        """Number of vehicles in the simulation, visible or not, without the ego."""
         return len(self._sumo.vehicles())
 
     def privileged(self) -> Privileged:
-        """Return what only the simulator knows of the present scene's actors."""
+        """Return the privileged facts of the current scene's actors."""
         scene = self.scene
         vehicles = self._paths.facts(
             scene.tick, scene.actors, self._states, self._hazard_world.paths
@@ -168,7 +168,7 @@ class Simulation:
         return lane, front * self._sumo.lane_length(lane.id) / lane.length
 
     def _driven(self, before: EgoState) -> EgoState:
-        """Return the ego's state as SUMO has driven it."""
+        """Return the state of the ego that SUMO drives."""
         state = self._sumo.ego()
         half = 0.5 * EGO_LENGTH
         return EgoState(

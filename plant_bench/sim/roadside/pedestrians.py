@@ -99,9 +99,7 @@ class Walkers:
         self._held = np.zeros(0, dtype=bool)  # whether stopped to avoid a collision
         self._free: list[int] = []
         self._kerbs: dict[int, list[Kerb]] = {}  # remaining kerbs by id
-        self._crossing: dict[
-            int, Kerb
-        ] = {}  # the crossing of walkers on a road or about to enter one
+        self._crossing: dict[int, Kerb] = {}  # of walkers on a road, or about to enter it
         self.poses = np.zeros((0, 4))
         self._motion = np.zeros((0, 4))  # change of poses per tick
 

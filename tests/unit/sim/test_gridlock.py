@@ -6,7 +6,13 @@ import numpy as np
 import pytest
 
 from plant_bench.agent import PATH_POSES, Privileged
-from plant_bench.sim.gridlock import LOOK_INTERVAL, ORDER_INTERVAL, PATIENCE, RELEASE, Gridlock
+from plant_bench.sim.gridlock import (
+    LOOK_INTERVAL,
+    MIN_STANDSTILL,
+    ORDER_INTERVAL,
+    RELEASE,
+    Gridlock,
+)
 from plant_bench.sim.sumo import VehicleState
 from plant_bench.sim.sumo_commands import Commands
 from plant_bench.world.scene import TICK, ActorKind, Actors, EgoState
@@ -105,7 +111,7 @@ def test_a_driver_takes_notice_again_after_a_while() -> None:
 def test_a_look_is_due_only_when_the_ego_has_stood_for_long() -> None:
     gridlock = Gridlock(Told())
     due = [tick for tick in range(300) if gridlock.due(tick, EGO)]
-    assert due[0] == pytest.approx(PATIENCE / TICK, abs=LOOK_INTERVAL)
+    assert due[0] == pytest.approx(MIN_STANDSTILL / TICK, abs=LOOK_INTERVAL)
     assert set(np.diff(due).tolist()) == {LOOK_INTERVAL}
     assert not gridlock.due(300, EgoState(0.0, 0.0, 0.0, 3.0))
     assert not gridlock.due(320, EGO)

@@ -82,7 +82,7 @@ def test_a_lane_that_leads_nowhere_is_found(ring):
 def test_what_the_spec_asks_for_is_counted(ring):
     assert find_missing(ring, Requirements()) == []
     assert find_missing(ring, Requirements(roundabouts=1)) == [
-        "found 0 roundabouts, wanted 1 or more"
+        "expected 1 or more roundabouts, got 0"
     ]
 
 

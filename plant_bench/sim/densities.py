@@ -1,4 +1,4 @@
-"""How dense traffic may be; asked before SUMO is loaded."""
+"""Traffic densities by name; importable without loading SUMO."""
 
 from plant_bench.errors import InputError
 

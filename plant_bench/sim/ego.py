@@ -1,4 +1,4 @@
-"""The ego vehicle: a kinematic bicycle with actuator limits. SUMO only ever shows it to others."""
+"""The ego vehicle's dynamics: a kinematic bicycle model with actuator limits."""
 
 import math
 
@@ -20,13 +20,13 @@ def advance(ego: EgoState, control: Control, duration: float = TICK) -> EgoState
     The rear axle follows the heading, which turns at speed / wheelbase * tan(steering); heading and
     speed of the middle of the interval are used, so that a circle stays a circle.
     """
-    wanted = min(max(control.steering, -STEERING_LIMIT), STEERING_LIMIT)
+    target = min(max(control.steering, -STEERING_LIMIT), STEERING_LIMIT)
     turn = STEERING_RATE * duration
-    steering = ego.steering + min(max(wanted - ego.steering, -turn), turn)
-    pull = min(max(control.acceleration, -BRAKING_LIMIT), ACCELERATION_LIMIT)
+    steering = ego.steering + min(max(target - ego.steering, -turn), turn)
+    acceleration = min(max(control.acceleration, -BRAKING_LIMIT), ACCELERATION_LIMIT)
     ramp = ACCELERATION_RATE * duration
-    pull = ego.acceleration + min(max(pull - ego.acceleration, -ramp), ramp)
-    speed = max(ego.speed + pull * duration, 0.0)
+    acceleration = ego.acceleration + min(max(acceleration - ego.acceleration, -ramp), ramp)
+    speed = max(ego.speed + acceleration * duration, 0.0)
     distance = 0.5 * (ego.speed + speed) * duration
     bend = distance / WHEELBASE * math.tan(steering)
     middle = ego.yaw + 0.5 * bend

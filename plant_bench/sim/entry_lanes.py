@@ -1,4 +1,4 @@
-"""Where in a town vehicles of each kind may enter, and where they may go from there."""
+"""Entry points and random routes for each kind of vehicle in a town."""
 
 import random
 from dataclasses import dataclass
@@ -11,36 +11,36 @@ from plant_bench.sim.vehicle_types import VEHICLE_TYPES
 from plant_bench.world.scene import ActorKind
 from plant_bench.world.town import Lane, Link, Town
 
-SAMPLE_SPACING = 10.0  # m between the places at which vehicles may enter
-ROUTE_AHEAD = 500.0  # m of random walk that a vehicle is given at a time
-STRAIGHT_WEIGHT = 3.0  # how much likelier a vehicle goes straight on than into one of the turns
+SAMPLE_SPACING = 10.0  # m between entry points
+ROUTE_AHEAD = 500.0  # m of random route per extension
+STRAIGHT_WEIGHT = 3.0  # weight of going straight, relative to one turn
 BICYCLE_LIMIT = 13.9  # m/s: bicycles keep to roads of at most 50 km/h
 SIZES = {kind.kind: (kind.length, kind.width) for kind in VEHICLE_TYPES}  # the largest of a kind
 
 
 @dataclass(frozen=True)
-class _Ways:
-    """What one kind may do: the links it may enter by, by lane, and the edges after each edge."""
+class _KindNetwork:
+    """Network of one kind: allowed links by lane, and next edges with weights by edge."""
 
     links: dict[str, list[Link]]
     onward: dict[str, tuple[list[str], list[float]]]
 
 
 class StreetGrid:
-    """Where in a town vehicles may enter, and where they may go from there; immutable.
+    """Entry points and random routes of a town; immutable.
 
-    Every walk can be continued for ever on ways that its kind may take.
+    Every route can be continued without end on links that its kind may use.
 
     Args:
         town: The town.
 
     Attributes:
         town: The town.
-        lanes: Those with places to enter at.
-        lane_of: The index of each place's lane.
-        share: Each place's share of its lane's length.
-        x: Of each place, metres.
-        y: Of each place, metres.
+        lanes: Lanes with entry points.
+        lane_of: Index of each entry point's lane.
+        share: Position of each entry point as a share of its lane's length.
+        x: x of each entry point, metres.
+        y: y of each entry point, metres.
     """
 
     def __init__(self, town: Town) -> None:
@@ -66,15 +66,15 @@ class StreetGrid:
         self._open = {kind: self._places(kind) for kind in SIZES}
 
     def open_to(self, kind: ActorKind) -> Bool[np.ndarray, " places"]:
-        """Tell for each place whether vehicles of a kind may enter there."""
+        """Return a mask of the entry points that a kind of vehicle may use."""
         return self._open[kind]
 
     def walk(self, edge: str, kind: ActorKind, draw: random.Random) -> list[str]:
-        """Return a random walk of at least `ROUTE_AHEAD` metres that begins after an edge."""
+        """Return a random route of at least `ROUTE_AHEAD` metres that begins after an edge."""
         edges: list[str] = []
         length = 0.0
         while length < ROUTE_AHEAD:
-            # A hazard may have sent a vehicle where its kind does not go: it finds its way back.
+            # A hazard may have sent a vehicle where its kind is not allowed: use a car's network.
             onward = self._ways[kind].onward.get(edge) or self._ways[ActorKind.CAR].onward[edge]
             edge = draw.choices(*onward)[0]
             edges.append(edge)
@@ -82,7 +82,7 @@ class StreetGrid:
         return edges
 
     def walk_from(self, lane: Lane, kind: ActorKind, draw: random.Random) -> tuple[str, ...]:
-        """Return a random walk that begins on a lane and leaves it without a lane change."""
+        """Return a random route that starts on a lane and leaves it without a lane change."""
         link = draw.choice(self._ways[kind].links[lane.id])
         first = self.town.lanes[link.target].edge
         return (lane.edge, first, *self.walk(first, kind, draw))
@@ -93,8 +93,8 @@ class StreetGrid:
         return lanes[np.array(self.lane_of, np.intp)]
 
 
-def _ways(town: Town, kind: ActorKind) -> _Ways:
-    """Return what a kind may do in a town."""
+def _ways(town: Town, kind: ActorKind) -> _KindNetwork:
+    """Return the network of a kind of vehicle in a town."""
     edge_of = {lane.id: lane.edge for lane in town.lanes.values()}
     barred = {
         (edge_of[link.source], edge_of[link.target])
@@ -102,10 +102,12 @@ def _ways(town: Town, kind: ActorKind) -> _Ways:
         if not _may_take(town, link, kind)
     }
     steps = {(edge_of[link.source], edge_of[link.target]) for link in town.links} - barred
-    steps = _endless(steps)
+    steps = _without_dead_ends(steps)
     links: dict[str, list[Link]] = {}
     weights: dict[str, dict[str, float]] = {}
-    straight = 1.0 if kind is ActorKind.BICYCLE else STRAIGHT_WEIGHT  # cars wait behind it
+    straight = (
+        1.0 if kind is ActorKind.BICYCLE else STRAIGHT_WEIGHT
+    )  # because cars queue behind bicycles
     for link in town.links:
         source, target = edge_of[link.source], edge_of[link.target]
         if (source, target) in steps:
@@ -113,7 +115,9 @@ def _ways(town: Town, kind: ActorKind) -> _Ways:
             onward = weights.setdefault(source, {})
             weight = straight if link.turn == "straight" else 1.0
             onward[target] = max(onward.get(target, 0.0), weight)
-    return _Ways(links, {edge: (list(to), list(to.values())) for edge, to in weights.items()})
+    return _KindNetwork(
+        links, {edge: (list(to), list(to.values())) for edge, to in weights.items()}
+    )
 
 
 def _may_take(town: Town, link: Link, kind: ActorKind) -> bool:
@@ -123,8 +127,8 @@ def _may_take(town: Town, link: Link, kind: ActorKind) -> bool:
     return fits(town, link, *SIZES[kind])
 
 
-def _endless(steps: set[tuple[str, str]]) -> set[tuple[str, str]]:
-    """Leave out the steps after or before which there is none: what is left goes on for ever."""
+def _without_dead_ends(steps: set[tuple[str, str]]) -> set[tuple[str, str]]:
+    """Remove steps that lead to or come from dead ends."""
     while True:
         sources, targets = {step[0] for step in steps}, {step[1] for step in steps}
         kept = {step for step in steps if step[1] in sources and step[0] in targets}

@@ -1,4 +1,4 @@
-"""Where the background vehicles will truly go: their lane paths, as poses of the box centre."""
+"""True future paths of the background vehicles along their lanes, as privileged facts."""
 
 import math
 from collections.abc import Mapping
@@ -13,20 +13,20 @@ from plant_bench.sim.sumo import NextLink, Sumo, VehicleState
 from plant_bench.world.scene import TICK, Actors
 from plant_bench.world.town import Lane, Town
 
-REFRESH = 4  # ticks between two looks at a vehicle's right of way: the drivers' own action step
-RETRACE = 20  # ticks between two looks at where it goes, on the same lane
-BEHIND = 8.0  # m of path kept behind the lane's begin: a vehicle's rear hangs over it
-STRETCH = 200.0  # m: longer lanes are kept in stretches of this length
-FINENESS = 2  # samples kept for each pose asked for: a place is met within 0.25 m
+REFRESH = 4  # ticks between two queries of right of way: the drivers' own action step
+RETRACE = 20  # ticks between two queries of a vehicle's path on the same lane
+BEHIND = 8.0  # m of path kept before the lane's start, for a vehicle's rear
+STRETCH = 200.0  # m: longer lanes are divided into stretches of this length
+FINENESS = 2  # samples stored per pose: accuracy 0.25 m
 REACH = PATH_POSES * PATH_STEP  # m of path ahead, at least
 PATH_SAMPLES = FINENESS * int((BEHIND + STRETCH + REACH) / PATH_STEP + 2.0)
-LANE_CHANGE_SPEED = 0.05  # m/s sideways, above which a vehicle is changing lanes
+LANE_CHANGE_SPEED = 0.05  # m/s of lateral speed above which a vehicle is changing lanes
 STOPPED = 0.1  # m/s
 
 
 @dataclass(slots=True)
 class _Track:
-    """What is remembered of one vehicle; mutable."""
+    """Cached data of one vehicle; mutable."""
 
     lane: str
     stretch: int
@@ -40,7 +40,7 @@ class _Track:
     stopped_since: int | None = None
 
     def holds(self, tick: int, lane: str, stretch: int) -> bool:
-        """Tell whether all that is remembered still holds."""
+        """Tell whether the cached data is still valid."""
         return (
             tick - self.refreshed < REFRESH
             and self.lane == lane
@@ -50,9 +50,9 @@ class _Track:
 
 
 class LanePaths:
-    """Follows the watched vehicles and tells the privileged facts of each; mutable.
+    """Computes the privileged facts of the watched vehicles; mutable.
 
-    Paths are kept by their lanes, since many vehicles share them.
+    Paths are cached by their lanes, because many vehicles share them.
 
     Args:
         sumo: The running simulation.
@@ -77,10 +77,10 @@ class LanePaths:
         """Return the facts of the vehicles of one scene, in their order.
 
         Args:
-            tick: Of the scene.
-            actors: Of the scene, those of `states` first.
-            states: As SUMO reports them.
-            scripted: The paths of actors that follow a script instead of a lane.
+            tick: Tick of the scene.
+            actors: Actors of the scene, those of `states` first.
+            states: Vehicle states from SUMO.
+            scripted: Paths of actors that a hazard moves.
         """
         count = len(states)
         which, at = [0] * count, [0.0] * count
@@ -121,7 +121,7 @@ class LanePaths:
         )
 
     def _scale(self, name: str) -> float:
-        """Return metres of a lane for each of SUMO's."""
+        """Return the ratio of a lane's length in the town to that in SUMO."""
         lane = self._town.lanes.get(name)
         scale = lane.length / self._sumo.lane_length(name) if lane else 1.0
         self._scales[name] = scale
@@ -145,26 +145,26 @@ class LanePaths:
         return track
 
     def _trace(self, tick: int, vehicle: int, track: _Track) -> None:
-        """Find out where a vehicle goes."""
+        """Query a vehicle's path."""
         links = self._sumo.next_links(vehicle)
         lanes, track.link_ends = self._lanes(track.lane, links)
         track.path = self._path(track.behind, lanes, track.stretch)
         track.traced = tick
         closed = next((place for place, link in enumerate(links) if not link.open), -1)
-        self._note(tick, track, closed)
+        self._update_stop(tick, track, closed)
 
     def _refresh(self, tick: int, vehicle: int, track: _Track) -> None:
-        """Find out where on its way a vehicle must stop."""
-        self._note(tick, track, self._sumo.closed_link(vehicle))
+        """Query where a vehicle must stop."""
+        self._update_stop(tick, track, self._sumo.closed_link(vehicle))
 
     @staticmethod
-    def _note(tick: int, track: _Track, closed: int) -> None:
+    def _update_stop(tick: int, track: _Track, closed: int) -> None:
         known = 0 <= closed < len(track.link_ends)
         track.stop = track.link_ends[closed] if known else math.inf
         track.refreshed = tick
 
     def _path(self, behind: str | None, lanes: tuple[str, ...], stretch: int) -> int:
-        """Return where the path along some lanes is kept, after making it if it is new."""
+        """Return the index of the path along some lanes, computing it if it is new."""
         index = self._known.get((behind, lanes, stretch))
         if index is None:
             index = self._known[behind, lanes, stretch] = len(self._known)
@@ -193,7 +193,7 @@ class LanePaths:
         return found.successors if found else ()
 
     def _lanes(self, first: str, links: list[NextLink]) -> tuple[tuple[str, ...], list[float]]:
-        """Return the lanes from the present one on, and where each link's stop line lies."""
+        """Return the lanes ahead, current one first, and the position of each stop line."""
         known = self._town.lanes
         lanes, ends = [first], []
         along = known[first].length if first in known else 0.0
@@ -277,7 +277,7 @@ def _shift(
     state: VehicleState,
     lane: Lane | None,
 ) -> None:
-    """Bend a path, in place, to where a vehicle that is changing lanes will come out."""
+    """Shift a path, in place, to the target lane of a vehicle that is changing lanes."""
     left = -math.sin(path[0, 2]), math.cos(path[0, 2])
     offset = (pose[0] - path[0, 0]) * left[0] + (pose[1] - path[0, 1]) * left[1]
     width = lane.width if lane else 3.2

@@ -1,8 +1,8 @@
-"""Which ways a long vehicle may take.
+"""Decides which links a long vehicle may use without leaving its lane in curves.
 
-SUMO draws a vehicle as a rigid box whose front and rear are both on its lane, so its sides cut a
-curve by about length^2 / (8 radius). No real driver would steer so; a vehicle that would come too
-near to those beside it takes no such way.
+SUMO models a vehicle as a rigid box whose front and rear are both on its lane, so its sides cut a
+curve by about length^2 / (8 radius). Real drivers do not steer like that; a long vehicle does not
+use links on which it would come too near to adjacent lanes.
 """
 
 import numpy as np
@@ -12,19 +12,19 @@ from plant_bench.geometry.polyline import arc_lengths
 from plant_bench.world.conflicting_paths import joined_line
 from plant_bench.world.town import Link, Town
 
-MARGIN = 0.4  # m beyond its lane's side: an ego in the middle of a lane of 3.5 m is 0.28 m from it
-FREE_LENGTH = 6.0  # m: shorter vehicles go everywhere
-_SPACING = 1.0  # m between the places at which the box is looked at
-_ALONG = np.linspace(0.125, 0.875, 7)  # places on the box, shares of its length
+MARGIN = 0.4  # m beyond its lane's side; an ego centred on a 3.5 m lane is 0.28 m from it
+FREE_LENGTH = 6.0  # m: shorter vehicles may use all links
+_SPACING = 1.0  # m between the checked positions of the box
+_ALONG = np.linspace(0.125, 0.875, 7)  # checked points of the box, as shares of its length
 
 
 def reach_aside(points: Float[np.ndarray, "points 2"], length: float, width: float) -> float:
-    """Return how far a box that drives along a line comes to either side of the line, metres.
+    """Return the largest lateral reach of a box that drives along a line, metres.
 
     Args:
-        points: The line; none twice in a row.
-        length: Of the box, metres: how far along the line its rear is behind its front.
-        width: Of the box, metres.
+        points: The line, without repeated points.
+        length: Length of the box, metres; its rear is this far behind its front on the line.
+        width: Width of the box, metres.
     """
     along = arc_lengths(points)
     front = np.arange(min(length, along[-1]), along[-1] + 1e-6, _SPACING)
@@ -40,7 +40,7 @@ def reach_aside(points: Float[np.ndarray, "points 2"], length: float, width: flo
 
 
 def fits(town: Town, link: Link, length: float, width: float) -> bool:
-    """Tell whether a vehicle may come along a link's source lane, through it, and on its target.
+    """Tell whether a vehicle may use a link, with its source and target lane.
 
     Its box must stay within half the lane's width and `MARGIN` of the lanes' centre line.
     """

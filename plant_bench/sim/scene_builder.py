@@ -1,4 +1,4 @@
-"""How the scene's actors and their facts are put together, from blocks in the order of numbers."""
+"""Builds a scene's actors and privileged facts from blocks ordered by actor id."""
 
 import math
 from collections.abc import Mapping
@@ -16,8 +16,8 @@ def vehicle_actors(states: Mapping[int, VehicleState], kinds: Mapping[int, Vehic
     """Return the vehicles that SUMO reports, as actors in the order of `states`.
 
     Args:
-        states: By number.
-        kinds: What each vehicle is, by number.
+        states: Vehicle states by actor id.
+        kinds: Vehicle types by actor id.
     """
     if not states:
         return Actors.none()
@@ -38,9 +38,9 @@ def vehicle_actors(states: Mapping[int, VehicleState], kinds: Mapping[int, Vehic
 
 
 def join(*blocks: Actors) -> Actors:
-    """Return the actors of all blocks, locked: the referee and planners share them.
+    """Return the actors of all blocks as read-only arrays, shared by the referee and planners.
 
-    The blocks come in the order of their numbers.
+    The blocks must be ordered by actor id.
     """
     kept = [block for block in blocks if len(block)]
     whole = kept[0] if len(kept) == 1 else _joined(kept)

@@ -1,4 +1,4 @@
-"""A scenario in motion: controls in, scenes out."""
+"""Runs a scenario in SUMO: takes the ego's controls and returns scenes."""
 
 import math
 from bisect import bisect_right
@@ -25,7 +25,7 @@ from plant_bench.world.route import Scenario
 from plant_bench.world.scene import EGO_LENGTH, TICK, Actors, EgoState, Scene
 from plant_bench.world.town import Lane
 
-WARM_UP = 300  # ticks that the traffic drives before the episode starts: 15 s
+WARM_UP = 300  # ticks of traffic before the episode starts: 15 s
 LIGHT_SIGHT = 60.0  # m ahead of the ego's centre at which a light comes into view
 LIGHT_BEHIND = 25.0  # m behind the ego's centre until which a light is still known
 
@@ -40,7 +40,7 @@ class Simulation:
 
     Args:
         scenario: All that the episode depends on.
-        self_driving: Let SUMO's own driver drive the ego; controls go unheard then.
+        self_driving: Let SUMO's driver drive the ego; controls are ignored then.
 
     Raises:
         InputError: The scenario's town or density does not exist.
@@ -61,10 +61,10 @@ class Simulation:
         self._entries = route.signal_entries
         self._traffic = Traffic(self._sumo, places.streets, density, scenario.seed)
         self._paths = LanePaths(self._sumo, self.town)
-        self._deadlocks = Gridlock(self._sumo.commands)
-        self._stage = HazardWorld(self._sumo, self._traffic, self.town, route)
-        self._director = Director(self._stage, scenario.played_hazards, scenario.seed)
-        self._bystanders = RoadsideActors(self._sumo, self._traffic, places, scenario)
+        self._gridlock = Gridlock(self._sumo.commands)
+        self._hazard_world = HazardWorld(self._sumo, self._traffic, self.town, route)
+        self._director = Director(self._hazard_world, scenario.played_hazards, scenario.seed)
+        self._roadside = RoadsideActors(self._sumo, self._traffic, places, scenario)
         self._states: dict[int, VehicleState] = {}
         try:
             self._warm_up()
@@ -84,7 +84,7 @@ class Simulation:
         self._sumo.__exit__()
 
     def step(self, control: Control) -> Scene:
-        """Advance the world by one tick and return what is seen then.
+        """Advance the world by one tick and return the new scene.
 
         Raises:
             SimulationError: SUMO has lost the ego.
@@ -96,37 +96,39 @@ class Simulation:
             ego = self.scene.ego
         if tick % MANAGE_INTERVAL == 0:
             self._traffic.manage(ego.x, ego.y)
-            self._bystanders.manage(ego.x, ego.y)
+            self._roadside.manage(ego.x, ego.y)
         self._present(ego)
         self._cursor.advance(ego.x, ego.y)
-        self._stage.refresh(tick, self._cursor.progress, self._states)
+        self._hazard_world.refresh(tick, self._cursor.progress, self._states)
         if not self._director.idle:
             self._director.step(ego)
-        self._bystanders.step(tick, ego, self._cursor.progress, self.scene.actors)
+        self._roadside.step(tick, ego, self._cursor.progress, self.scene.actors)
         self._sumo.step()
         if self._self_driving:
             ego = self._driven(ego)
         self.scene = self._look(tick, ego)
-        if self._deadlocks.due(tick, ego):
+        if self._gridlock.due(tick, ego):
             facts = self.privileged()
-            self._deadlocks.look(tick, ego, self.scene.actors, facts, self._states)
+            self._gridlock.look(tick, ego, self.scene.actors, facts, self._states)
         return self.scene
 
     @property
     def outcomes(self) -> tuple[HazardOutcome, ...]:
-        """What has become of the route's hazards."""
+        """The outcomes of the route's hazards."""
         return self._director.outcomes
 
     @property
     def population(self) -> int:
-        """Vehicles in the simulation, in sight or not, the ego left out."""
+        """Number of vehicles in the simulation, visible or not, without the ego."""
         return len(self._sumo.vehicles())
 
     def privileged(self) -> Privileged:
-        """Return what only the simulator knows of the present scene's actors."""
+        """Return the privileged facts of the current scene's actors."""
         scene = self.scene
-        vehicles = self._paths.facts(scene.tick, scene.actors, self._states, self._stage.paths)
-        return join_facts(vehicles, *self._bystanders.facts(scene.tick))
+        vehicles = self._paths.facts(
+            scene.tick, scene.actors, self._states, self._hazard_world.paths
+        )
+        return join_facts(vehicles, *self._roadside.facts(scene.tick))
 
     def _start(self) -> EgoState:
         x, y = self._scenario.route.points[0].tolist()
@@ -142,12 +144,12 @@ class Simulation:
             self._sumo.add_ego(route.edges, *start.pose)
         self._sumo.watch(SIGHT)
         self._traffic.fill(start.x, start.y)
-        self._bystanders.fill(start.x, start.y)
+        self._roadside.fill(start.x, start.y)
         for tick in range(WARM_UP):
             if tick % MANAGE_INTERVAL == 0:
                 self._traffic.manage(start.x, start.y)
             self._present(start)
-            self._bystanders.step(tick - WARM_UP, start, 0.0, Actors.none())
+            self._roadside.step(tick - WARM_UP, start, 0.0, Actors.none())
             self._sumo.step()
         if self._self_driving:
             self._sumo.let_ego_go()
@@ -166,7 +168,7 @@ class Simulation:
         return lane, front * self._sumo.lane_length(lane.id) / lane.length
 
     def _driven(self, before: EgoState) -> EgoState:
-        """Return the ego's state as SUMO has driven it."""
+        """Return the state of the ego that SUMO drives."""
         state = self._sumo.ego()
         half = 0.5 * EGO_LENGTH
         return EgoState(
@@ -180,7 +182,7 @@ class Simulation:
     def _look(self, tick: int, ego: EgoState) -> Scene:
         height = self._elevations[self._cursor.index]
         seen = self._sumo.watched()
-        if beside := self._stage.beside_road(seen):
+        if beside := self._hazard_world.beside_road(seen):
             seen = {**seen, **beside}
         self._states = {
             key: state
@@ -188,7 +190,7 @@ class Simulation:
             if key in TRAFFIC and abs(state.z - height) < LEVEL_GAP
         }
         vehicles = vehicle_actors(self._states, self._traffic.types)
-        actors = join(vehicles, *self._bystanders.look(ego.x, ego.y, height))
+        actors = join(vehicles, *self._roadside.look(ego.x, ego.y, height))
         return Scene(tick, ego, actors, self._see_lights())
 
     def _see_lights(self) -> np.ndarray:

@@ -1,8 +1,8 @@
-"""The only door to libsumo, with its parts `sumo_*`: units, headings, front bumpers end here.
+"""Interface to libsumo, with `sumo_*` its only users; converts units and reference points.
 
 SUMO measures angles in degrees clockwise from north and places vehicles by the centre of their
-front bumper; above this module all is radians counter-clockwise from +x and box centres.
-libsumo holds one simulation per process.
+front bumper; all other modules use radians counter-clockwise from +x and box centres.
+libsumo has one simulation per process.
 """
 
 import math
@@ -27,7 +27,7 @@ _VEHICLES = 0xA4  # TraCI command: vehicle variables
 
 
 class VehicleState(NamedTuple):
-    """A vehicle as SUMO reports it; x, y and z are of the front bumper, yaw is ours."""
+    """A vehicle as SUMO reports it; x, y, z of the front bumper; yaw counter-clockwise from +x."""
 
     x: float
     y: float
@@ -44,9 +44,9 @@ class NextLink(NamedTuple):
     """One junction ahead on a vehicle's path.
 
     Attributes:
-        target: The lane it leads to.
+        target: The lane behind the junction.
         via: The first lane inside.
-        open: Whether it may be entered now.
+        open: Whether the junction may be entered now.
     """
 
     target: str
@@ -62,7 +62,7 @@ class Sumo:
         seed: SUMO's own random seed.
 
     Attributes:
-        commands: What single vehicles are told.
+        commands: Commands to single vehicles.
         signals: The traffic lights.
 
     Raises:
@@ -85,7 +85,7 @@ class Sumo:
         self.commands = Commands()
         self.signals = Signals()
         self._lane_lengths: dict[str, float] = {}
-        self._watched: dict[int, VehicleState] = {}  # of this tick, as far as it has been asked for
+        self._watched: dict[int, VehicleState] = {}  # of this tick, once queried
 
     def __enter__(self) -> "Sumo":  # noqa: PYI034 - the run-time type check knows no Self
         return self
@@ -99,17 +99,17 @@ class Sumo:
         libsumo.simulationStep()
 
     def lane_length(self, lane: str) -> float:
-        """Return SUMO's own length of a lane; its drawn shape may be some percent off."""
+        """Return SUMO's length of a lane; its shape may differ by some percent."""
         length = self._lane_lengths.get(lane)
         if length is None:
             length = self._lane_lengths[lane] = libsumo.lane.getLength(lane)
         return length
 
     def add_ego(self, edges: tuple[str, ...], x: float, y: float, yaw: float) -> None:
-        """Insert the ego with its whole route, so that others respect it on junctions.
+        """Insert the ego with its whole route, so that others yield to it on junctions.
 
         Raises:
-            SimulationError: SUMO does not take it.
+            SimulationError: SUMO does not insert it.
         """
         try:
             libsumo.route.add("ego", edges)
@@ -120,14 +120,14 @@ class Sumo:
             libsumo.vehicle.setLaneChangeMode(EGO_ID, 0)
             self.move_ego(x, y, yaw, 0.0)
         except libsumo.TraCIException as error:
-            message = f"SUMO does not take the ego: {error}"
+            message = f"SUMO cannot insert the ego: {error}"
             raise SimulationError(message) from error
 
     def add_self_driving_ego(self, edges: tuple[str, ...], lane: int, at: float) -> None:
-        """Insert an ego that SUMO drives, held still until `let_ego_go`.
+        """Insert an ego that SUMO drives, stationary until `let_ego_go`.
 
         Raises:
-            SimulationError: SUMO does not take it.
+            SimulationError: SUMO does not insert it.
         """
         try:
             libsumo.route.add("ego", edges)
@@ -138,11 +138,11 @@ class Sumo:
             libsumo.simulationStep()
             libsumo.vehicle.setSpeed(EGO_ID, 0.0)
         except libsumo.TraCIException as error:
-            message = f"SUMO does not take the ego: {error}"
+            message = f"SUMO cannot insert the ego: {error}"
             raise SimulationError(message) from error
 
     def let_ego_go(self) -> None:
-        """Leave a self-driving ego to SUMO's driver."""
+        """Let SUMO's driver drive a self-driving ego."""
         libsumo.vehicle.setSpeed(EGO_ID, -1.0)
 
     def ego(self) -> VehicleState:
@@ -158,7 +158,7 @@ class Sumo:
         return state
 
     def move_ego(self, x: float, y: float, yaw: float, speed: float) -> None:
-        """Place the ego's box centre; SUMO only shows it to others, and is never asked back.
+        """Place the ego's box centre; SUMO only shows it to other drivers.
 
         Raises:
             SimulationError: SUMO has lost the ego.
@@ -177,9 +177,13 @@ class Sumo:
         libsumo.vehicle.subscribeContext(EGO_ID, _VEHICLES, radius, variables)
 
     def watched(self) -> dict[int, VehicleState]:
-        """Return the vehicles within the watched radius by number, the ego left out."""
+        """Return the vehicles within the watched radius by id, without the ego."""
         states: dict[int, VehicleState] = {}
-        make, new, radians = VehicleState, tuple.__new__, math.radians  # twice as fast as its name
+        make, new, radians = (
+            VehicleState,
+            tuple.__new__,
+            math.radians,
+        )  # twice as fast as VehicleState(...)
         for name, values in libsumo.vehicle.getContextSubscriptionResults(EGO_ID).items():
             if name == EGO_ID:
                 continue
@@ -191,7 +195,7 @@ class Sumo:
         return states
 
     def closed_link(self, vehicle: int) -> int:
-        """Return which of the junctions ahead is the first that must not be entered, or -1."""
+        """Return the index of the first junction ahead that must not be entered, or -1."""
         for place, link in enumerate(libsumo.vehicle.getNextLinks(str(vehicle))):
             if not link[2]:
                 return place
@@ -203,7 +207,7 @@ class Sumo:
         return [NextLink(link[0], link[4], link[2]) for link in links]
 
     def vehicles(self) -> list[int]:
-        """Return the numbers of all vehicles on the road, the ego left out."""
+        """Return the ids of all vehicles on the road, without the ego."""
         return [int(name) for name in libsumo.vehicle.getIDList() if name != EGO_ID]
 
     def position(self, vehicle: int) -> tuple[float, float]:
@@ -212,20 +216,20 @@ class Sumo:
         return libsumo.vehicle.getPosition(str(vehicle)) if state is None else (state.x, state.y)
 
     def waiting_time(self, vehicle: int) -> float:
-        """Return for how many seconds a vehicle has been standing."""
+        """Return how long a vehicle has been stationary, seconds."""
         return libsumo.vehicle.getWaitingTime(str(vehicle))
 
     def desired_speed_factor(self, vehicle: int) -> float:
-        """Return by how much a driver exceeds the speed limit when free, 1 for not at all."""
+        """Return the ratio of a driver's desired speed to the speed limit."""
         return libsumo.vehicle.getSpeedFactor(str(vehicle))
 
     def remaining_route(self, vehicle: int) -> tuple[str, ...]:
-        """Return the edges still to drive, the present one first."""
+        """Return the edges still to drive, current one first."""
         name = str(vehicle)
         return libsumo.vehicle.getRoute(name)[max(libsumo.vehicle.getRouteIndex(name), 0) :]
 
     def set_route(self, vehicle: int, edges: tuple[str, ...]) -> bool:
-        """Replace a vehicle's route, the present edge first; False where SUMO refuses for now."""
+        """Replace a vehicle's route, current edge first; False if SUMO refuses it now."""
         try:
             libsumo.vehicle.setRoute(str(vehicle), edges)
         except libsumo.TraCIException:
@@ -235,7 +239,7 @@ class Sumo:
     def add_vehicle(
         self, vehicle: int, kind: str, edges: tuple[str, ...], lane: int, at: float, speed: float
     ) -> None:
-        """Ask for a vehicle at the next step; SUMO leaves it out where there is no safe room."""
+        """Request a vehicle at the next step; SUMO does not insert it if that would be unsafe."""
         route = f"r{vehicle}"
         libsumo.route.add(route, edges)
         libsumo.vehicle.add(
@@ -244,13 +248,13 @@ class Sumo:
         )  # fmt: skip
 
     def vehicles_on(self, lane: str) -> list[tuple[int, float, float]]:
-        """Return number, lane position and speed of all on a lane, the ego left out, rear first."""
+        """Return id, lane position and speed of a lane's vehicles, without the ego, rear first."""
         vehicle = libsumo.vehicle
         names = [name for name in libsumo.lane.getLastStepVehicleIDs(lane) if name != EGO_ID]
         return [(int(n), vehicle.getLanePosition(n), vehicle.getSpeed(n)) for n in names]
 
     def exists(self, vehicle: int) -> bool:
-        """Tell whether a vehicle is known, on the road or about to enter."""
+        """Tell whether a vehicle is on the road or about to enter."""
         return vehicle in self._watched or str(vehicle) in libsumo.vehicle.getIDList()
 
     def state_of(self, vehicle: int) -> VehicleState | None:
@@ -269,6 +273,6 @@ class Sumo:
         )  # fmt: skip
 
     def remove(self, vehicle: int) -> None:
-        """Take a vehicle off the road."""
+        """Remove a vehicle."""
         self._watched.pop(vehicle, None)
         libsumo.vehicle.remove(str(vehicle))

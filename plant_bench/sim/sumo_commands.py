@@ -1,6 +1,6 @@
-"""What single vehicles are told: how SUMO is made to place, drive, stop and release one.
+"""Commands to single SUMO vehicles: place, drive, brake, release.
 
-Part of the only door to libsumo; `Sumo.commands` is the only instance.
+Only the modules `sumo*` use libsumo; `Sumo.commands` is the only instance of `Commands`.
 """
 
 import contextlib
@@ -9,12 +9,12 @@ import math
 from plant_bench.sim.sumo_library import libsumo
 
 MATCH_RADIUS = 8.0  # m around a place in which SUMO looks for its lane; the default costs 4 times
-PLACED_MODE = 0  # SUMO's speed mode: minds nothing
-DEFAULT_MODE = 31  # SUMO's speed mode: minds safe gaps, limits, foes and lights
+PLACED_MODE = 0  # SUMO's speed mode: no checks
+DEFAULT_MODE = 31  # SUMO's speed mode: obeys safe gaps, limits, right of way and lights
 DEFAULT_LANE_CHANGES = 1621  # SUMO's lane change mode
-CENTRED = 0.02  # m beside its lane's middle within which a driver is not changing lanes
-LAWLESS_MODE = 39  # safe gap and limits of acceleration only; ignores foes inside junctions
-LAWLESS_FACTOR = 1.5  # a lawless driver's speed limit, times the lane's
+CENTRED = 0.02  # m from its lane's centre line within which a driver is not changing lanes
+RULE_IGNORING_MODE = 39  # safe gap and limits of acceleration only; ignores foes inside junctions
+RULE_IGNORING_FACTOR = 1.5  # times the lane's speed limit, for a driver that ignores rules
 
 
 def place_vehicle(name: str, length: float, x: float, y: float, yaw: float, speed: float) -> None:
@@ -30,13 +30,15 @@ def place_vehicle(name: str, length: float, x: float, y: float, yaw: float, spee
 
 
 class Commands:
-    """Commands to single vehicles of a running simulation, by number; mutable."""
+    """Commands to vehicles of a running simulation, by actor id; mutable."""
 
     def __init__(self) -> None:
-        self._tempers: dict[int, float] = {}  # speed factors of the drivers now lawless
+        self._speed_factors: dict[
+            int, float
+        ] = {}  # original speed factors of drivers that ignore rules
 
     def add_scripted(self, vehicle: int, kind: str, edge: str) -> None:
-        """Add a vehicle that is placed by `place` from now on; do so before the next step."""
+        """Add a vehicle that `place` moves; call `place` before the next step."""
         name = str(vehicle)
         route = f"r{name}"
         libsumo.route.add(route, (edge,))
@@ -51,30 +53,30 @@ class Commands:
         place_vehicle(str(vehicle), length, x, y, yaw, speed)
 
     def keep_lane(self, vehicle: int) -> None:
-        """Have a vehicle begin no lane change of its own; needed before it is placed.
+        """Forbid lane changes of a vehicle; call before it is placed.
 
-        A change that SUMO has begun goes on while the vehicle is placed, and SUMO dies when it is
-        half done and there is no further lane on that side of where the vehicle is by then.
+        A lane change that SUMO has begun continues while the vehicle is placed, and SUMO crashes
+        halfway if there is no lane on that side at the vehicle's position.
         """
         libsumo.vehicle.setLaneChangeMode(str(vehicle), 0)
 
     def is_centred(self, vehicle: int) -> bool:
-        """Tell whether a vehicle on the road is in its lane's middle, not between two lanes."""
+        """Tell whether a vehicle is at its lane's centre line, not between two lanes."""
         return abs(libsumo.vehicle.getLateralLanePosition(str(vehicle))) < CENTRED
 
     def withdraw(self, vehicle: int) -> None:
-        """Take a vehicle off the road, or keep it from entering; as well if it has left."""
+        """Remove a vehicle that is on the road or about to enter; no error if it has left."""
         with contextlib.suppress(libsumo.TraCIException):
             libsumo.vehicle.remove(str(vehicle))
 
     def ignore(self, vehicle: int, others: tuple[int, ...]) -> None:
-        """Have a driver take no notice of some vehicles on junctions; of none, to undo that."""
+        """Let a driver ignore the given vehicles at junctions; an empty tuple resets this."""
         with contextlib.suppress(libsumo.TraCIException):  # it may have left
             names = " ".join(map(str, others))
             libsumo.vehicle.setParameter(str(vehicle), "junctionModel.ignoreIDs", names)
 
     def is_out_of_order(self, vehicle: int) -> bool:
-        """Tell whether SUMO's order of those on a vehicle's lane is not that of their places."""
+        """Tell whether SUMO's order of vehicles on a vehicle's lane contradicts their positions."""
         of, name = libsumo.vehicle, str(vehicle)
         lane = of.getLaneID(name)
         names = libsumo.lane.getLastStepVehicleIDs(lane) if lane else ()
@@ -86,12 +88,12 @@ class Commands:
         return places != sorted(places)
 
     def reseat(self, vehicle: int) -> None:
-        """Move a placed vehicle to the next lane and back, so that SUMO knows who is before it.
+        """Move a placed vehicle to the next lane and back, so that SUMO sorts the lane again.
 
-        One that SUMO drives is left alone: it would come back to the middle of its lane.
+        Vehicles that SUMO drives are left alone: they would return to their lane's centre.
 
-        SUMO keeps the order of those on a lane: one that has driven past a placed vehicle (beside
-        it, which SUMO does not tell from through it) still follows it. Only entering sorts.
+        SUMO sorts a lane only when a vehicle enters it: a driver that has passed a placed vehicle
+        (SUMO does not distinguish beside from through) would still follow it.
         """
         of, name = libsumo.vehicle, str(vehicle)
         lane, at = of.getLaneID(name), of.getLanePosition(name)
@@ -102,18 +104,18 @@ class Commands:
             of.moveTo(name, f"{edge}_{1 if index == '0' else int(index) - 1}", at)
             of.moveTo(name, lane, at)
 
-    def drive(self, vehicle: int, speed: float, *, lawless: bool) -> None:
-        """Command a vehicle's speed; a lawless one keeps its distance, but no other rule."""
+    def drive(self, vehicle: int, speed: float, *, ignores_rules: bool) -> None:
+        """Command a vehicle's speed; with `ignores_rules` it only keeps safe gaps."""
         name = str(vehicle)
-        libsumo.vehicle.setSpeedMode(name, LAWLESS_MODE if lawless else DEFAULT_MODE)
-        if lawless:
-            self._tempers.setdefault(vehicle, libsumo.vehicle.getSpeedFactor(name))
-            libsumo.vehicle.setSpeedFactor(name, LAWLESS_FACTOR)
+        libsumo.vehicle.setSpeedMode(name, RULE_IGNORING_MODE if ignores_rules else DEFAULT_MODE)
+        if ignores_rules:
+            self._speed_factors.setdefault(vehicle, libsumo.vehicle.getSpeedFactor(name))
+            libsumo.vehicle.setSpeedFactor(name, RULE_IGNORING_FACTOR)
         libsumo.vehicle.setLaneChangeMode(name, 0)
         libsumo.vehicle.setSpeed(name, speed)
 
     def brake(self, vehicle: int, deceleration: float) -> None:
-        """Let a vehicle brake to a stop, m/s2."""
+        """Brake a vehicle to a stop with a deceleration, m/s2."""
         name = str(vehicle)
         libsumo.vehicle.setDecel(name, deceleration)
         libsumo.vehicle.setSpeed(name, 0.0)
@@ -125,8 +127,10 @@ class Commands:
             return
         libsumo.vehicle.setSpeed(name, -1.0)
         libsumo.vehicle.setSpeedMode(name, DEFAULT_MODE)
-        kind, *_ = libsumo.vehicle.getTypeID(name).split("@")  # a changed one's is "kind@id"
+        kind, *_ = libsumo.vehicle.getTypeID(name).split(
+            "@"
+        )  # SUMO's name for a changed type is "kind@id"
         libsumo.vehicle.setDecel(name, libsumo.vehicletype.getDecel(kind))
-        if vehicle in self._tempers:
-            libsumo.vehicle.setSpeedFactor(name, self._tempers.pop(vehicle))
+        if vehicle in self._speed_factors:
+            libsumo.vehicle.setSpeedFactor(name, self._speed_factors.pop(vehicle))
         libsumo.vehicle.setLaneChangeMode(name, DEFAULT_LANE_CHANGES)

@@ -1,9 +1,9 @@
-"""SUMO's library, imported so that what it prints then does not get into a command's results."""
+"""Imports libsumo with its import-time output redirected to stderr."""
 
 import sys
 from contextlib import redirect_stdout
 
-with redirect_stdout(sys.stderr):  # a warning, where pyarrow is not the version it bundles
+with redirect_stdout(sys.stderr):  # it warns if pyarrow is not the version that it bundles
     import libsumo
 
 __all__ = ["libsumo"]

@@ -1,4 +1,4 @@
-"""Traffic lights: what they show, and when that changes. Part of the only door to libsumo."""
+"""Traffic lights of the running simulation: their state, and when it changes."""
 
 from plant_bench.sim.sumo_library import libsumo
 from plant_bench.world.scene import Light
@@ -7,10 +7,10 @@ _LIGHTS = {"r": Light.RED, "R": Light.RED, "u": Light.RED, "y": Light.YELLOW, "Y
 
 
 class Signals:
-    """The traffic lights of a running simulation, by id; mutable only in what it remembers."""
+    """The traffic lights of a running simulation, by id; mutable only in its cache."""
 
     def __init__(self) -> None:
-        self._phases: dict[str, tuple] = {}  # of a signal's program
+        self._phases: dict[str, tuple] = {}  # of each signal's program
 
     def light(self, signal: str, index: int) -> Light:
         """Return what a signal shows to one of its links."""
@@ -18,7 +18,7 @@ class Signals:
         return _LIGHTS.get(state, Light.GREEN)
 
     def time_to_green(self, signal: str, index: int) -> float:
-        """Return the seconds until a link of a signal of fixed times shows green; 0 if it does."""
+        """Return the seconds until a link of a fixed-time signal is green; 0 if it is."""
         lights = libsumo.trafficlight
         phases = self._phases.get(signal)
         if phases is None:
@@ -35,5 +35,5 @@ class Signals:
         return float(time)
 
     def time_to_switch(self, signal: str) -> float:
-        """Return the seconds until a signal may change what it shows."""
+        """Return the seconds until a signal may change."""
         return libsumo.trafficlight.getNextSwitch(signal) - libsumo.simulation.getTime()

@@ -1,4 +1,4 @@
-"""What a town offers to those who are about in it; worked out once a process."""
+"""Entry points, parking places and footways of a town, computed once per process."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -14,7 +14,7 @@ from plant_bench.world.town import Town, load_town
 
 @dataclass(frozen=True, eq=False)
 class TownPlaces:
-    """A town with where vehicles may enter, people walk and cars are parked; immutable."""
+    """A town with its entry points, footways and parking places; immutable."""
 
     town: Town
     streets: StreetGrid

@@ -1,8 +1,8 @@
-"""Background traffic in a moving neighbourhood of the ego.
+"""Background traffic in the surroundings of the ego.
 
-Vehicles are kept at a density around the ego and nowhere else, so that a tick costs what is near
-the ego and not what the town is large. They enter and leave out of the ego's sight; a jam is
-dissolved out of its sight too, so that the ego and what it sees are never touched.
+Vehicles are kept at a density around the ego only, so that the cost of a tick does not depend on
+the size of the town. They enter and leave out of the ego's sight; jams are also dissolved out of
+sight.
 """
 
 import math
@@ -18,19 +18,19 @@ from plant_bench.sim.vehicle_types import VEHICLE_TYPES, VehicleType
 from plant_bench.world.actor_ids import TRAFFIC
 from plant_bench.world.scene import EGO_LENGTH, ActorKind
 
-SIGHT = 80.0  # m: what the ego may see, and nothing appears or vanishes in
-ENTRY_RADIUS = 110.0  # m: nearest place to enter; a car at 20 m/s is seen after more than a second
+SIGHT = 80.0  # m: visible range of the ego; nothing appears or disappears within
+ENTRY_RADIUS = 110.0  # m: nearest entry; a car at 20 m/s becomes visible after more than 1 s
 FILL_RADIUS = 135.0  # m: the density is kept within this distance of the ego
-EXIT_RADIUS = 165.0  # m: beyond it vehicles are taken away
-JAM_TIME = 45.0  # s of standing out of sight until a vehicle is taken away
-MANAGE_INTERVAL = 10  # ticks between two looks at the population: 0.5 s
-ENTRIES = 6  # vehicles that may enter at one look
-COMFORTABLE_BRAKING = 2.5  # m/s2 that an entering vehicle must not exceed before its lane's end
+EXIT_RADIUS = 165.0  # m: beyond it vehicles are removed
+JAM_TIME = 45.0  # s that a vehicle out of sight is stationary before it is removed
+MANAGE_INTERVAL = 10  # ticks between two updates of the population: 0.5 s
+ENTRIES = 6  # vehicles that may enter at one update
+COMFORTABLE_BRAKING = 2.5  # m/s2: limit for an entering vehicle before its lane's end
 STANDING_GAP = 4.5  # m kept free around an entering vehicle, and its headway in s
 ENTRY_HEADWAY = 1.2
-MIX_GAIN = 3.0  # how strongly a kind that is short of its share is preferred
+MIX_GAIN = 3.0  # how strongly a kind below its share is preferred
 
-_Taken = tuple[float, float, float]  # x, y and length of who is there
+_Taken = tuple[float, float, float]  # x, y and length of a vehicle
 
 
 class Traffic:
@@ -38,13 +38,13 @@ class Traffic:
 
     Args:
         sumo: The running simulation.
-        streets: Where vehicles may be.
+        streets: Entry points and routes.
         density: Vehicles per lane-km.
-        seed: Seeds all that is drawn here.
+        seed: Seed of all random draws.
 
     Attributes:
-        types: What each vehicle is, by number.
-        scripted: Vehicles that a hazard commands; they are left alone here.
+        types: Vehicle types by actor id.
+        scripted: Vehicles under a hazard's command, which are left alone.
     """
 
     def __init__(self, sumo: Sumo, streets: StreetGrid, density: float, seed: int) -> None:
@@ -64,16 +64,16 @@ class Traffic:
         self.scripted: set[int] = set()
 
     def number(self) -> int:
-        """Return the number of a new vehicle."""
+        """Return the actor id of a new vehicle."""
         self._next += 1
         return self._next - 1
 
     def fill(self, x: float, y: float) -> None:
-        """Put vehicles on all streets around the ego, before the episode starts."""
+        """Add vehicles on all streets around the ego, before the episode starts."""
         self._enter(x, y, inner=15.0, most=10_000)
 
     def manage(self, x: float, y: float) -> None:
-        """Take away what is far or jammed, and let others enter; call every `MANAGE_INTERVAL`."""
+        """Remove distant or jammed vehicles and add others; call every `MANAGE_INTERVAL`."""
         self._looks += 1
         for vehicle in self._sumo.vehicles():
             if vehicle in self.scripted:
@@ -91,7 +91,7 @@ class Traffic:
         self._enter(x, y, inner=ENTRY_RADIUS, most=ENTRIES)
 
     def onward(self, edge: str, kind: ActorKind, draw: random.Random) -> list[str]:
-        """Return a random way on for a kind of vehicle, of edges that begin after an edge."""
+        """Return random edges that continue from an edge for a kind of vehicle."""
         return self._streets.walk(edge, kind, draw)
 
     def _lengthen(self, vehicle: int) -> None:
@@ -105,10 +105,10 @@ class Traffic:
         streets = self._streets
         square = (streets.x - x) ** 2 + (streets.y - y) ** 2
         within = square < FILL_RADIUS**2
-        wanted = round(self._density * np.count_nonzero(within) * SAMPLE_SPACING / 1000.0)
+        target = round(self._density * np.count_nonzero(within) * SAMPLE_SPACING / 1000.0)
         present = self._sumo.vehicles()
         kinds = [self.types[vehicle].kind for vehicle in present]
-        missing = min(wanted - len(kinds) + kinds.count(ActorKind.PEDESTRIAN), most)
+        missing = min(target - len(kinds) + kinds.count(ActorKind.PEDESTRIAN), most)
         if missing <= 0:
             return
         places = self._places(within & (square > inner**2))
@@ -117,7 +117,7 @@ class Traffic:
         taken = [(x, y, EGO_LENGTH), *map(self._occupied, present)]
         counts = {kind: kinds.count(kind) for kind in places}
         for _ in range(4 * missing):
-            kind = self._lacking(counts)
+            kind = self._draw_kind(counts)
             place = int(places[kind][self._draw.randrange(places[kind].size)])
             row = self._draw.choices(self._types[kind], self._shares[kind])[0]
             if self._enter_at(place, row, taken):
@@ -132,33 +132,33 @@ class Traffic:
         return x, y, self.types[vehicle].length
 
     def _places(self, allowed: np.ndarray) -> dict[ActorKind, Int[np.ndarray, " places"]]:
-        """Return where vehicles of each kind may enter now; kinds with no such place left out."""
+        """Return the entry points available to each kind; kinds without any are left out."""
         found = {kind: np.flatnonzero(allowed & self._streets.open_to(kind)) for kind in self._mix}
         return {kind: places for kind, places in found.items() if places.size}
 
-    def _lacking(self, counts: dict[ActorKind, int]) -> ActorKind:
-        """Draw the kind to enter next by its share; the likelier, the fewer there are of it.
+    def _draw_kind(self, counts: dict[ActorKind, int]) -> ActorKind:
+        """Draw the kind to enter next by its share, preferring kinds below their share.
 
         Kinds leave at different rates, so that drawing by share alone would not keep the mix.
         """
         total = (sum(counts.values()) + 1) / sum(self._mix[kind] for kind in counts)
         weights = []
         for kind, count in counts.items():
-            wanted = self._mix[kind] * total
-            weights.append(wanted * max(1.0 + MIX_GAIN * (wanted - count) / max(wanted, 1.0), 0.0))
+            target = self._mix[kind] * total
+            weights.append(target * max(1.0 + MIX_GAIN * (target - count) / max(target, 1.0), 0.0))
         return self._draw.choices(list(counts), weights)[0]
 
     def _enter_at(self, place: int, row: VehicleType, taken: Sequence[_Taken]) -> bool:
-        """Ask for a vehicle at a place; False where there is no room.
+        """Add a vehicle at an entry point; False if the point is occupied.
 
-        Plain Python on purpose: most places are found taken by one of the first.
+        Plain Python is faster here: most occupied points are detected by the first vehicles.
         """
         streets = self._streets
         lane = streets.lanes[streets.lane_of[place]]
         length = self._sumo.lane_length(lane.id)
         at = streets.share[place] * length
-        room = math.sqrt(2.0 * COMFORTABLE_BRAKING * max(length - at - 8.0, 0.0))
-        speed = min(0.8 * lane.speed_limit, room, row.top_speed)
+        brakable_speed = math.sqrt(2.0 * COMFORTABLE_BRAKING * max(length - at - 8.0, 0.0))
+        speed = min(0.8 * lane.speed_limit, brakable_speed, row.top_speed)
         px, py, headway = float(streets.x[place]), float(streets.y[place]), ENTRY_HEADWAY * speed
         for x, y, other in taken:
             gap = STANDING_GAP + max(other, row.length) + headway

@@ -1,7 +1,7 @@
-"""The vehicles of the background traffic: bodies of real sizes, each with three driver tempers.
+"""Vehicle types of the background traffic: real body sizes, each with three driver styles.
 
-`vehicle_types.add.xml` is what SUMO reads of it: `python -m plant_bench.sim.vehicle_types` writes
-it again.
+SUMO reads them from `vehicle_types.add.xml`, which `python -m plant_bench.sim.vehicle_types`
+writes.
 """
 
 import math
@@ -12,16 +12,16 @@ from plant_bench.world.crossing_distance import RIDER_LENGTH, WALKER_LENGTH
 from plant_bench.world.scene import EGO_LENGTH, EGO_WIDTH, ActorKind
 
 TYPES_FILE = Path(__file__).with_name("vehicle_types.add.xml")
-SLOWEST_FACTOR = 0.8  # times the speed limit: no driver of a motor vehicle wants less
-SPEED_SPREAD = 0.2  # most by which a driver's wanted speed exceeds that of its temper
-STEEPEST_CHANGE = 0.4  # most speed sideways in a lane change, as a share of the speed
+SLOWEST_FACTOR = 0.8  # times the speed limit: the lowest desired speed of a motor vehicle
+SPEED_SPREAD = 0.2  # maximum excess of a driver's desired speed over its style's mean
+STEEPEST_CHANGE = 0.4  # maximum lateral speed in a lane change, as a share of the speed
 
 
 @dataclass(frozen=True)
 class VehicleType:
-    """What a vehicle is: its id in SUMO, size in metres, and share among those of its kind.
+    """A vehicle type: its SUMO id, size in metres, and share among the types of its kind.
 
-    `top_speed` is in m/s, infinite where only the speed limit counts.
+    `top_speed` is in m/s; infinite if only the speed limit applies.
     """
 
     name: str
@@ -47,8 +47,8 @@ class _Body:
 
 
 @dataclass(frozen=True)
-class _Temper:
-    """SUMO's parameters of a driver; none lets it run a red light or leave too short a gap."""
+class _Style:
+    """A driver style as SUMO parameters; none leads to red light violations or unsafe gaps."""
 
     suffix: str
     share: float
@@ -73,10 +73,10 @@ _BODIES = (
     _Body("motorcycle", 2.2, 0.8, ActorKind.MOTORCYCLE, 1.0, 3.5, 5.0, 2.5),
     _Body("bicycle", 1.8, 0.65, ActorKind.BICYCLE, 1.0, 1.2, 3.0, 1.5, top_speed=6.36),
 )
-_TEMPERS = (
-    _Temper("_calm", 0.25, 0.92, 0.06, 1.4, 0.5, 0.4, 0.8, 0.5, 1.5),
-    _Temper("", 0.5, 1.0, 0.1, 1.0, 0.0, 0.5, 1.0, 1.0, 1.0),
-    _Temper("_hurried", 0.25, 1.1, 0.06, 0.8, -0.5, 0.5, 1.15, 2.0, 0.8),
+_STYLES = (
+    _Style("_calm", 0.25, 0.92, 0.06, 1.4, 0.5, 0.4, 0.8, 0.5, 1.5),
+    _Style("", 0.5, 1.0, 0.1, 1.0, 0.0, 0.5, 1.0, 1.0, 1.0),
+    _Style("_hurried", 0.25, 1.1, 0.06, 0.8, -0.5, 0.5, 1.15, 2.0, 0.8),
 )
 _PLACED = """\
     <vType id="ego" vClass="passenger" length="{length:.2f}" width="{width:.2f}" height="1.51" \
@@ -87,16 +87,16 @@ minGap="2.5"/>
 """
 
 
-def _type(body: _Body, temper: _Temper) -> VehicleType:
+def _type(body: _Body, style: _Style) -> VehicleType:
     return VehicleType(
-        body.name + temper.suffix, body.length, body.width, body.kind,
-        body.share * temper.share, round(body.top_speed * temper.pace, 2),
+        body.name + style.suffix, body.length, body.width, body.kind,
+        body.share * style.share, round(body.top_speed * style.pace, 2),
     )  # fmt: skip
 
 
-VEHICLE_TYPES = tuple(_type(body, temper) for body in _BODIES for temper in _TEMPERS)
+VEHICLE_TYPES = tuple(_type(body, style) for body in _BODIES for style in _STYLES)
 
-# Whom scripts place or send; their share is of none of the traffic.
+# Spawned by hazards only, so without a share of the traffic.
 WALKER = VehicleType("walker", WALKER_LENGTH, 0.6, ActorKind.PEDESTRIAN, 0.0)
 RIDER = VehicleType("rider", RIDER_LENGTH, 0.65, ActorKind.BICYCLE, 0.0)
 CAR = VehicleType("car_medium", 4.47, 1.84, ActorKind.CAR, 0.0)
@@ -105,7 +105,7 @@ VAN = VehicleType("van", 5.32, 2.01, ActorKind.VAN, 0.0)
 
 def types_xml() -> str:
     """Return the text of `vehicle_types.add.xml`."""
-    rows = "".join(_row(body, temper) for body in _BODIES for temper in _TEMPERS)
+    rows = "".join(_row(body, style) for body in _BODIES for style in _STYLES)
     placed = _PLACED.format(
         length=EGO_LENGTH, width=EGO_WIDTH, walker=WALKER_LENGTH, rider=RIDER_LENGTH
     )
@@ -113,27 +113,27 @@ def types_xml() -> str:
     return f"{comment}\n<additional>\n{placed}{rows}</additional>\n"
 
 
-def _row(body: _Body, temper: _Temper) -> str:
-    """Return one type; all are of the passenger class, which every driving lane is open to."""
-    made = _type(body, temper)
-    mean = body.pace * temper.pace
+def _row(body: _Body, style: _Style) -> str:
+    """Return one type; all have the passenger class, which every driving lane allows."""
+    made = _type(body, style)
+    mean = body.pace * style.pace
     values = {
         "id": made.name,
         "vClass": "passenger",
         "length": f"{body.length:.2f}",
         "width": f"{body.width:.2f}",
-        "minGap": f"{body.gap + temper.extra_gap:.1f}",
-        "accel": f"{body.acceleration * temper.eagerness:.2f}",
+        "minGap": f"{body.gap + style.extra_gap:.1f}",
+        "accel": f"{body.acceleration * style.eagerness:.2f}",
         "decel": f"{body.braking:.1f}",
-        "sigma": f"{temper.dawdling:.1f}",
-        "tau": f"{temper.headway:.1f}",
-        "speedFactor": f"normc({mean:.2f},{temper.spread:.2f},{SLOWEST_FACTOR},"
+        "sigma": f"{style.dawdling:.1f}",
+        "tau": f"{style.headway:.1f}",
+        "speedFactor": f"normc({mean:.2f},{style.spread:.2f},{SLOWEST_FACTOR},"
         f"{mean + SPEED_SPREAD:.2f})",
-        # Sideways only as it drives on: else SUMO leaves cars standing across two lanes, at 40 deg.
+        # No lateral motion at standstill: else SUMO leaves cars stationary across two lanes.
         "lcMaxSpeedLatStanding": "0.0",
         "lcMaxSpeedLatFactor": f"{STEEPEST_CHANGE}",
-        "lcSpeedGain": f"{temper.overtaking:.1f}",
-        "jmTimegapMinor": f"{temper.minor_gap:.1f}",
+        "lcSpeedGain": f"{style.overtaking:.1f}",
+        "jmTimegapMinor": f"{style.minor_gap:.1f}",
     }
     if math.isfinite(made.top_speed):
         values["maxSpeed"] = f"{made.top_speed:.2f}"

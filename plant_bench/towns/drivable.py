@@ -1,4 +1,4 @@
-"""Can a car drive every path? A kinematic bicycle follows each lane and each turn."""
+"""Checks that a car can drive every lane and turn, with a kinematic bicycle model."""
 
 import itertools
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""From the text of a SUMO net to a Town.
+"""Reads a SUMO network into a Town.
 
 Besides SUMO, only this and `sim.roadside.footways` (sidewalks, crossings) read `town.net.xml`.
 """

@@ -1,4 +1,4 @@
-"""Making towns: spec and seed in, `town.net.xml` and `town.json` out, whole or not at all."""
+"""Generates a town from its spec and seed, and writes `town.net.xml` and `town.json`."""
 
 from dataclasses import replace
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""A sketch of each kind of hazard, from above: the ego yellow, who endangers it red."""
+"""Draws a sketch of each kind of hazard from above: the ego yellow, other actors red."""
 
 from pathlib import Path
 

@@ -1,7 +1,7 @@
-"""Numbers of hazards that depend on the place; the table's `numbers` names a function here.
+"""Draws hazard parameters that depend on the place; the table's `numbers` names functions here.
 
 Each is given the place and a draw, and returns parameters, SI units, named as the kind's script
-names them; None where nobody could survive the hazard.
+names them; None if the hazard would be unavoidable.
 """
 
 import random
@@ -23,7 +23,7 @@ CRAWLING, CRAWL = 0.4, (1.0, 2.0)  # share of queues that crawl; m/s
 # A walker or rider
 KERB_LEFT = 5.3  # m beside the path: behind the oncoming lane
 WALKING, RIDING = (1.0, 2.0), (2.0, 4.0)  # m/s
-RUNNING = 2.8  # m/s of who runs across from the left
+RUNNING = 2.8  # m/s of a pedestrian that runs across from the left
 RIDERS, HIDDEN, FROM_LEFT = 0.3, 0.4, 0.3  # shares of crossings
 
 # Control loss: the metres aside that hands off the wheel would leave; the pull follows from them.

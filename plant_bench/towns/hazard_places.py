@@ -1,4 +1,4 @@
-"""Where on a route each kind of hazard can happen.
+"""Finds the places on a route where each kind of hazard can happen.
 
 The table's `where` names one of the finders here. A finder is given the kinds that share it, and
 asks what their `fits` name.
@@ -15,9 +15,9 @@ from plant_bench.world.hazard_table import HAZARDS, load_part
 from plant_bench.world.route import Route
 from plant_bench.world.town import Lane, Town
 
-CROSSED_LIMIT = 14.0  # m/s: nobody walks across faster roads
+CROSSED_LIMIT = 14.0  # m/s: no crossings on faster roads
 ROOM = 60.0  # m of lane that lane events need
-RUN, LINE_RUN = 60.0, 30.0  # m that who meets the ego in a junction comes, to it and to its line
+RUN, LINE_RUN = 60.0, 30.0  # m of approach of a conflicting vehicle, to the junction and its line
 UNSEEN = 100.0  # m in a straight line, for those put out beyond the ego's sight
 
 
@@ -31,7 +31,7 @@ class Place:
         limit: The ego's speed limit there, m/s.
         arm: Arc length from which on it may begin, metres.
         room: Metres of the same lane ahead.
-        sides: For who crosses: 1 from the left, -1 from the right.
+        sides: Sides for crossing actors: 1 from the left, -1 from the right.
         parameters: What the place dictates.
     """
 
@@ -109,7 +109,7 @@ def behind_turns(track: Track, kinds: Sequence[HazardKind]) -> Iterator[Place]:
 
 
 def at_junctions(track: Track, kinds: Sequence[HazardKind]) -> Iterator[Place]:
-    """Find where one can come from afar who meets the ego; `fits` is given the way and passage."""
+    """Find junctions with a long enough conflicting approach; `fits` gets approach and passage."""
     known = [(kind, load_part(kind, "fits")) for kind in kinds]
     for passage in track.route.passages:
         at = 0.5 * (passage.entry + passage.exit)
@@ -164,7 +164,7 @@ def on_lanes(track: Track, kinds: Sequence[HazardKind]) -> Iterator[Place]:
 
 
 def for_braking(stretch: Stretch) -> list[dict[str, float]]:
-    """Have room for one who brakes and one who follows."""
+    """Tell whether there is space for a braking leader and the ego behind it."""
     return [{}] if stretch.before > 0.5 * ROOM and stretch.after > 0.5 * ROOM else []
 
 
@@ -187,7 +187,7 @@ def for_blocking(stretch: Stretch) -> list[dict[str, float]]:
 
 
 def for_queues(stretch: Stretch) -> list[dict[str, float]]:
-    """Have room on the same lane for those who stand."""
+    """Tell whether there is space on the same lane for stationary vehicles."""
     ample = min(stretch.after, stretch.room) > 0.5 * ROOM
     return [{}] if stretch.before > ROOM and ample else []
 

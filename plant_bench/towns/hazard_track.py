@@ -1,4 +1,4 @@
-"""What lies along a route: its lanes, junctions and neighbours, as hazards ask for them."""
+"""Lanes, junctions and adjacent lanes along a route, for the placement of hazards."""
 
 from functools import cached_property
 
@@ -12,7 +12,7 @@ STEP = 5  # m between places looked at
 MARGIN = 40.0  # m at the route's two ends without hazards
 STRAIGHT = 0.12  # rad that a lane may turn over the metres a lane event takes
 FAR = 1e6  # m to a junction that is not there
-MERGE_RUN = 150.0  # m that who is beside the ego comes straight on
+MERGE_RUN = 150.0  # m of straight approach of a vehicle beside the ego
 OPPOSITE = 2.4  # rad between the headings of two neighbour lanes that lead opposite ways
 
 

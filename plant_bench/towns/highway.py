@@ -1,4 +1,4 @@
-"""A closed highway: carriageways that gain and lose lanes where ramps and U-turns meet them.
+"""Lays out a closed highway whose carriageways gain and lose lanes at ramps and U-turns.
 
 Places along a carriageway are distances along its reference line (the middle of the median), in the
 carriageway's own direction of travel.

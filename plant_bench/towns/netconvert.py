@@ -1,4 +1,4 @@
-"""The door to SUMO's programs: a street plan goes in, the text of a net comes out."""
+"""Runs netconvert on a street plan, and SUMO to check the network."""
 
 import os
 import re

@@ -1,4 +1,4 @@
-"""A roundabout of two lanes: a ring, and for each arm an entry and an exit of its own."""
+"""Lays out a two-lane roundabout: a ring, and an entry and an exit for each arm."""
 
 from dataclasses import dataclass
 

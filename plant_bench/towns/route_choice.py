@@ -1,4 +1,4 @@
-"""Choosing routes among many drafts: as long as asked, varied, and not the same streets twice."""
+"""Chooses routes of the requested lengths among many drafts, with variety and little overlap."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -124,7 +124,7 @@ def choose(graph: StreetGraph, plans: list[LanePlan], limits: Sequence[float]) -
         if not pairs:
             message = (
                 f"Only {len(chosen)} different routes were found in {graph.town.name}, "
-                f"{len(limits)} are wanted. Draw more paths, or make the town larger."
+                f"{len(limits)} were requested. Draw more paths, or make the town larger."
             )
             raise InputError(message)
         enough = (1.0 - LENGTH_TOLERANCE) * max(draft.length for draft, _ in pairs)

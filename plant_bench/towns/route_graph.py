@@ -1,4 +1,4 @@
-"""A town's edges as a graph: where each leads, and which places matter to a route."""
+"""A town's edges as a graph, with the junctions, merges and exits that matter to routes."""
 
 from collections import defaultdict
 from functools import cached_property

@@ -1,4 +1,4 @@
-"""The hazards of a route: how many, which, where, and with what numbers.
+"""Chooses the hazards of a route: number, kinds, places and parameters.
 
 Kinds and places are drawn by a seed. Shares follow the scenarios of Longest6 v2's routes
 (DynamicObjectCrossing 116, SignalizedJunctionLeftTurn 112, ControlLoss 80,
@@ -19,7 +19,7 @@ FEWEST, MOST = 8, 15  # hazards of a route
 METRES_EACH = 120.0  # m of route for each hazard between those bounds
 SPACING = 60.0  # m between two hazards at least
 LARGEST_SHARE = 1.0 / 3.0  # of a route's hazards that are of one kind
-TRIES = 400  # draws of a route's places until all wanted fit
+TRIES = 400  # attempts to place all hazards of a route
 CONTENDERS = 3  # places drawn, of which the one farthest from others is taken
 
 
@@ -27,33 +27,33 @@ def place_hazards(town: Town, route: Route, seed: int) -> tuple[Hazard, ...]:
     """Return a route's hazards in order of place; equal arguments give equal hazards."""
     draw = random.Random(f"{seed}|{route.id}")
     places = possible_places(town, route)
-    wanted = min(max(round(route.length / METRES_EACH), FEWEST), MOST)
+    target = min(max(round(route.length / METRES_EACH), FEWEST), MOST)
     best: list[Place] = []
     for _ in range(TRIES):
-        chosen = _choose(places, wanted, draw)
+        chosen = _choose(places, target, draw)
         if len(chosen) > len(best):
             best = chosen
-        if len(best) == wanted:
+        if len(best) == target:
             break
     best.sort(key=lambda place: place.at)
     hazards = (_make(place, draw) for place in best)
     return tuple(hazard for hazard in hazards if hazard is not None)
 
 
-def _choose(places: list[Place], wanted: int, draw: random.Random) -> list[Place]:
+def _choose(places: list[Place], target: int, draw: random.Random) -> list[Place]:
     free: dict[HazardKind, list[Place]] = {}
     for place in places:
         free.setdefault(place.kind, []).append(place)
     chosen: list[Place] = []
     counts = Counter[HazardKind]()
-    while free and len(chosen) < wanted:
+    while free and len(chosen) < target:
         kinds = list(free)
         kind = draw.choices(kinds, [HAZARDS[kind].weight for kind in kinds])[0]
         some = draw.sample(free[kind], min(CONTENDERS, len(free[kind])))
         place = max(some, key=lambda one: min((abs(one.at - p.at) for p in chosen), default=0.0))
         chosen.append(place)
         counts[kind] += 1
-        if counts[kind] + 1 > LARGEST_SHARE * wanted:
+        if counts[kind] + 1 > LARGEST_SHARE * target:
             del free[kind]
         free = {
             kind: left
@@ -64,7 +64,7 @@ def _choose(places: list[Place], wanted: int, draw: random.Random) -> list[Place
 
 
 def _make(place: Place, draw: random.Random) -> Hazard | None:
-    """Return the hazard of a place, or None where nobody could survive it."""
+    """Return the hazard of a place, or None if it would be unavoidable."""
     at, row = place.at, HAZARDS[place.kind]
     seed = draw.randrange(2**31)
     parameters = dict(place.parameters)

@@ -1,4 +1,4 @@
-"""Pictures of routes on their towns."""
+"""Draws pictures of routes on their towns."""
 
 from collections.abc import Sequence
 from pathlib import Path

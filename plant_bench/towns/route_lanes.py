@@ -1,4 +1,4 @@
-"""Which lanes an edge path takes, and where it changes between them."""
+"""Plans the lanes of an edge path, and where it changes lanes."""
 
 from dataclasses import dataclass
 from itertools import pairwise

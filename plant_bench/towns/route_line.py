@@ -1,4 +1,4 @@
-"""The centre line of a route: lane after lane, with smooth lane changes, one point a metre."""
+"""Computes the centre line of a route with smooth lane changes, one point per metre."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field

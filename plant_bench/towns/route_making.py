@@ -1,4 +1,4 @@
-"""From a lane plan to a Route: its line, the junctions it passes and the manoeuvres it asks for."""
+"""Builds a Route from a lane plan: its line, junction passages and manoeuvres."""
 
 from plant_bench.towns.route_graph import StreetGraph
 from plant_bench.towns.route_lanes import LanePlan, lanes_between

@@ -1,4 +1,4 @@
-"""Random edge paths through a town, such as a navigation system with a few stops would give."""
+"""Draws random edge paths through a town, via a few intermediate stops."""
 
 import heapq
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""Route suites: Longest6-like routes through the towns, chosen, written, checked and described."""
+"""Builds, checks and describes route suites like CARLA's Longest6."""
 
 import json
 import tempfile

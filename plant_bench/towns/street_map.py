@@ -1,4 +1,4 @@
-"""A map of two-way streets between places, and how it becomes a street plan."""
+"""A map of two-way streets between places, and its conversion to a street plan."""
 
 from dataclasses import dataclass, field, replace
 
@@ -27,7 +27,7 @@ class Street:
     via: tuple[Pose, ...] = ()
 
     def reversed(self) -> "Street":
-        """The same street, told from its other end."""
+        """The same street, seen from its other end."""
         via = tuple(pose.reversed() for pose in reversed(self.via))
         back_leave, back_arrive = self.arrive + np.pi, self.leave + np.pi
         return Street(self.end, self.start, back_leave, back_arrive, self.road_class, via)

@@ -1,4 +1,4 @@
-"""A street plan: nodes, one-way edges and lane connections, as netconvert reads them."""
+"""A street plan: nodes, one-way edges and lane connections, as input for netconvert."""
 
 from dataclasses import dataclass, field
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""The shape of a street: smooth curves through poses, fillets and offset curves.
+"""Geometry of streets: smooth curves through poses, fillets and offset curves.
 
 All shapes are arrays of points (n 2) in metres; headings are radians counter-clockwise from +x.
 """

@@ -1,4 +1,4 @@
-"""Is a town sound? Everything reachable, nothing dead, every path drivable, all asked for there."""
+"""Checks a town: all lanes reachable, no dead ends, paths drivable, the spec's minimums met."""
 
 import networkx as nx
 
@@ -27,10 +27,10 @@ def find_missing(town: Town, requires: Requirements) -> list[str]:
         "signalled": summary.signals,
         "unsignalled": sum(summary.junctions.get(kind, 0) for kind in unsignalled),
     }
-    wanted = requires.model_dump()
+    minimums = requires.model_dump()
     return [
-        f"found {have[what]:g} {what}, wanted {count:g} or more"
-        for what, count in wanted.items()
+        f"expected {count:g} or more {what}, got {have[what]:g}"
+        for what, count in minimums.items()
         if have[what] < count
     ]
 

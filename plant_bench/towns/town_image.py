@@ -1,4 +1,4 @@
-"""A picture of a town, drawn from its Town alone."""
+"""Draws a picture of a town."""
 
 import itertools
 from pathlib import Path

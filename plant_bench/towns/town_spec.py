@@ -1,4 +1,4 @@
-"""What a town is asked to be: its spec, read from `networks/<town>/spec.toml` and checked."""
+"""The spec of a town, read from `networks/<town>/spec.toml` and checked."""
 
 import tomllib
 from pathlib import Path
@@ -74,7 +74,7 @@ class TownLife(_Part):
     def _shares_sum_to_one(self) -> "TownLife":
         total = sum(self.mix.values())
         if abs(total - 1.0) > 1e-6:
-            message = f"the shares of {', '.join(VEHICLE_KINDS)} sum to {total:.3f}, 1 is wanted"
+            message = f"the shares of {', '.join(VEHICLE_KINDS)} sum to {total:.3f}, expected 1"
             raise ValueError(message)
         return self
 

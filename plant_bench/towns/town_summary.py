@@ -1,4 +1,4 @@
-"""A town in numbers: what it contains, counted in the net itself."""
+"""Counts what a town's network contains: lanes, junctions, signals and special places."""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,4 @@
-"""Routes to collect training data on: long ones, and short ones by manoeuvre; none the benchmark's.
+"""Builds training routes, long ones and short ones by manoeuvre, apart from the benchmark's.
 
 A training route may use streets of the benchmark's routes, in the same towns, but no route has more
 than `MAX_COMMON` of its length (or of the benchmark route's, where that is shorter) in common with
@@ -116,7 +116,7 @@ def _long_drafts(
     forbidden: Sequence[Mapping[str, float]],
 ) -> list[Draft]:
     """Draw different drafts of lengths between the shortest and the longest of the benchmark's."""
-    wanted, found, known = visits * LONG_A_VISIT, [], set()
+    target, found, known = visits * LONG_A_VISIT, [], set()
     for _ in range(TRIES):
         path = random_path(graph, rng)
         longest = float(rng.uniform(min(lengths), max(lengths)))
@@ -127,7 +127,7 @@ def _long_drafts(
         if _is_apart(draft, forbidden):
             found.append(draft)
             known.add(draft.plan.edges)
-        if len(found) == wanted:
+        if len(found) == target:
             break
     return found
 
@@ -187,8 +187,8 @@ def _make(graph: StreetGraph, draft: Draft, kind: str, number: int, seed: int) -
 
 def _fewer(hazards: tuple[Hazard, ...], route: Route, seed: int) -> tuple[Hazard, ...]:
     """Keep as many hazards a metre on a short route as long ones have."""
-    wanted = max(round(route.length / METRES_EACH), 1)
-    if len(hazards) <= wanted:
+    target = max(round(route.length / METRES_EACH), 1)
+    if len(hazards) <= target:
         return hazards
-    kept = random.Random(f"{seed}|{route.id}|fewer").sample(range(len(hazards)), wanted)
+    kept = random.Random(f"{seed}|{route.id}|fewer").sample(range(len(hazards)), target)
     return tuple(hazards[place] for place in sorted(kept))

@@ -1,4 +1,4 @@
-"""The towns that training data is collected in: the benchmark's, and others of their characters."""
+"""Lists the towns for training data: the benchmark's, and others of the same characters."""
 
 import tempfile
 from dataclasses import dataclass

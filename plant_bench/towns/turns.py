@@ -1,4 +1,4 @@
-"""Which lane may take which turn: turn lanes, so that nobody waits behind a left-turner."""
+"""Assigns turns to lanes, with turn lanes so that left turns do not block other traffic."""
 
 import numpy as np
 
@@ -67,7 +67,7 @@ def _pairs(edge: Edge, target: Edge, lanes: list[int]) -> list[tuple[int, int]]:
 
 
 def _feed_empty_lanes(plan: StreetPlan, target: Edge) -> None:
-    """Give each lane that nobody would enter the nearest path into its edge."""
+    """Connect each lane without an incoming path to the nearest path into its edge."""
     into = [c for c in plan.connections if c.end == target.id]
     fed = {c.end_lane for c in into}
     for lane in range(target.lanes):

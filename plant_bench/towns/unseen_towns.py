@@ -1,4 +1,4 @@
-"""The towns of the suite `unseen`: the benchmark's characters, laid out by seeds of their own.
+"""The towns of the suite `unseen`: the benchmark's characters with other seeds.
 
 A planner that drives here as well as in the benchmark's towns has learned to drive, not the towns.
 Nobody trains in them, nor chooses anything by them.

@@ -1,1 +1,1 @@
-"""Town, Route, Scenario and Scene: immutable values that everything else is made of."""
+"""Immutable data model: Town, Route, Scenario, Scene and Hazard."""

@@ -1,17 +1,18 @@
-"""Who is given which numbers. The simulation hands them out; all others ask `Actors`.
+"""Ranges of actor ids, by what moves the actor.
 
-Kinds tell what an actor is, numbers who moves it: a parked car is of the kind of any other car.
+The simulation assigns ids; other code uses the properties of `Actors`. The kind tells what an actor
+is, the id what moves it: a parked car has the kind of any other car.
 """
 
 EGO = 0
-TRAFFIC = range(1, 500_000)  # vehicles that SUMO knows, and whom hazards put out, on foot as well
-PEDESTRIANS = range(500_000, 700_000)  # of the sidewalks
-STAND_INS = range(700_000, 1_000_000)  # small vehicles that show pedestrians to SUMO; in no scene
+TRAFFIC = range(1, 500_000)  # SUMO vehicles, and actors of hazards, pedestrians too
+PEDESTRIANS = range(500_000, 700_000)  # on sidewalks and crossings
+SUMO_PROXIES = range(700_000, 1_000_000)  # represent pedestrians in SUMO; in no scene
 PARKED = range(1_000_000, 2**63)
 
 
 def is_parked(number: int) -> bool:
-    """Tell whether a number is that of a parked car.
+    """Tell whether an id is that of a parked car.
 
     >>> is_parked(PARKED.start), is_parked(PARKED.start - 1)
     (True, False)

@@ -1,4 +1,4 @@
-"""Ways through a junction that meet the ego's, and where the boxes of both touch."""
+"""Finds approaches through a junction that conflict with the ego's route, and conflict points."""
 
 import math
 from dataclasses import dataclass
@@ -14,29 +14,29 @@ from plant_bench.world.route import Passage, Route
 from plant_bench.world.scene import EGO_EXTENT, EGO_LENGTH
 from plant_bench.world.town import Lane, Link, Town
 
-TOUCH = 1.2  # m between two centre lines where the ways meet
-BEYOND = 12.0  # m behind the junction within which ways may still meet
-STEP = 0.5  # m between places looked at
+TOUCH = 1.2  # m between two centre lines at a conflict point
+BEYOND = 12.0  # m behind the junction within which paths may still conflict
+STEP = 0.5  # m between checked positions
 SWEPT = (5.8, 2.9)  # m: the box of a large vehicle with half a metre around it
 SIDEWAYS = math.radians(45.0)  # from the ego's heading, at which a street is a cross street
 ONCOMING = math.radians(135.0)  # at which it is the opposite one
-FROM_LEFT, SPREAD = math.radians(-90.0), math.radians(50.0)  # of who comes from the left
+FROM_LEFT, SPREAD = math.radians(-90.0), math.radians(50.0)  # of vehicles from the left
 
 
 @dataclass(frozen=True, eq=False)
 class Approach:
-    """A way that meets the ego's.
+    """A path through a junction that conflicts with the ego's route.
 
     Attributes:
-        link: The way.
-        line: Its centre line, from the begin of the incoming lanes to the end of the outgoing one.
-        starts: Where on the line each lane begins, by lane id, in order.
+        link: The link through the junction.
+        line: Centre line from the start of the incoming lanes to the end of the outgoing one.
+        starts: Arc length on the line at which each lane starts, by lane id, in order.
         edges: The edges along the line.
         stop: Arc length of the stop line on the line.
-        meets: Arc length on the line where the two ways first meet.
-        at: Arc length on the ego's route of the same place.
-        clear: Arc length on the ego's route that its front must not pass to let others by.
-        angle: From the ego's heading before the junction to that of the other, radians.
+        meets: Arc length of the first conflict point on the line.
+        at: Arc length of the same point on the ego's route.
+        clear: Arc length on the ego's route that its front must not pass to let others pass.
+        angle: Angle from the ego's heading before the junction to the other's, radians.
     """
 
     link: Link
@@ -62,7 +62,7 @@ def passage_at(route: Route, at: float) -> Passage | None:
 
 
 def approaches(town: Town, route: Route, passage: Passage) -> list[Approach]:
-    """Return the ways that meet a passage of the ego's from other streets, in a fixed order."""
+    """Return the approaches from other streets that conflict with a passage, in a fixed order."""
     heading = float(np.interp(passage.entry - 2.0, route.along, route.headings))
     edges = set(route.edges)
     found = []
@@ -80,14 +80,14 @@ def approaches(town: Town, route: Route, passage: Passage) -> list[Approach]:
 def clear_place(
     route: Route, first: float, last: float, line: Float[np.ndarray, "points 2"], stretch: range
 ) -> float:
-    """Return where the ego's front must stay to be clear of all who drive along a line.
+    """Return how far the ego's front may go without conflict with vehicles on a line.
 
     Args:
-        route: The ego's.
-        first: Arc length of the route of the ego's centre at the first place looked at.
-        last: At the last one.
-        line: The others' centre line.
-        stretch: Metres of the line along which their centres may be.
+        route: The ego's route.
+        first: Arc length on the route of the ego's centre at the first checked position.
+        last: The same at the last checked position.
+        line: The centre line of the other vehicles.
+        stretch: Arc lengths on the line at which their centres may be, metres.
 
     Returns:
         Arc length of the route: the ego's front at the first place where its box touches theirs,
@@ -174,7 +174,7 @@ def lane_starts(lanes: list[Lane]) -> dict[str, float]:
 
 
 def joined_before(town: Town, lane: str) -> str | None:
-    """Return the lane before a lane where two edges just join."""
+    """Return the lane before a lane at a joint of two edges."""
     for link in town.links:
         if link.target == lane and not link.via:
             return link.source
@@ -182,23 +182,23 @@ def joined_before(town: Town, lane: str) -> str | None:
 
 
 def crosses(way: Approach, passage: Passage) -> bool:
-    """Tell whether a way crosses the ego's from a cross street, at lights."""
+    """Tell whether an approach crosses the ego's path from a cross street, at lights."""
     sideways = SIDEWAYS < abs(way.angle) < math.pi - SIDEWAYS
     return passage.signal is not None and sideways and way.link.turn != "right"
 
 
 def joins_from_left(way: Approach, passage: Passage) -> bool:
-    """Tell whether a way leads from the left into the lane that the ego turns right to."""
+    """Tell whether an approach leads from the left into the lane that the ego turns right into."""
     from_left = abs(way.angle - FROM_LEFT) < SPREAD
     return passage.turn == "right" and from_left and way.link.turn == "straight"
 
 
 def is_unsignalled(way: Approach, passage: Passage) -> bool:
-    """Tell whether a way meets the ego's where no signal rules."""
+    """Tell whether an approach conflicts with the ego at a junction without signals."""
     return passage.signal is None and way.link.signal is None
 
 
 def is_oncoming(way: Approach, passage: Passage) -> bool:
-    """Tell whether a way is oncoming, and need not wait for the ego that turns left."""
+    """Tell whether an approach is oncoming and has priority over the ego turning left."""
     opposite = abs(way.angle) > ONCOMING and way.link.turn != "left"
     return passage.turn == "left" and passage.signal is not None and opposite

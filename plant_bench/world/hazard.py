@@ -1,4 +1,4 @@
-"""Hazards as data: what may go wrong at which place of a route. `sim.hazards` plays them."""
+"""Hazards of a route as data, and their outcomes; `sim.hazards` simulates them."""
 
 from dataclasses import dataclass, field
 from enum import StrEnum
@@ -12,11 +12,11 @@ class Hazard:
     """One hazard of a route.
 
     Attributes:
-        kind: What happens.
-        at: Arc length on the route where the ego and the other would meet, metres.
-        arm: Arc length from which on the hazard may begin.
-        seed: Seeds what the kind leaves to chance, together with the scenario's seed.
-        parameters: Numbers of the kind, SI units; each kind's module names them.
+        kind: Kind of hazard.
+        at: Arc length on the route of the conflict point, metres.
+        arm: Arc length on the route at which the hazard is armed, metres.
+        seed: Seed of the random choices, together with the scenario's seed.
+        parameters: Parameters of the kind, SI units; each kind's module names them.
     """
 
     kind: HazardKind
@@ -31,13 +31,13 @@ class Hazard:
 
     @classmethod
     def from_payload(cls, payload: dict) -> "Hazard":
-        """Read what `to_payload` gave; raises KeyError, TypeError or ValueError where it cannot."""
+        """Read a payload of `to_payload`; raises KeyError, TypeError or ValueError if invalid."""
         places = {name: float(payload[name]) for name in ("at", "arm")}
         return cls(**{**payload, **places, "kind": HazardKind(payload["kind"])})
 
 
 class Phase(StrEnum):
-    """How far a hazard has come."""
+    """State of a hazard."""
 
     DORMANT = "dormant"
     ARMED = "armed"
@@ -47,14 +47,14 @@ class Phase(StrEnum):
 
 
 class HazardOutcome(NamedTuple):
-    """What became of a hazard in one episode.
+    """Outcome of a hazard in one episode.
 
     Attributes:
-        kind: What it was.
-        at: Where, metres along the route.
-        phase: DONE, VOID, or what it was when the episode ended.
-        time: Seconds when it was committed, or the last phase was reached.
-        reason: Why it is void.
+        kind: Kind of hazard.
+        at: Arc length on the route, metres.
+        phase: DONE, VOID, or its phase when the episode ended.
+        time: Time at which it was committed, or else reached its last phase, seconds.
+        reason: Why it is void; else empty.
     """
 
     kind: HazardKind

@@ -1,6 +1,6 @@
-"""A sketch of a hazard as data: the road from above, the ego's way, and who endangers it.
+"""Sketches of hazards as data: a road from above, the ego's path, and other road users.
 
-Metres; the ego drives to +x, 0 is the middle of the road. `towns.hazard_picture` draws it.
+Metres; the ego drives to +x, y = 0 is the road's centre line. `towns.hazard_image` draws them.
 """
 
 from collections.abc import Sequence
@@ -17,7 +17,7 @@ Line = Sequence[tuple[float, float]]
 
 
 class Box(NamedTuple):
-    """A road user: the middle of its box, heading in degrees, size, and where it is going."""
+    """A road user: box centre, heading in degrees, path, size in metres, and colour."""
 
     x: float
     y: float
@@ -29,13 +29,13 @@ class Box(NamedTuple):
 
 @dataclass(frozen=True)
 class Sketch:
-    """What a picture shows.
+    """Contents of a picture.
 
     Attributes:
-        road: "street", "dual" (two lanes one way) or "junction".
-        ego: The ego's way.
-        others: All but the ego.
-        lights: x, y and colour.
+        road: "street", "dual" (two lanes in one direction) or "junction".
+        ego: The ego's path.
+        others: Other road users.
+        lights: Traffic lights: x, y and colour.
     """
 
     road: Literal["street", "dual", "junction"]
@@ -45,7 +45,7 @@ class Sketch:
 
 
 def person(x: float, y: float, heading: float, path: Line) -> Box:
-    """Return a walker or rider."""
+    """Return a pedestrian or cyclist."""
     return Box(x, y, heading, path, (1.0, 1.0))
 
 
@@ -54,7 +54,7 @@ def _bend(corner: tuple[float, float], radius: float, start: float, end: float) 
     return [(corner[0] + radius * np.cos(a), corner[1] + radius * np.sin(a)) for a in angles]
 
 
-# Ways of the ego
+# Paths of the ego
 AHEAD = ((-14.0, NEAR), (32.0, NEAR))
 STOPS = ((-14.0, NEAR), (4.0, NEAR))
 RIGHT = (AHEAD[0], *_bend((2.0, -6.0), 4.25, 90.0, 0.0), (6.25, -15.0))
@@ -62,5 +62,5 @@ LEFT = (AHEAD[0], *_bend((1.5, 6.5), 8.25, -90.0, 0.0), (9.75, 15.0))
 WAVES = tuple(
     (x, NEAR + 1.1 * np.sin(x / 3.5) * (0.0 < x < 22.0)) for x in np.linspace(-14, 32, 90)
 )
-# Of others
+# Other road users
 NORTHWARD = Box(9.75, -12.0, 90.0, ((9.75, -9.0), (9.75, 15.0)))

@@ -1,6 +1,6 @@
-"""The table of hazards: a row a kind. Placing, playing, pages and pictures read it.
+"""The table of hazards, one row per kind: texts, placement, parameters and behaviour class.
 
-A new kind is a row here and a script in `sim.hazards`; docs/hazards.md shows it.
+A new kind needs a row here and a behaviour in `sim.hazards`; docs/hazards.md shows how.
 """
 
 from collections.abc import Mapping
@@ -13,19 +13,19 @@ from plant_bench.errors import InputError
 from plant_bench.world import hazard_sketch as draw
 from plant_bench.world.hazard_sketch import BESIDE, NEAR, Box, Sketch, person
 
-SCRIPTS, PLACES = "plant_bench.sim.hazards", "plant_bench.towns.hazard_places"
-NUMBERS, WAYS = "plant_bench.towns.hazard_numbers", "plant_bench.world.conflicting_paths"
+BEHAVIOURS, PLACES = "plant_bench.sim.hazards", "plant_bench.towns.hazard_places"
+NUMBERS, PATHS = "plant_bench.towns.hazard_numbers", "plant_bench.world.conflicting_paths"
 
 
 class Arm(NamedTuple):
-    """How long before its place a hazard may begin.
+    """How far before its place a hazard is armed.
 
     Attributes:
-        time: Seconds at the speed limit.
-        nearest: Metres, at least.
-        farthest: Metres, at most.
-        whole: Whether the route must have all these metres; else they are cut off at its start.
-        unseen: Whether the place must be out of the ego's sight then.
+        time: Driving time at the speed limit, seconds.
+        nearest: Minimum distance, metres.
+        farthest: Maximum distance, metres.
+        whole: Whether the route must have the full distance; else it is cut off at the start.
+        unseen: Whether the place must then be out of the ego's sight.
     """
 
     time: float
@@ -36,42 +36,41 @@ class Arm(NamedTuple):
 
 
 NEAR_BY = Arm(10.0, 90.0, 140.0, whole=False)
-SENT_AHEAD = Arm(11.0, 130.0, 220.0)  # one is sent 90 m ahead, and waits
+SENT_AHEAD = Arm(11.0, 130.0, 220.0)  # a vehicle is spawned 90 m ahead, and waits
 BESIDE_EGO = Arm(9.0, 100.0, 180.0)  # vehicles get into place beside the ego
-OUT_OF_SIGHT = Arm(12.0, 140.0, 240.0, unseen=True)  # put out beyond the ego's sight
+OUT_OF_SIGHT = Arm(12.0, 140.0, 240.0, unseen=True)  # spawned beyond the ego's sight
 
 
 @dataclass(frozen=True, kw_only=True)
 class HazardRow:
-    """All that there is to know of a kind of hazard, but how its script plays it.
+    """Everything about a kind of hazard except its behaviour.
 
-    What is "module:name" is looked up when it is first asked for, since the rooms that hold it
-    are above this one.
+    A "module:name" is imported on first use, because its package depends on this one.
 
     Attributes:
-        letter: Marks it on pictures.
-        carla: The CARLA leaderboard's scenario type it mirrors, None beyond those.
-        sentence: What happens.
-        sketch: What its picture shows.
-        script: "module:Class" of the `HazardBehaviour` that plays it.
-        always_asked: Whether its script places a vehicle at every tick before it is committed.
+        letter: Label on pictures.
+        carla: Scenario type of the CARLA leaderboard that it corresponds to, or None.
+        sentence: Description for users.
+        sketch: Its picture.
+        behaviour: "module:Class" of its `HazardBehaviour`.
+        every_tick: Whether it must be stepped at every tick while armed, to place a vehicle.
         where: "module:function" that finds its places on a route; kinds may share one.
-        fits: "module:function" by which `where` tells kinds apart; "" if it does not.
-        arm: How long before its place it may begin.
-        spread: Metres by which its place is drawn about the one found.
-        kept_free: Metres around its place without parked cars: where it puts actors beside the
-            road, or pulls the ego aside.
-        weight: How likely it is drawn while it has a place left; rare places weigh more.
-        ranges: Numbers drawn for each hazard, SI units: the least and the greatest by name.
-        numbers: "module:function" that draws those that depend on the place; "" if none does.
+        fits: "module:function" with which `where` tells kinds apart; "" if not needed.
+        arm: How far before its place it is armed.
+        spread: Half range of a random offset of its place, metres.
+        kept_free: Radius around its place without parked cars, metres; for hazards that place
+            actors beside the road or perturb the steering.
+        weight: Weight in the draw while it has a place left; kinds with rare places weigh more.
+        ranges: Minimum and maximum of the parameters drawn for each hazard, SI units, by name.
+        numbers: "module:function" that draws parameters that depend on the place; "" if none.
     """
 
     letter: str
     carla: int | None
     sentence: str
     sketch: Sketch
-    script: str
-    always_asked: bool = False
+    behaviour: str
+    every_tick: bool = False
     where: str
     fits: str = ""
     arm: Arm = NEAR_BY
@@ -83,7 +82,7 @@ class HazardRow:
 
 
 class HazardKind(StrEnum):
-    """The benchmark's hazards, in the order in which they are listed. `HAZARDS` has their rows."""
+    """The kinds of hazards in the order of listing; `HAZARDS` has their rows."""
 
     _value_: str
     row: HazardRow
@@ -99,9 +98,9 @@ class HazardKind(StrEnum):
         HazardRow(
             letter="S",
             carla=1,
-            sentence="For a moment the road is slippery and the ego's wheels pull aside.",
+            sentence="For a moment, grip is low and the ego's steering is pulled to both sides.",
             sketch=Sketch("street", draw.WAVES),
-            script=f"{SCRIPTS}.control_loss:ControlLoss",
+            behaviour=f"{BEHAVIOURS}.control_loss:ControlLoss",
             where=f"{PLACES}:off_junctions",
             kept_free=40.0,
             weight=9.0,
@@ -113,7 +112,7 @@ class HazardKind(StrEnum):
         HazardRow(
             letter="X",
             carla=3,
-            sentence="A walker or rider crosses mid-block, also from behind a parked van.",
+            sentence="A pedestrian or cyclist crosses mid-block, maybe from behind a parked van.",
             sketch=Sketch(
                 "street",
                 draw.AHEAD,
@@ -122,7 +121,7 @@ class HazardKind(StrEnum):
                     person(14.0, -6.0, 90.0, ((14.0, -5.0), (14.0, 6.5))),
                 ),
             ),
-            script=f"{SCRIPTS}.crossing:Crossing",
+            behaviour=f"{BEHAVIOURS}.crossing:Crossing",
             where=f"{PLACES}:at_kerbs",
             kept_free=15.0,
             weight=13.0,
@@ -134,11 +133,11 @@ class HazardKind(StrEnum):
         HazardRow(
             letter="A",
             carla=4,
-            sentence="A walker or rider crosses the street that the ego has just turned into.",
+            sentence="A pedestrian or cyclist crosses the street that the ego just turned into.",
             sketch=Sketch(
                 "junction", draw.RIGHT, (person(2.6, -10.0, 0.0, ((3.6, -10.0), (14.0, -10.0))),)
             ),
-            script=f"{SCRIPTS}.crossing:Crossing",
+            behaviour=f"{BEHAVIOURS}.crossing:Crossing",
             where=f"{PLACES}:behind_turns",
             spread=2.0,
             kept_free=15.0,
@@ -151,16 +150,16 @@ class HazardKind(StrEnum):
         HazardRow(
             letter="R",
             carla=7,
-            sentence="A vehicle from the side ignores its red light while the ego has green.",
+            sentence="A crossing vehicle runs its red light while the ego has green.",
             sketch=Sketch(
                 "junction",
                 draw.AHEAD,
                 (draw.NORTHWARD,),
                 ((2.6, -5.6, "green"), (12.6, -5.6, "red")),
             ),
-            script=f"{SCRIPTS}.junction_conflict:JunctionConflict",
+            behaviour=f"{BEHAVIOURS}.junction_conflict:JunctionConflict",
             where=f"{PLACES}:at_junctions",
-            fits=f"{WAYS}:crosses",
+            fits=f"{PATHS}:crosses",
             weight=8.0,
         ),
     )
@@ -169,7 +168,7 @@ class HazardKind(StrEnum):
         HazardRow(
             letter="L",
             carla=8,
-            sentence="Oncoming vehicles, with and without gaps, while the ego turns left on green.",
+            sentence="Oncoming vehicles with varying gaps while the ego turns left on green.",
             sketch=Sketch(
                 "junction",
                 draw.LEFT,
@@ -179,9 +178,9 @@ class HazardKind(StrEnum):
                 ),
                 ((2.6, -5.6, "green"), (13.4, 5.6, "green")),
             ),
-            script=f"{SCRIPTS}.unprotected_left:UnprotectedLeft",
+            behaviour=f"{BEHAVIOURS}.unprotected_left:UnprotectedLeft",
             where=f"{PLACES}:at_junctions",
-            fits=f"{WAYS}:is_oncoming",
+            fits=f"{PATHS}:is_oncoming",
             weight=26.0,
         ),
     )
@@ -190,15 +189,13 @@ class HazardKind(StrEnum):
         HazardRow(
             letter="T",
             carla=9,
-            sentence=(
-                "A vehicle comes from the left (at lights against its red) as the ego turns right."
-            ),
+            sentence=("A vehicle comes from the left (at lights on red) as the ego turns right."),
             sketch=Sketch(
                 "junction", draw.RIGHT, (Box(6.25, 13.0, -90.0, ((6.25, 10.0), (6.25, -8.0))),)
             ),
-            script=f"{SCRIPTS}.junction_conflict:JunctionConflict",
+            behaviour=f"{BEHAVIOURS}.junction_conflict:JunctionConflict",
             where=f"{PLACES}:at_junctions",
-            fits=f"{WAYS}:joins_from_left",
+            fits=f"{PATHS}:joins_from_left",
             weight=16.0,
         ),
     )
@@ -207,11 +204,11 @@ class HazardKind(StrEnum):
         HazardRow(
             letter="U",
             carla=10,
-            sentence="A vehicle arrives together with the ego at a junction without lights.",
+            sentence="A vehicle arrives at the same time as the ego at a junction without lights.",
             sketch=Sketch("junction", draw.AHEAD, (draw.NORTHWARD,)),
-            script=f"{SCRIPTS}.junction_conflict:JunctionConflict",
+            behaviour=f"{BEHAVIOURS}.junction_conflict:JunctionConflict",
             where=f"{PLACES}:at_junctions",
-            fits=f"{WAYS}:is_unsignalled",
+            fits=f"{PATHS}:is_unsignalled",
             weight=14.0,
         ),
     )
@@ -220,13 +217,13 @@ class HazardKind(StrEnum):
         HazardRow(
             letter="H",
             carla=None,
-            sentence="The vehicle ahead brakes hard for no visible reason.",
+            sentence="The vehicle ahead brakes hard without a visible reason.",
             sketch=Sketch(
                 "street",
                 ((-14.0, NEAR), (2.0, NEAR)),
                 (Box(8.0, NEAR, path=((11.0, NEAR), (15.0, NEAR))),),
             ),
-            script=f"{SCRIPTS}.hard_brake:HardBrake",
+            behaviour=f"{BEHAVIOURS}.hard_brake:HardBrake",
             where=f"{PLACES}:on_lanes",
             fits=f"{PLACES}:for_braking",
             arm=SENT_AHEAD,
@@ -239,7 +236,7 @@ class HazardKind(StrEnum):
         HazardRow(
             letter="C",
             carla=None,
-            sentence="A vehicle of the next lane changes closely in front of the ego.",
+            sentence="A vehicle in the adjacent lane cuts in close ahead of the ego.",
             sketch=Sketch(
                 "dual",
                 draw.AHEAD,
@@ -251,8 +248,8 @@ class HazardKind(StrEnum):
                     ),
                 ),
             ),
-            script=f"{SCRIPTS}.cut_in:CutIn",
-            always_asked=True,
+            behaviour=f"{BEHAVIOURS}.cut_in:CutIn",
+            every_tick=True,
             where=f"{PLACES}:on_lanes",
             fits=f"{PLACES}:for_cutting_in",
             arm=SENT_AHEAD,
@@ -265,7 +262,7 @@ class HazardKind(StrEnum):
         HazardRow(
             letter="B",
             carla=None,
-            sentence="A van stands in the lane, and drives off after a wait.",
+            sentence="A stationary van blocks the lane, and drives off after a while.",
             sketch=Sketch(
                 "street",
                 draw.STOPS,
@@ -274,7 +271,7 @@ class HazardKind(StrEnum):
                     Box(29.0, BESIDE, 180.0, ((26.0, BESIDE), (-20.0, BESIDE))),
                 ),
             ),
-            script=f"{SCRIPTS}.blocked_lane:BlockedLane",
+            behaviour=f"{BEHAVIOURS}.blocked_lane:BlockedLane",
             where=f"{PLACES}:on_lanes",
             fits=f"{PLACES}:for_blocking",
             arm=OUT_OF_SIGHT,
@@ -288,7 +285,7 @@ class HazardKind(StrEnum):
         HazardRow(
             letter="M",
             carla=None,
-            sentence="The lane that the ego has to change to is taken by a row of vehicles.",
+            sentence="A row of vehicles occupies the lane that the ego has to change to.",
             sketch=Sketch(
                 "dual",
                 ((-14.0, NEAR), (-2.0, NEAR), (14.0, BESIDE), (32.0, BESIDE)),
@@ -297,7 +294,7 @@ class HazardKind(StrEnum):
                     for x in (-24.0, -11.0, 2.0)
                 ),
             ),
-            script=f"{SCRIPTS}.merge_pressure:MergePressure",
+            behaviour=f"{BEHAVIOURS}.merge_pressure:MergePressure",
             where=f"{PLACES}:at_lane_changes",
             arm=BESIDE_EGO,
             weight=9.0,
@@ -308,7 +305,7 @@ class HazardKind(StrEnum):
         HazardRow(
             letter="Q",
             carla=None,
-            sentence="The ego comes upon the slow tail of a queue.",
+            sentence="The ego approaches the tail of a slow or stationary queue.",
             sketch=Sketch(
                 "dual",
                 draw.STOPS,
@@ -316,7 +313,7 @@ class HazardKind(StrEnum):
                     Box(x, NEAR, path=((x + 2.6, NEAR), (x + 4.6, NEAR))) for x in (9.0, 17.0, 25.0)
                 ),
             ),
-            script=f"{SCRIPTS}.queue_tail:QueueTail",
+            behaviour=f"{BEHAVIOURS}.queue_tail:QueueTail",
             where=f"{PLACES}:on_lanes",
             fits=f"{PLACES}:for_queues",
             arm=OUT_OF_SIGHT,
@@ -334,11 +331,11 @@ def load_part(kind: HazardKind, column: str) -> Any:
     """Return the class or function that a kind's row names as "module:name".
 
     Args:
-        kind: Of hazard.
-        column: Of the row: "script", "where", "fits" or "numbers".
+        kind: Kind of hazard.
+        column: Field of the row: "behaviour", "where", "fits" or "numbers".
 
     Raises:
-        InputError: There is no such thing.
+        InputError: It cannot be imported.
     """
     name = getattr(HAZARDS[kind], column)
     module, _, attribute = name.partition(":")
@@ -347,6 +344,6 @@ def load_part(kind: HazardKind, column: str) -> Any:
     except (ImportError, ValueError, AttributeError) as error:
         message = (
             f"The hazard '{kind}' has no {column}: its row in world/hazard_table.py names "
-            f"'{name}', expected module:name ({error}). Write it, or correct the row."
+            f"'{name}', which cannot be imported ({error}). Add it, or correct the row."
         )
         raise InputError(message) from error

@@ -1,4 +1,4 @@
-"""Routes, suites of routes on disk, and scenarios: all that an episode depends on."""
+"""Routes, suites of routes on disk, and scenarios."""
 
 import hashlib
 import json
@@ -20,13 +20,13 @@ from plant_bench.world.town import Town, load_town, town_checksum
 
 ROUTE_FORMAT = 1
 _ID = re.compile(r"[A-Za-z0-9][\w.-]*")
-PROTOCOL = "longest6-sumo-v1"  # docs/protocol.md; results of two protocols never mix
+PROTOCOL = "longest6-sumo-v1"  # docs/protocol.md; results of different protocols are not comparable
 NO_HAZARDS_PROTOCOL = f"{PROTOCOL}-no-hazards"
 
 
 @dataclass(frozen=True)
 class Passage:
-    """The route's way through one junction.
+    """The route's path through one junction.
 
     Attributes:
         junction: Junction id.
@@ -49,7 +49,7 @@ class Passage:
 
 @dataclass(frozen=True)
 class LaneSpan:
-    """The lane a stretch of the route lies on; a lane change counts to the lane it leaves for."""
+    """A lane and the stretch of the route on it; a lane change belongs to its target lane."""
 
     lane: str
     start: float
@@ -58,7 +58,7 @@ class LaneSpan:
 
 @dataclass(frozen=True)
 class LaneChange:
-    """A lane change of the route: arc lengths of its begin and end; "left" or "right"."""
+    """A lane change of the route: arc lengths of its start and end; "left" or "right"."""
 
     start: float
     end: float
@@ -73,16 +73,17 @@ class Route:
         id: Unique in its suite, for instance "town01-0".
         town: Town name.
         points: Centre line every metre, x, y, from the start to the destination (box centres).
-        elevations: z of each point, metres; tells the levels of a crossing apart.
+        elevations: z of each point, metres; distinguishes levels where roads cross.
         speed_limits: m/s at each point: the posted limit, or what the lane's curvature allows.
         edges: SUMO edges in order, one beyond the destination included where the town allows.
         lanes: The lanes in order.
         passages: The junctions in order.
         lane_changes: In order.
-        manoeuvres: How often what occurs: left, right, straight, lane_change, roundabout, merge,
+        manoeuvres: Number of each manoeuvre: left, right, straight, lane_change, roundabout, merge,
             exit, u_turn.
-        hazards: What may go wrong on the way, in order.
-        town_folders: Where its town may lie, besides `networks/`; no part of the route's content.
+        hazards: Hazards in order.
+        town_folders: Folders to search for its town besides `networks/`; not part of the
+            route's content.
     """
 
     id: str
@@ -99,7 +100,7 @@ class Route:
     town_folders: tuple[Path, ...] = ()
 
     def __post_init__(self) -> None:
-        """Lock the arrays: they are handed to planners as they are."""
+        """Make the arrays read-only, because planners get them without a copy."""
         for values in (self.points, self.elevations, self.speed_limits):
             values.flags.writeable = False
 
@@ -116,11 +117,11 @@ class Route:
 
     @property
     def plan(self) -> "Route":
-        """The route as a navigation system tells it to a planner: without its hazards."""
+        """The route as planners get it: without hazards."""
         return replace(self, hazards=()) if self.hazards else self
 
     def load_town(self) -> Town:
-        """Read the route's town; as `plant_bench.world.town.load_town`."""
+        """Read the route's town, as `plant_bench.world.town.load_town`."""
         return load_town(self.town, self.town_folders)
 
     @property
@@ -170,10 +171,10 @@ class Route:
 
     @classmethod
     def from_payload(cls, payload: dict) -> "Route":
-        """Read what `to_payload` gave.
+        """Read a payload of `to_payload`.
 
         Raises:
-            InputError: Fields are missing or of the wrong shape, or values are not finite.
+            InputError: Fields are missing or have the wrong shape, or values are not finite.
         """
         try:
             RoutePayload.model_validate(payload)
@@ -191,7 +192,7 @@ class Route:
                 hazards=tuple(map(Hazard.from_payload, payload.get("hazards", ()))),
             )
         except (KeyError, TypeError, ValueError) as error:
-            message = f"Broken route ({type(error).__name__}: {in_one_line(error)})."
+            message = f"Invalid route ({type(error).__name__}: {in_one_line(error)})."
             raise InputError(message) from error
         route.validate()
         return route
@@ -200,24 +201,24 @@ class Route:
         """Check shapes and values.
 
         Raises:
-            InputError: What was found, and what was wanted.
+            InputError: A shape or value is invalid.
         """
         count = len(self.points)
         if self.points.ndim != 2 or self.points.shape[1] != 2 or count < 2:
-            message = f"Route {self.id}: points of shape {self.points.shape} found, (n, 2) wanted."
+            message = f"Route {self.id}: expected points of shape (n, 2), got {self.points.shape}."
             raise InputError(message)
         if len(self.elevations) != count or len(self.speed_limits) != count:
-            message = f"Route {self.id}: elevations and speed limits must have one value a point."
+            message = f"Route {self.id}: elevations and speed limits must have one value per point."
             raise InputError(message)
         values = (self.points, self.elevations, self.speed_limits)
         if not all(np.isfinite(value).all() for value in values):
-            message = f"Route {self.id}: values that are not finite."
+            message = f"Route {self.id}: some values are not finite."
             raise InputError(message)
         spacing = np.diff(self.along)
         if spacing.min() < 0.2 or spacing.max() > 2.0:
             message = (
-                f"Route {self.id}: points {spacing.min():.2f} to {spacing.max():.2f} m apart "
-                "found, about 1 m wanted."
+                f"Route {self.id}: expected points about 1 m apart, got "
+                f"{spacing.min():.2f} to {spacing.max():.2f} m."
             )
             raise InputError(message)
         spans = [(item.start, item.end) for item in (*self.lanes, *self.lane_changes)]
@@ -225,18 +226,19 @@ class Route:
         entries = [item.entry for item in self.passages]
         if entries != sorted(entries) or any(start > end for start, end in spans):
             message = (
-                f"Route {self.id}: lanes, lane changes or junctions that end before they begin."
+                f"Route {self.id}: a lane, lane change or junction ends before it starts, "
+                "or junctions are not in order."
             )
             raise InputError(message)
         if not self.edges or not self.lanes or self.speed_limits.min() <= 0.0:
-            message = f"Route {self.id}: edges, lanes and positive speed limits are wanted."
+            message = f"Route {self.id}: expected edges, lanes and positive speed limits."
             raise InputError(message)
 
     def check_town(self, town: Town) -> None:
         """Check that the route can be driven in a town.
 
         Raises:
-            InputError: It names edges, lanes or signals that the town does not have.
+            InputError: It refers to edges, lanes or signals that the town does not have.
         """
         named = {
             "town": {self.town} - {town.name},
@@ -262,13 +264,13 @@ class Route:
 
 @dataclass(frozen=True)
 class Scenario:
-    """All that an episode depends on: the route, the traffic's density and the seed.
+    """Everything that an episode depends on: route, traffic density, seed and hazards.
 
     Attributes:
         route: The route to drive.
-        seed: Seeds the traffic and SUMO.
+        seed: Seed of the traffic and SUMO.
         density: A name of `plant_bench.sim.densities.DENSITIES`.
-        hazards: Whether the route's hazards are played.
+        hazards: Whether the route's hazards are active.
     """
 
     route: Route
@@ -278,7 +280,7 @@ class Scenario:
 
     @property
     def protocol(self) -> str:
-        """The rules that the episode is driven under."""
+        """Name of the protocol."""
         return PROTOCOL if self.hazards else NO_HAZARDS_PROTOCOL
 
     @property
@@ -288,7 +290,7 @@ class Scenario:
 
     @property
     def key(self) -> str:
-        """A short content hash that names the scenario for ever."""
+        """A short content hash that identifies the scenario."""
         text = f"{self.protocol}|{self.route.checksum}|{self.seed}|{self.density}"
         return hashlib.sha256(text.encode()).hexdigest()[:16]
 
@@ -304,13 +306,13 @@ def load_suite(name: str) -> list[Route]:
     Its routes also find towns in a folder `towns` in it or beside it.
 
     Raises:
-        InputError: There is no such suite, or a file of it is broken.
+        InputError: There is no such suite, or one of its files is invalid.
     """
     path = Path(name)
     if not path.exists():
         path = routes_dir() / name
     if not path.exists():
-        message = f"There is no suite '{name}'. Suites here: {', '.join(suite_names())}."
+        message = f"There is no suite '{name}'. Available suites: {', '.join(suite_names())}."
         raise InputError(message)
     towns = towns_dirs_of(path if path.is_dir() else path.parent)
     folders = tuple(folder for folder in towns if folder.is_dir())
@@ -319,7 +321,9 @@ def load_suite(name: str) -> list[Route]:
     if len({route.id for route in routes}) < len(routes) or not all(
         _ID.fullmatch(route.id) for route in routes
     ):
-        message = f"Route ids in {path} must be unique, of letters, digits, '.', '_' and '-'."
+        message = (
+            f"Route ids in {path} must be unique, with letters, digits, '.', '_' and '-' only."
+        )
         raise InputError(message)
     if not routes:
         message = f"No routes (*.json) found in {path}."
@@ -336,7 +340,7 @@ def _load_file(path: Path) -> list[Route]:
     try:
         payload = read_json(path)
         if not isinstance(payload, dict) or payload.get("format") != ROUTE_FORMAT:
-            message = f"a file of route format {ROUTE_FORMAT} is wanted"
+            message = f"expected a file of route format {ROUTE_FORMAT}"
             raise InputError(message)
         return [Route.from_payload(item) for item in payload["routes"]]
     except (InputError, ValueError, KeyError, TypeError, OSError) as error:

@@ -1,4 +1,4 @@
-"""How far along its route the ego is, and how far from it."""
+"""Tracks the ego's progress along its route and its distance from it."""
 
 import math
 
@@ -7,12 +7,13 @@ from plant_bench.world.route import Route
 
 
 class RouteProgress:
-    """The ego's place on its route; mutable.
+    """The ego's position on its route; mutable.
 
-    Like the leaderboard, it only looks ahead: who turns back gets ever farther from the route.
+    As in the CARLA leaderboard, only points ahead are searched: an ego that turns back gets farther
+    from the route.
 
     Attributes:
-        progress: Metres along the route; never falls.
+        progress: Arc length on the route, metres; never decreases.
         offset: Lateral distance from the route, positive to the left of it.
         distance: Distance from the part of the route that was reached, never negative.
         index: The route point last passed.
@@ -29,11 +30,11 @@ class RouteProgress:
 
     @property
     def heading(self) -> float:
-        """The route's heading at the ego's place."""
+        """The route's heading at the ego's position."""
         return self._cursor.heading
 
     def follow(self, x: float, y: float) -> None:
-        """Move on to the ego's new place."""
+        """Update to the ego's new position."""
         cursor = self._cursor
         cursor.advance(x, y)
         self.progress, self.offset, self.index = cursor.progress, cursor.offset, cursor.index

@@ -1,4 +1,4 @@
-"""What a route's JSON looks like: types, finite numbers and sizes, checked before it is used."""
+"""Pydantic schema of a route's JSON: types, finite numbers and size limits."""
 
 from typing import Annotated, Literal
 
@@ -6,18 +6,18 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from plant_bench.world.hazard import HazardKind
 
-LONGEST_ID = 100  # characters: ids are parts of file names
-MOST_POINTS = 200_000  # of a route: 200 km
+MAX_ID_LENGTH = 100  # characters: ids are parts of file names
+MAX_POINTS = 200_000  # per route: 200 km
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-1e7, le=1e7)]
 Whole = Annotated[int, Field(strict=True, ge=-(2**31), lt=2**63)]
 Text = Annotated[str, Field(strict=True, max_length=1000)]
-Id = Annotated[str, Field(strict=True, min_length=1, max_length=LONGEST_ID)]
+Id = Annotated[str, Field(strict=True, min_length=1, max_length=MAX_ID_LENGTH)]
 Turn = Literal["straight", "left", "right"]
-Values = Annotated[list[Number], Field(max_length=MOST_POINTS)]
+Values = Annotated[list[Number], Field(max_length=MAX_POINTS)]
 
 
 class Strict(BaseModel):
-    """Values that have these fields and no others."""
+    """Base of models that forbid extra fields."""
 
     model_config = ConfigDict(extra="forbid")
 
@@ -53,7 +53,7 @@ class HazardPayload(Strict):
 
 
 class RoutePayload(BaseModel):
-    """As `Route`; other fields are left alone."""
+    """As `Route`; other fields are ignored."""
 
     id: Id
     town: Id
@@ -63,6 +63,6 @@ class RoutePayload(BaseModel):
     lane_changes: list[LaneChangePayload]
     manoeuvres: dict[Text, Whole]
     hazards: list[HazardPayload] = []
-    points: Annotated[list[tuple[Number, Number]], Field(max_length=MOST_POINTS)]
+    points: Annotated[list[tuple[Number, Number]], Field(max_length=MAX_POINTS)]
     elevations: Values
     speed_limits: Values

@@ -1,4 +1,4 @@
-"""A scene: all that can be seen at one instant. The referee, recordings and agents share it."""
+"""A scene: everything visible at one instant, for the referee, recordings and agents."""
 
 from dataclasses import dataclass
 from enum import IntEnum
@@ -16,7 +16,7 @@ WHEELBASE = 2.86  # m, CARLA's lincoln.mkz2017
 
 
 class ActorKind(IntEnum):
-    """What an actor is; the score and planners tell kinds apart by this."""
+    """Kind of an actor."""
 
     CAR = 0
     VAN = 1
@@ -29,7 +29,7 @@ class ActorKind(IntEnum):
 
 
 class Light(IntEnum):
-    """What a traffic light shows; UNKNOWN where none is in view."""
+    """State of a traffic light; UNKNOWN if none is in view."""
 
     UNKNOWN = 0
     GREEN = 1
@@ -64,15 +64,15 @@ class EgoState:
 
 
 def convert_arrays(value: object, types: tuple[tuple[str, np.dtype], ...]) -> None:
-    """Let the arrays of a frozen value that is being made be of some types.
+    """Convert array fields of a frozen dataclass to the given types, in `__post_init__`.
 
     Args:
-        value: Of a dataclass.
-        types: Names of fields with what their arrays are to be.
+        value: Instance of the dataclass.
+        types: Names of fields with their array types.
     """
-    for name, wanted in types:
-        if (array := getattr(value, name)).dtype != wanted:
-            object.__setattr__(value, name, array.astype(wanted))
+    for name, dtype in types:
+        if (array := getattr(value, name)).dtype != dtype:
+            object.__setattr__(value, name, array.astype(dtype))
 
 
 _SINGLE, _NUMBER, _BYTE = np.dtype(np.float32), np.dtype(np.int64), np.dtype(np.uint8)
@@ -89,11 +89,10 @@ _TYPES = (
 class Actors:
     """Other road users as a struct of arrays, in a fixed order (by id) within a scene.
 
-    float32, so that what a recording holds is what the referee saw, bit for bit; other types are
-    converted.
+    float32, so that recordings contain exactly what the referee got; other types are converted.
 
     Attributes:
-        ids: Numbers that stay with an actor for its whole life.
+        ids: Actor ids, constant over an actor's lifetime.
         poses: Box centres x, y, yaw.
         speeds: m/s.
         extents: Full length and width, metres.
@@ -107,12 +106,12 @@ class Actors:
     kinds: UInt8[np.ndarray, " actors"]
 
     def __post_init__(self) -> None:
-        """Let all arrays be of the types that compiled planners take."""
+        """Convert arrays to the types that compiled planners expect."""
         if not (
             self.poses.dtype is self.speeds.dtype is self.extents.dtype is _SINGLE
             and self.ids.dtype is _NUMBER
             and self.kinds.dtype is _BYTE
-        ):  # the simulation's own always are, several times a tick
+        ):  # fast path: the simulation's arrays always are
             convert_arrays(self, _TYPES)
 
     def __len__(self) -> int:
@@ -120,12 +119,12 @@ class Actors:
 
     @property
     def parked(self) -> Bool[np.ndarray, " actors"]:
-        """Who is a parked car."""
+        """Mask of the parked cars."""
         return self.ids >= PARKED.start
 
     @property
     def in_traffic(self) -> Bool[np.ndarray, " actors"]:
-        """Who takes part in SUMO's traffic, or was put out by a hazard."""
+        """Mask of the actors of SUMO's traffic and of hazards."""
         return self.ids < TRAFFIC.stop
 
     def only(self, keep: np.ndarray) -> "Actors":
@@ -157,7 +156,7 @@ class Scene:
     Attributes:
         tick: 0 at the start of the episode.
         ego: The ego vehicle.
-        actors: All others in sight.
+        actors: All other actors in sight.
         lights: `Light` values of the signals on the ego's route, in the order of
             `Route.signal_passages`; UNKNOWN for those out of view.
     """

@@ -1,6 +1,6 @@
-"""A town as the benchmark sees it: lanes, links between them, junctions and signals.
+"""The road network of a town: lanes, links between them, junctions and signals.
 
-`networks/<town>/town.json` holds it, so that only `towns` and `sim` ever need SUMO.
+It is stored in `networks/<town>/town.json`, so that only `towns` and `sim` need SUMO.
 """
 
 import hashlib
@@ -35,8 +35,8 @@ class Lane:
         speed_limit: m/s.
         junction: The junction the lane crosses, None outside junctions.
         successors: Lanes that continue this one without a lane change (internal lanes included).
-        left: The neighbour lane to the left in the same direction, None at the road's middle.
-        right: The neighbour lane to the right in the same direction, None at the kerb.
+        left: The adjacent lane to the left in the same direction, or None.
+        right: The adjacent lane to the right in the same direction, or None.
         acceleration: True for an acceleration lane, which ends without a successor.
     """
 
@@ -65,7 +65,7 @@ class Lane:
 
 @dataclass(frozen=True)
 class Link:
-    """One way through a junction, from a lane to a lane.
+    """A connection of two lanes through a junction.
 
     Attributes:
         source: The incoming lane's id.
@@ -76,7 +76,7 @@ class Link:
         control: "signal", "major", "minor", "stop", "allway", "equal" (right before left) or
             "zipper".
         signal: The signal's id, None where there is none.
-        signal_index: The link's place in the signal's state string, -1 where there is none.
+        signal_index: The link's index in the signal's state string, -1 where there is none.
     """
 
     source: str
@@ -121,7 +121,7 @@ class Area:
 
 @dataclass(frozen=True)
 class Life:
-    """Who is about in a town besides the ego.
+    """Traffic, pedestrians and parked cars of a town.
 
     Attributes:
         mix: Share of each kind in the vehicle traffic, by the kind's name; they sum to 1.
@@ -144,12 +144,12 @@ class Town:
     Attributes:
         name: The folder's name in `networks/`.
         lanes: Driving lanes by id, internal ones included, sidewalks and crossings not.
-        links: All ways through junctions.
+        links: All links through junctions.
         junctions: By id.
         signals: Signal id to the number of its links.
         roundabouts: The edges of each roundabout's ring.
         areas: Sidewalks and crossings.
-        life: Who is about.
+        life: Traffic, pedestrians and parked cars.
     """
 
     name: str
@@ -224,16 +224,16 @@ class Town:
 
     @classmethod
     def from_json(cls, text: str) -> "Town":
-        """Read what `to_json` wrote.
+        """Read the text of `to_json`.
 
         Raises:
-            InputError: The text is no town of this format.
+            InputError: The text is not a town of this format.
         """
         try:
             payload = parse_json(text)
             if payload["format"] != TOWN_FORMAT:
                 message = (
-                    f"Town format {payload['format']} found, {TOWN_FORMAT} wanted: build it again."
+                    f"Expected town format {TOWN_FORMAT}, got {payload['format']}: build it again."
                 )
                 raise InputError(message)
             TownPayload.model_validate(payload)
@@ -262,7 +262,7 @@ class Town:
         return town
 
     def check_names(self) -> None:
-        """Check that every name leads to something that is there.
+        """Check that every id refers to an existing object.
 
         Raises:
             ValueError: One does not.
@@ -300,7 +300,7 @@ def _outlined(item: dict) -> dict:
 
 
 def town_file(name: str, also_in: Sequence[Path] = ()) -> Path:
-    """Return the path of a town's JSON file; looked for as by `data_files.town_dir`.
+    """Return the path of a town's JSON file, searched as by `data_files.town_dir`.
 
     Raises:
         InputError: There is no such town.
@@ -309,12 +309,12 @@ def town_file(name: str, also_in: Sequence[Path] = ()) -> Path:
 
 
 def load_town(name: str, also_in: Sequence[Path] = ()) -> Town:
-    """Read a town from `networks/`, or from where else `data_files.town_dir` finds it.
+    """Read a town, searched as by `data_files.town_dir`.
 
-    A file that has not changed is read once: towns are immutable.
+    An unchanged file is read once and cached: towns are immutable.
 
     Raises:
-        InputError: There is no such town, or its file is broken.
+        InputError: There is no such town, or its file is invalid.
     """
     path = town_file(name, also_in)
     try:
@@ -331,7 +331,7 @@ def _read_town(path: Path, _changed: int, _size: int) -> Town:
 
 
 def town_checksum(name: str, also_in: Sequence[Path] = ()) -> str:
-    """Return the SHA-256 of a town's network and its extraction: what a result depends on.
+    """Return the SHA-256 of a town's JSON and network files.
 
     Raises:
         InputError: There is no such town.

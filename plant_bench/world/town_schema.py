@@ -1,4 +1,4 @@
-"""What a town's JSON looks like: types, finite numbers and names that lead somewhere."""
+"""Pydantic schema of a town's JSON: types and finite numbers."""
 
 from typing import Annotated, Literal
 
@@ -67,7 +67,7 @@ class LifePayload(Strict):
 
 
 class TownPayload(BaseModel):
-    """As `Town`; other fields are left alone."""
+    """As `Town`; other fields are ignored."""
 
     format: Literal[2]
     name: Id

@@ -59,7 +59,7 @@ def test_help_of_each_command_shows_its_usage(command, tmp_path):
     [
         (["score", "--agent", "exprt"], "Did you mean 'expert'?"),
         (["score", "--agent", "nowhere.py:Agent"], "There is no file"),
-        (["score", "--agent", "cruise", "--suite", "longest7"], "Suites here: longest6"),
+        (["score", "--agent", "cruise", "--suite", "longest7"], "Available suites: longest6"),
         (["score", "--agent", "cruise", "--routes", "99"], "numbers 0 to 35"),
         (["score", "--agent", "cruise", "--routes", "twon01-0"], "Did you mean town01-0?"),
         (["score", "--agent", "cruise", "--density", "thick"], "There is no density 'thick'"),
@@ -79,7 +79,7 @@ def test_help_of_each_command_shows_its_usage(command, tmp_path):
         (["rescore", "nowhere"], "is no run of plant-bench"),
         (["compare", "nowhere", "file"], "is no run of plant-bench"),
         (["towns", "build", "--town", "town99", "--check"], "town99"),
-        (["routes", "list", "--suite", "longest7"], "Suites here: longest6"),
+        (["routes", "list", "--suite", "longest7"], "Available suites: longest6"),
         (["score-all"], "score"),
         (["rfds"], "--agent is wanted"),
         (["rfds", "--ranker", "masking"], "--agent is wanted"),

@@ -98,5 +98,9 @@ def test_hazard_row_with_a_missing_script_is_refused_by_name(tmp_path: Path) -> 
     assert done.returncode != 0
     last = done.stderr.splitlines()[-1]
     assert "InputError" in last
-    for part in ("'stopped_rider' has no script", "world/hazard_table.py", "stopped_rider:Stopped"):
+    for part in (
+        "'stopped_rider' has no behaviour",
+        "world/hazard_table.py",
+        "stopped_rider:Stopped",
+    ):
         assert part in last

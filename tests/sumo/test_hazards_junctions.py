@@ -54,13 +54,13 @@ def test_junction_hazard_is_void_without_a_conflicting_way(
 ) -> None:
     run = drive(suite_route(name), Hazard(kind, float(at), at - 80.0, 0), 0, blind=True)
     assert run.phase is Phase.VOID
-    assert run.reason == "no other way meets the ego's here"
+    assert run.reason == "no conflicting approach here"
 
 
 def test_merge_hazard_is_void_if_the_route_keeps_its_lane() -> None:
     hazard = Hazard(HazardKind.MERGE_PRESSURE, 423.0, 340.0, 0)
     run = drive(suite_route("town01-0"), hazard, 0, blind=True)
-    assert (run.phase, run.reason) == (Phase.VOID, "the route changes no lane here")
+    assert (run.phase, run.reason) == (Phase.VOID, "the route has no lane change here")
 
 
 def test_junction_traffic_yields_only_to_an_ego_in_its_own_lane() -> None:

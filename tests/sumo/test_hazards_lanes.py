@@ -73,13 +73,13 @@ def test_equal_scenarios_have_equal_hazards() -> None:
 def test_lane_hazard_is_void_if_the_ego_would_see_it_appear() -> None:
     hazard = Hazard(HazardKind.BLOCKED_LANE, 155.0, 130.0, 7, {})
     outcome = drive("town03-0", "cruise", hazard, 1).outcome
-    assert (outcome.phase, outcome.reason) == (Phase.VOID, "the spot was taken")
+    assert (outcome.phase, outcome.reason) == (Phase.VOID, "the place was occupied")
 
 
 def test_lane_hazard_is_void_without_a_neighbouring_lane() -> None:
     hazard = Hazard(HazardKind.CUT_IN, 150.0, 100.0, 7, {})
     outcome = drive("town02-3", "cruise", hazard, 1).outcome
-    assert (outcome.phase, outcome.reason) == (Phase.VOID, "there is no neighbour lane")
+    assert (outcome.phase, outcome.reason) == (Phase.VOID, "there is no adjacent lane")
 
 
 @pytest.mark.parametrize(("name", "at"), [("town02-3", 410.0), ("town04-0", 2145.0)])
@@ -95,4 +95,4 @@ def test_control_loss_does_not_start_before_a_traffic_light() -> None:
     line = suite_route("town02-3").signal_entries[0]
     hazard = Hazard(HazardKind.CONTROL_LOSS, line - 8.0, line - 30.0, 7, {})
     outcome = drive("town02-3", "expert", hazard, 1).outcome
-    assert (outcome.phase, outcome.reason) == (Phase.VOID, "a stop was near")
+    assert (outcome.phase, outcome.reason) == (Phase.VOID, "the ego had to stop soon")

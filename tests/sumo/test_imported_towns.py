@@ -19,7 +19,7 @@ from plant_bench.towns.importing.carla_routes import read_carla_routes
 from plant_bench.towns.importing.map_checks import check
 from plant_bench.towns.importing.map_source import read_source
 from plant_bench.towns.importing.net_edits import ends_of_edges
-from plant_bench.towns.importing.network_repair import mend
+from plant_bench.towns.importing.network_repair import repair_network
 from plant_bench.towns.importing.route_import import TownFound, match_routes
 from plant_bench.towns.importing.suite_making import RouteRequest, make_routes
 from plant_bench.towns.town_checks import find_unreachable
@@ -71,7 +71,7 @@ def grid_net(folder, extra_nodes="", extra_edges="", *options):
 
 def mended(path):
     source = read_source(path)
-    done = mend(source, "test", guess_signals=False, say=lambda _: None)
+    done = repair_network(source, "test", guess_signals=False, say=lambda _: None)
     findings = [*done.findings, *check(done.town, source, ends_of_edges(done.net))]
     return done.town, {(item.what, item.outcome): item for item in findings}
 
@@ -95,7 +95,7 @@ def test_unusable_parts_of_a_map_are_removed_and_reported(tmp_path):
     assert found["turnarounds", "repaired"].count > 8
     assert "spur" in found["dead ends", "repaired"].examples
     assert found["narrow lanes", "repaired"].examples == ("thin_0",)
-    assert found["ways for feet, bicycles and trains only", "repaired"].count == 2
+    assert found["ways for pedestrians, bicycles or trains only", "repaired"].count == 2
     assert found["big junctions without signals", "reported"].examples[0].startswith("n11 ")
 
 
@@ -105,8 +105,11 @@ def test_road_crossing_without_a_junction_becomes_a_bridge(tmp_path):
 
     town, found = mended(grid_net(tmp_path, "", edges))
 
-    assert set(found["roads that cross at one height", "repaired"].examples) == {"over", "back"}
-    assert ("roads that cross at one height", "reported") not in found
+    assert set(found["roads that cross at the same height", "repaired"].examples) == {
+        "over",
+        "back",
+    }
+    assert ("roads that cross at the same height", "reported") not in found
     lane = town.edges["over"][0]
     assert lane.points[:, 2].max() > 5.0
     assert abs(lane.points[[0, -1], 2]).max() < 0.1
@@ -115,15 +118,15 @@ def test_road_crossing_without_a_junction_becomes_a_bridge(tmp_path):
 
 
 def test_crossings_too_short_for_a_bridge_are_reported(tmp_path, monkeypatch):
-    monkeypatch.setattr(levels, "ROOM", 120.0)
+    monkeypatch.setattr(levels, "RAMP_SPACE", 120.0)
     edges = '<edge id="x" from="n00" to="n11" numLanes="1"/>'
     edges += '<edge id="y" from="n10" to="n01" numLanes="1"/>'
 
     _, found = mended(grid_net(tmp_path, "", edges))
 
-    finding = found["roads that cross at one height", "reported"]
+    finding = found["roads that cross at the same height", "reported"]
     assert finding.examples == ("x and y",)
-    assert ("roads that cross at one height", "repaired") not in found
+    assert ("roads that cross at the same height", "repaired") not in found
 
 
 def test_slip_road_is_kept_and_drivable(tmp_path):
@@ -156,8 +159,8 @@ def test_slip_road_is_kept_and_drivable(tmp_path):
 def test_traffic_lights_are_guessed_on_request(tmp_path):
     source = read_source(grid_net(tmp_path))
 
-    plain = mend(source, "test", guess_signals=False, say=lambda _: None).town
-    town = mend(source, "test", guess_signals=True, say=lambda _: None).town
+    plain = repair_network(source, "test", guess_signals=False, say=lambda _: None).town
+    town = repair_network(source, "test", guess_signals=True, say=lambda _: None).town
 
     assert not plain.signals
     assert "n11" in town.signals
@@ -169,7 +172,7 @@ def test_overlapping_opposite_lanes_are_reported(tmp_path):
 
     _, found = mended(grid_net(tmp_path, "", edges))
 
-    assert ("wrong-way lanes: two directions on the same ground", "reported") in found
+    assert ("lanes of opposite directions that overlap", "reported") in found
 
 
 def test_missing_junction_lanes_are_created(tmp_path):
@@ -189,10 +192,10 @@ def test_routes_match_their_town_after_an_opendrive_round_trip(tmp_path):
     assert done.exit_code == 0, done.output
     ours = [route for route in load_suite("longest6") if route.town == "town02"]
     (tmp_path / "routes.xml").write_text(as_carla(ours), encoding="utf-8")
-    town = TownFound("carla02", out / "towns" / "carla02", brought=False)
+    town = TownFound("carla02", out / "towns" / "carla02", must_copy=False)
     routes = read_carla_routes(tmp_path / "routes.xml")
     matches = match_routes(routes, {"Town02": town}, 1.5, lambda _: None)
-    assert [match.why for match in matches] == [""] * 6
+    assert [match.reason for match in matches] == [""] * 6
     assert max(match.worst for match in matches) < 0.5
 
 
@@ -267,14 +270,14 @@ def test_imported_openstreetmap_town_can_be_scored(tmp_path, monkeypatch):
     assert done.exit_code == 0, done.output
     report = json.loads((tmp_path / "osm-town/towns/osm-town/import.json").read_text())
     found = {item["what"]: item["count"] for item in report["findings"]}
-    assert found["ways for feet, bicycles and trains only"] == 2
+    assert found["ways for pedestrians, bicycles or trains only"] == 2
     assert "dead ends" in found
     (length,) = [f"{route['length']:.0f} m" for route in report["routes"]]
     about = (tmp_path / "osm-town/towns/osm-town/import.md").read_text()
     assert f"| osm-town-0 | {length} | " in about
     town = Town.from_json((tmp_path / "osm-town/towns/osm-town/town.json").read_text())
     assert min(lane.points[:, 2].min() for lane in town.lanes.values()) < -4.0
-    assert "roads that cross at one height" not in found
+    assert "roads that cross at the same height" not in found
     command = ["score", "--suite", "osm-town/routes", "--agent", "cruise", "--routes", "0"]
     done = CliRunner().invoke(app, [*command, "--repetitions", "1", "--workers", "1"])
     assert done.exit_code == 0, done.output
@@ -311,7 +314,7 @@ def test_map_without_a_closed_loop_is_refused(tmp_path):
     (tmp_path / "e.xml").write_text('<edges><edge id="ab" from="a" to="b"/></edges>')
     netconvert(tmp_path, "-n", "n.xml", "-e", "e.xml", "-o", "map.net.xml")
 
-    with pytest.raises(InputError, match="take a map with a loop of roads"):
+    with pytest.raises(InputError, match="use a map with a loop of roads"):
         mended(tmp_path / "map.net.xml")
 
 
@@ -332,7 +335,7 @@ def test_existing_town_is_replaced_only_with_overwrite(tmp_path):
 
     done = CliRunner().invoke(app, ["import", str(TOWN02), "--name", "again", "--out", str(out)])
 
-    assert "give --overwrite" in str(done.exception)
+    assert "use --overwrite" in str(done.exception)
 
 
 def test_routes_longer_than_the_town_allows_are_refused(tmp_path):

@@ -1,1 +1,1 @@
-"""Hazards in motion: one short module a kind, behind the protocol in `script`."""
+"""Hazard behaviours: one module per kind or family, with the protocol in `behaviour`."""

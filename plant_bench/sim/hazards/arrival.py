@@ -1,4 +1,4 @@
-"""When the ego, and another vehicle, are at a place."""
+"""Estimates when the ego, or a vehicle under command, reaches a place."""
 
 import math
 
@@ -9,42 +9,44 @@ from plant_bench.world.driver_braking import CURVE_BRAKING
 from plant_bench.world.route import Passage, Route
 from plant_bench.world.scene import EGO_LENGTH, EgoState
 
-PULL = 2.5  # m/s2 with which a vehicle under command gains speed
-GAIN = 2.0  # m/s2 that the ego is thought to speed up with
-START = 0.3  # s until the ego goes when it may
-QUEUE_TIME, QUEUE_ROOM = 1.2, 7.5  # s and m for each that stands before the ego
-SLOW = 2.0  # m/s below which one is in a queue
-SPACING = 2.0  # m between the places at which the ego's drive is computed
-STANDS = 1.0  # m/s below which the ego waits where it is
+ACCELERATION = 2.5  # m/s2 of a vehicle under command
+EGO_ACCELERATION = 2.0  # m/s2, assumed
+START_DELAY = 0.3  # s until the ego starts at a green light
+QUEUE_TIME, QUEUE_SPACING = 1.2, 7.5  # s and m per queued vehicle in front of the ego
+QUEUE_SPEED = 2.0  # m/s below which a vehicle counts as queued
+SPACING = 2.0  # m between the points at which the ego's drive is computed
+STOPPED_SPEED = 1.0  # m/s below which the ego counts as waiting
 
 
-def speed_to_arrive(way: float, time: float, speed: float) -> float:
-    """Return the speed to aim at, gained with `PULL`, to go a way in a time; infinite if late."""
-    if way >= speed * time:
-        reach = speed / PULL + time
-        root = reach**2 - 2.0 / PULL * (way + speed**2 / (2.0 * PULL))
-        return PULL * (reach - math.sqrt(root)) if root >= 0.0 else math.inf
-    return max(way, 0.0) / max(time, 0.1)
+def speed_to_arrive(distance: float, time: float, speed: float) -> float:
+    """Return the target speed to cover a distance in a time; infinite if that is impossible."""
+    if distance >= speed * time:
+        reach = speed / ACCELERATION + time
+        root = reach**2 - 2.0 / ACCELERATION * (distance + speed**2 / (2.0 * ACCELERATION))
+        return ACCELERATION * (reach - math.sqrt(root)) if root >= 0.0 else math.inf
+    return max(distance, 0.0) / max(time, 0.1)
 
 
-def time_to_go(way: float, speed: float, pace: float) -> float:
-    """Return the time for a way, with speed gained by `PULL` up to a pace."""
+def time_to_go(distance: float, speed: float, pace: float) -> float:
+    """Return the time for a distance, accelerating by `ACCELERATION` up to a pace."""
     if pace <= speed:
-        return max(way, 0.0) / max(pace, 0.1)
-    ramp = (pace**2 - speed**2) / (2.0 * PULL)
-    if ramp >= way:
-        return (math.sqrt(speed**2 + 2.0 * PULL * max(way, 0.0)) - speed) / PULL
-    return (pace - speed) / PULL + (way - ramp) / pace
+        return max(distance, 0.0) / max(pace, 0.1)
+    ramp = (pace**2 - speed**2) / (2.0 * ACCELERATION)
+    if ramp >= distance:
+        return (
+            math.sqrt(speed**2 + 2.0 * ACCELERATION * max(distance, 0.0)) - speed
+        ) / ACCELERATION
+    return (pace - speed) / ACCELERATION + (distance - ramp) / pace
 
 
 def drive_time(route: Route, speed: float, begin: float, end: float) -> float:
-    """Return the least time for a stretch of a route, its speed limits and bends minded.
+    """Return the least time for a stretch of a route within its speed limits.
 
     Args:
-        route: The ego's.
-        speed: m/s at the begin.
-        begin: Arc length, metres.
-        end: Arc length, metres.
+        route: The ego's route.
+        speed: Speed at the start, m/s.
+        begin: Arc length of the start, metres.
+        end: Arc length of the end, metres.
     """
     count = max(math.ceil((end - begin) / SPACING), 1)
     step = max(end - begin, 0.0) / count
@@ -54,44 +56,47 @@ def drive_time(route: Route, speed: float, begin: float, end: float) -> float:
         caps[k] = min(caps[k], math.sqrt(caps[k + 1] ** 2 + 2.0 * CURVE_BRAKING * step))
     time = 0.0
     for k in range(count):
-        after = min(math.sqrt(speed**2 + 2.0 * GAIN * step), max(caps[k + 1], speed - 0.3 * step))
+        after = min(
+            math.sqrt(speed**2 + 2.0 * EGO_ACCELERATION * step),
+            max(caps[k + 1], speed - 0.3 * step),
+        )
         time += 2.0 * step / max(speed + after, 0.1)
         speed = after
     return time
 
 
 def expected_arrival(
-    ego: EgoState, stage: HazardWorld, along: float, passage: Passage | None = None
+    ego: EgoState, world: HazardWorld, along: float, passage: Passage | None = None
 ) -> float:
-    """Return the soonest time in which the ego's middle is at an arc length of its route.
+    """Return the earliest time until the ego's centre reaches an arc length of its route.
 
     Args:
-        ego: Its state.
-        stage: The world.
+        ego: The ego's state.
+        world: The world.
         along: The arc length, metres.
-        passage: Whose light the ego waits for, with those who stand before it.
+        passage: The passage whose light and queue the ego waits for.
     """
-    free = drive_time(stage.route, ego.speed, stage.progress, along)
-    if passage is None or (line := passage.entry - 0.5 * EGO_LENGTH) < stage.progress:
+    free = drive_time(world.route, ego.speed, world.progress, along)
+    if passage is None or (line := passage.entry - 0.5 * EGO_LENGTH) < world.progress:
         return free
-    queue = _queue(ego, stage, passage)
-    wait = stage.opens_in(passage) + QUEUE_TIME * queue
-    reach = drive_time(stage.route, ego.speed, stage.progress, line)
-    if wait == 0.0 or (ego.speed >= STANDS and reach >= wait):
+    queue = _queue(ego, world, passage)
+    wait = world.opens_in(passage) + QUEUE_TIME * queue
+    reach = drive_time(world.route, ego.speed, world.progress, line)
+    if wait == 0.0 or (ego.speed >= STOPPED_SPEED and reach >= wait):
         return free
-    begin = stage.progress if ego.speed < STANDS else line - QUEUE_ROOM * queue
-    return wait + START + drive_time(stage.route, 0.0, max(begin, stage.progress), along)
+    begin = world.progress if ego.speed < STOPPED_SPEED else line - QUEUE_SPACING * queue
+    return wait + START_DELAY + drive_time(world.route, 0.0, max(begin, world.progress), along)
 
 
-def _queue(ego: EgoState, stage: HazardWorld, passage: Passage) -> int:
-    """Return how many stand before the ego at a passage's line."""
-    lane = stage.lane_at(passage.entry - 1.0)
+def _queue(ego: EgoState, world: HazardWorld, passage: Passage) -> int:
+    """Return the number of vehicles queued in front of the ego at a passage's stop line."""
+    lane = world.lane_at(passage.entry - 1.0)
     if lane is None:
         return 0
     cos, sin = math.cos(ego.yaw), math.sin(ego.yaw)
     return sum(
         state.lane == lane.id
-        and state.speed < SLOW
+        and state.speed < QUEUE_SPEED
         and cos * (state.x - ego.x) + sin * (state.y - ego.y) > EGO_LENGTH
-        for state in stage.seen().values()
+        for state in world.seen().values()
     )

@@ -1,4 +1,4 @@
-"""What a hazard's script is: the small protocol that every kind's module keeps."""
+"""The protocol that every kind of hazard implements."""
 
 import random
 from typing import Protocol, runtime_checkable
@@ -11,47 +11,46 @@ from plant_bench.world.scene import EgoState
 
 @runtime_checkable
 class HazardBehaviour(Protocol):
-    """One hazard in motion; mutable. Made when the ego comes near, asked at every tick.
+    """One active hazard; mutable. Created when the ego comes near, stepped at every tick.
 
-    A script goes from ARMED (it prepares: its actors are out, it adapts to the ego) to COMMITTED
-    (it takes its course whatever the ego does) to DONE, or to VOID where it cannot be fair: the
-    spot is taken, or a driver at the posted speed could not avoid it any more. It takes back all
-    that it put out when it is done.
+    A hazard goes from ARMED (it spawns its actors and adapts to the ego) to COMMITTED (it runs
+    whatever the ego does) to DONE, or to VOID if it would not be fair: the place is occupied, or a
+    driver at the posted speed could no longer avoid it. It removes its actors when it ends.
 
     Attributes:
-        phase: How far it has come.
-        reason: Why it is void.
+        phase: Current phase.
+        reason: Why it is void; else empty.
     """
 
     phase: Phase
     reason: str
 
-    def __init__(self, hazard: Hazard, stage: HazardWorld, draw: random.Random) -> None:
-        """Prepare; nothing is put out yet."""
+    def __init__(self, hazard: Hazard, world: HazardWorld, draw: random.Random) -> None:
+        """Prepare, without spawning actors."""
         ...
 
-    def step(self, ego: EgoState, stage: HazardWorld) -> None:
-        """Go on by one tick."""
+    def step(self, ego: EgoState, world: HazardWorld) -> None:
+        """Advance by one tick."""
         ...
 
 
 class HoldsTraffic:
-    """The part shared by scripts whose vehicles wait for the ego while they are ARMED; mutable."""
+    """Base of behaviours whose vehicles wait for the ego while ARMED; mutable."""
 
     phase: Phase
     reason: str
 
-    def let_go(self, stage: HazardWorld) -> None:
-        """Give all vehicles under command back to the traffic."""
+    def let_go(self, world: HazardWorld) -> None:
+        """Return all vehicles under command to the traffic."""
         raise NotImplementedError
 
-    def end(self, stage: HazardWorld, phase: Phase, reason: str = "") -> None:
-        """Let the vehicles go, and end as DONE or VOID."""
-        self.let_go(stage)
+    def end(self, world: HazardWorld, phase: Phase, reason: str = "") -> None:
+        """Release the vehicles, and end as DONE or VOID."""
+        self.let_go(world)
         self.phase, self.reason = phase, reason
 
 
-def number_of(hazard: Hazard, name: str, draw: random.Random) -> float:
-    """Return a parameter of a hazard; one that it does not have is drawn from its kind's range."""
+def parameter_of(hazard: Hazard, name: str, draw: random.Random) -> float:
+    """Return a hazard's parameter; if it has none, draw it from the kind's range."""
     drawn = draw.uniform(*HAZARDS[hazard.kind].ranges[name])
     return hazard.parameters.get(name, drawn)

@@ -1,9 +1,9 @@
-"""A walker or rider crosses the road (CARLA types 3 and 4), with or without a parked van before it.
+"""Crossing: a pedestrian or cyclist crosses the road (CARLA types 3 and 4), maybe behind a van.
 
-The walker starts when the ego's soonest arrival equals its own way to the ego's lane, so that a
-driver who goes on meets it; it starts beside the road, and far enough from the ego's lane for a
-surprised driver to stop. It waits beside the road before and after, until the ego is far away, and
-does not go where it would step in front of anybody but the ego; once they have passed, it hurries.
+The walker starts when its time to the ego's lane equals the ego's earliest arrival, so that it
+conflicts with an ego that does not react. It starts beside the road, and far enough from the ego's
+lane for a driver with reaction time to stop. It waits beside the road before and after, until the
+ego is far away. It does not step in front of other vehicles; after they have passed, it is faster.
 """
 
 import math
@@ -19,28 +19,28 @@ from plant_bench.world.crossing_distance import FARTHEST_START, SPEED_SPREAD, me
 from plant_bench.world.hazard import Hazard, Phase
 from plant_bench.world.scene import EGO_WIDTH, TICK, EgoState
 
-AHEAD_OF_TIME = 0.3  # s by which the walker is early: the ego meets it, not its trail
-STANDS = 3.0  # s for which the walker is there before it moves, at least
-FARTHEST_KERB = 16.0  # m beside the ego's path at which a road's end is looked for
-FROM_KERB = 0.7  # m beside the road where the walker stands
-HASTE = 1.35  # times its speed that a walker goes who had to let others pass
-HURRY = 1.6  # times its speed that a walker goes at the most where the road is wide
-PASSED = 30.0  # m behind the ego at which all are taken away
-VAN_BESIDE = 3.1  # m from the ego's path to the van's middle, at least
-VAN_FROM_KERB = 1.2  # m beside the road to the van's middle
+AHEAD_OF_TIME = 0.3  # s by which the walker is early, so that the ego does not pass behind it
+MIN_WAIT = 3.0  # s that the walker is present before it moves
+MAX_KERB = 16.0  # m beside the ego's path within which the road's edge is searched
+FROM_KERB = 0.7  # m beside the road where the walker waits
+DELAYED_FACTOR = 1.35  # speed factor of a walker that had to let others pass, at most
+WIDE_ROAD_FACTOR = 1.6  # speed factor of a walker on a wide road, at most
+PASSED = 30.0  # m behind the ego at which all actors are removed
+VAN_BESIDE = 3.1  # m from the ego's path to the van's centre, at least
+VAN_FROM_KERB = 1.2  # m beside the road to the van's centre
 VAN_BEFORE = 5.0  # m before the walker
-BEFORE, BEHIND = 1.5, 0.5  # s that others come later than the walker, or have gone before it
-BODY = 6.0  # m that a vehicle is long, with some room
+BEFORE, BEHIND = 1.5, 0.5  # s between the walker and a vehicle after or before it
+BODY = 6.0  # m, a vehicle's length with a margin
 
 
 class Crossing:
-    """One walker or rider, from the right or the left; mutable.
+    """One pedestrian or cyclist from the right or the left; mutable.
 
     Parameters: `speed` (m/s), `side` (-1 from the right, 1 from the left), `rider` (1 for a
     bicycle), `hidden` (1 for a parked van before it).
     """
 
-    def __init__(self, hazard: Hazard, stage: HazardWorld, draw: random.Random) -> None:
+    def __init__(self, hazard: Hazard, world: HazardWorld, draw: random.Random) -> None:
         parameters = hazard.parameters
         self.phase = Phase.ARMED
         self.reason = ""
@@ -50,61 +50,61 @@ class Crossing:
         self._speed *= draw.uniform(1.0 - SPEED_SPREAD, 1.0 + SPEED_SPREAD)
         self._side = 1.0 if parameters.get("side", -1.0) > 0 else -1.0
         self._hidden = bool(parameters.get("hidden", 0.0))
-        limit = stage.speed_limit_at(hazard.at)
+        limit = world.speed_limit_at(hazard.at)
         self._enters = meets_at(self._kind.length)
         reach = 0.5 * self._kind.length + FROM_KERB
-        self._near, far = (_kerb(stage, hazard.at, side) for side in (self._side, -self._side))
-        wanted = min(needed_start(self._speed, limit, self._kind.length), FARTHEST_START)
-        self._offset = max(wanted, self._near + reach)
-        self._speed *= min(max(self._offset / wanted, 1.0), HURRY)
-        self._fastest = self._speed * HASTE
+        self._near, far = (_kerb(world, hazard.at, side) for side in (self._side, -self._side))
+        required = min(needed_start(self._speed, limit, self._kind.length), FARTHEST_START)
+        self._offset = max(required, self._near + reach)
+        self._speed *= min(max(self._offset / required, 1.0), WIDE_ROAD_FACTOR)
+        self._fastest = self._speed * DELAYED_FACTOR
         self._end_offset = -max(far + reach, self._enters + 1.0)
-        self._since = stage.time
+        self._since = world.time
         self._held = False
         self._actors: list[int] = []
 
-    def step(self, ego: EgoState, stage: HazardWorld) -> None:
-        """Put the walker out, let it go in time, and take it away behind the ego."""
-        if stage.distance_to(self._at + VAN.length) < -PASSED:
-            self._end(stage)
+    def step(self, ego: EgoState, world: HazardWorld) -> None:
+        """Spawn the walker, start it in time, and remove it behind the ego."""
+        if world.distance_to(self._at + VAN.length) < -PASSED:
+            self._end(world)
         elif not self._actors:
-            self._appear(stage)
+            self._appear(world)
         elif self.phase is Phase.COMMITTED and self._offset > self._end_offset:
             self._offset -= self._speed * TICK
             speed = self._speed if self._offset > self._end_offset else 0.0
-            stage.place(self._actors[0], *self._pose(stage), speed)
+            world.place(self._actors[0], *self._pose(world), speed)
         elif self.phase is Phase.ARMED and not self.reason:
-            self._wait(ego, stage)
+            self._wait(ego, world)
 
-    def _wait(self, ego: EgoState, stage: HazardWorld) -> None:
-        """Start in time, or as soon as others have passed; who gives up goes on standing there."""
-        if not stage.avoidable(ego, self._at - 0.5 * self._kind.width):
+    def _wait(self, ego: EgoState, world: HazardWorld) -> None:
+        """Start in time, or once others have passed; if it is too late, stay beside the road."""
+        if not world.avoidable(ego, self._at - 0.5 * self._kind.width):
             self.reason = "others were in the way" if self._held else "the ego was too near to stop"
             return
-        way = self._offset - self._enters
-        time = stage.soonest_arrival(ego, self._at) - AHEAD_OF_TIME
-        if stage.time - self._since < STANDS or time > way / self._speed:
+        distance = self._offset - self._enters
+        time = world.soonest_arrival(ego, self._at) - AHEAD_OF_TIME
+        if world.time - self._since < MIN_WAIT or time > distance / self._speed:
             return
-        speed = min(way / max(time, 0.1), self._fastest)
-        if self._endangers(ego, stage, speed):
+        speed = min(distance / max(time, 0.1), self._fastest)
+        if self._endangers(ego, world, speed):
             self._held = True
         else:
             self._speed, self.phase = speed, Phase.COMMITTED
 
-    def _endangers(self, ego: EgoState, stage: HazardWorld, pace: float) -> bool:
-        """Tell whether somebody who goes on straight would be where the walker is then.
+    def _endangers(self, ego: EgoState, world: HazardWorld, pace: float) -> bool:
+        """Tell whether a vehicle that drives straight on would conflict with the walker.
 
-        Those right behind the ego are not: it stops before them.
+        Vehicles right behind the ego are left out, because the ego stops first.
         """
-        x, y, _ = stage.pose_at(self._at)
-        _, _, yaw = self._pose(stage)
+        x, y, _ = world.pose_at(self._at)
+        _, _, yaw = self._pose(world)
         cos, sin = math.cos(yaw), math.sin(yaw)
-        for number, state in stage.seen().items():
+        for number, state in world.seen().items():
             across = -math.sin(state.yaw) * cos + math.cos(state.yaw) * sin
             if number in self._actors or abs(across) < 0.3 or _follows(state, ego):
                 continue
             dx, dy = x - state.x, y - state.y
-            # Where its way meets the walker's: metres along its own, and along the walker's.
+            # Where both paths intersect: metres along the vehicle's, and along the walker's.
             own = (cos * dy - sin * dx) / -across
             place = (math.cos(state.yaw) * dy - math.sin(state.yaw) * dx) / -across
             walked = place + self._offset
@@ -116,33 +116,33 @@ class Crossing:
                 return True
         return False
 
-    def _appear(self, stage: HazardWorld) -> None:
-        x, y, yaw = self._pose(stage)
-        if not stage.is_free(x, y, 2.0):
+    def _appear(self, world: HazardWorld) -> None:
+        x, y, yaw = self._pose(world)
+        if not world.is_free(x, y, 2.0):
             return
         if self._hidden:
-            px, py, heading = stage.pose_at(self._at - VAN_BEFORE)
+            px, py, heading = world.pose_at(self._at - VAN_BEFORE)
             aside = self._side * max(VAN_BESIDE, self._near + VAN_FROM_KERB)
             vx, vy = px - aside * math.sin(heading), py + aside * math.cos(heading)
-            if stage.is_free(vx, vy, 3.0):
-                self._actors.append(stage.put(VAN, vx, vy, heading))
-        self._actors.insert(0, stage.put(self._kind, x, y, yaw))
-        self._since = stage.time
+            if world.is_free(vx, vy, 3.0):
+                self._actors.append(world.put(VAN, vx, vy, heading))
+        self._actors.insert(0, world.put(self._kind, x, y, yaw))
+        self._since = world.time
 
-    def _pose(self, stage: HazardWorld) -> tuple[float, float, float]:
-        x, y, heading = stage.pose_at(self._at)
+    def _pose(self, world: HazardWorld) -> tuple[float, float, float]:
+        x, y, heading = world.pose_at(self._at)
         aside = self._side * self._offset
         yaw = heading - self._side * 0.5 * math.pi
         return x - aside * math.sin(heading), y + aside * math.cos(heading), yaw
 
-    def _end(self, stage: HazardWorld) -> None:
+    def _end(self, world: HazardWorld) -> None:
         for actor in self._actors:
-            stage.remove(actor)
+            world.remove(actor)
         if self.phase is Phase.COMMITTED:
             self.phase = Phase.DONE
         else:
             self.phase = Phase.VOID
-            self.reason = self.reason or "the spot was taken"
+            self.reason = self.reason or "the place was occupied"
 
 
 def _follows(state: VehicleState, ego: EgoState) -> bool:
@@ -153,18 +153,18 @@ def _follows(state: VehicleState, ego: EgoState) -> bool:
     return behind and math.cos(state.yaw - ego.yaw) > 0.8
 
 
-def _kerb(stage: HazardWorld, at: float, side: float) -> float:
-    """Return how far beside the ego's path the road ends, oncoming lanes included."""
-    x, y, heading = stage.pose_at(at)
-    height = float(np.interp(at, stage.route.along, stage.route.elevations))
+def _kerb(world: HazardWorld, at: float, side: float) -> float:
+    """Return the distance from the ego's path to the road's edge, oncoming lanes included."""
+    x, y, heading = world.pose_at(at)
+    height = float(np.interp(at, world.route.along, world.route.elevations))
     lanes = [
         lane
-        for lane in stage.town.lanes.values()
+        for lane in world.town.lanes.values()
         if np.abs(lane.points[:, 2] - height).min() < 3.0
-        and distance_to(lane.points[:, :2], x, y) < FARTHEST_KERB + lane.width
+        and distance_to(lane.points[:, :2], x, y) < MAX_KERB + lane.width
     ]
     road = 0.0
-    for aside in np.arange(0.25, FARTHEST_KERB, 0.25):
+    for aside in np.arange(0.25, MAX_KERB, 0.25):
         px, py = x - side * aside * math.sin(heading), y + side * aside * math.cos(heading)
         inside = (distance_to(lane.points[:, :2], px, py) < 0.5 * lane.width for lane in lanes)
         if any(inside):

@@ -1,4 +1,4 @@
-"""Brings a route's hazards on, one after the other, and keeps the account of them."""
+"""Starts and steps a route's hazards in one episode, and records their outcomes."""
 
 import random
 from collections.abc import Callable
@@ -11,36 +11,36 @@ from plant_bench.world.hazard_table import HAZARDS, load_part
 from plant_bench.world.scene import TICK, EgoState
 
 ENDED = (Phase.DONE, Phase.VOID)
-PATIENCE = 60.0  # s, longer than a red light, that vehicles wait for an ego that stands
+MAX_WAIT = 60.0  # s, longer than a red light, that vehicles wait for a stationary ego
 STANDING = 0.1  # m/s
-ARMED_INTERVAL = 2  # ticks between two looks of a script that only prepares
+ARMED_INTERVAL = 2  # ticks between two steps of an armed hazard
 
 
-def load_script(
+def load_behaviour(
     kind: HazardKind,
 ) -> Callable[[Hazard, HazardWorld, random.Random], HazardBehaviour]:
-    """Return what makes the script of a kind of hazard."""
-    return load_part(kind, "script")
+    """Return the behaviour class of a kind of hazard."""
+    return load_part(kind, "behaviour")
 
 
 class Director:
     """The hazards of one episode; mutable.
 
     Args:
-        stage: The world as hazards handle it.
-        hazards: In order of place.
-        seed: The scenario's: timing differs from repetition to repetition.
+        world: The world that hazards act on.
+        hazards: The route's hazards in order of place.
+        seed: The scenario's seed, so that timing differs between repetitions.
 
     Raises:
-        InputError: A kind of hazard has no script.
+        InputError: A kind of hazard has no behaviour.
     """
 
-    def __init__(self, stage: HazardWorld, hazards: tuple[Hazard, ...], seed: int) -> None:
-        self._stage = stage
+    def __init__(self, world: HazardWorld, hazards: tuple[Hazard, ...], seed: int) -> None:
+        self._world = world
         self._waiting = sorted(hazards, key=lambda hazard: hazard.arm)
-        self._scripts = {hazard.kind: load_script(hazard.kind) for hazard in hazards}
+        self._behaviours = {hazard.kind: load_behaviour(hazard.kind) for hazard in hazards}
         self._seed = seed
-        self._playing: list[tuple[Hazard, HazardBehaviour]] = []
+        self._active: list[tuple[Hazard, HazardBehaviour]] = []
         self._stood = 0.0
         self._outcomes: dict[float, HazardOutcome] = {
             hazard.at: HazardOutcome(hazard.kind, hazard.at, Phase.DORMANT, 0.0)
@@ -49,49 +49,49 @@ class Director:
 
     @property
     def outcomes(self) -> tuple[HazardOutcome, ...]:
-        """What has become of each hazard, in order of place."""
+        """The outcome of each hazard, in order of place."""
         return tuple(outcome for _, outcome in sorted(self._outcomes.items()))
 
     @property
     def idle(self) -> bool:
-        """True while there is nothing to do at the ego's place."""
+        """True while no hazard is active or due at the ego's place."""
         waiting = self._waiting
-        return not self._playing and not (waiting and waiting[0].arm <= self._stage.progress)
+        return not self._active and not (waiting and waiting[0].arm <= self._world.progress)
 
     def step(self, ego: EgoState) -> None:
-        """Go on by one tick; call after `HazardWorld.refresh`, before SUMO's step."""
-        while self._waiting and self._waiting[0].arm <= self._stage.progress:
+        """Advance by one tick; call after `HazardWorld.refresh`, before SUMO's step."""
+        while self._waiting and self._waiting[0].arm <= self._world.progress:
             hazard = self._waiting.pop(0)
             draw = random.Random(f"{hazard.seed}|{self._seed}")
-            self._playing.append((hazard, self._scripts[hazard.kind](hazard, self._stage, draw)))
+            self._active.append((hazard, self._behaviours[hazard.kind](hazard, self._world, draw)))
         self._stood = self._stood + TICK if ego.speed < STANDING else 0.0
-        for hazard, script in self._playing:
-            waits = self._stood > PATIENCE and script.phase is Phase.ARMED
-            if waits and isinstance(script, HoldsTraffic):
-                script.end(self._stage, Phase.VOID, "the ego stood still for long")
-            if script.phase not in ENDED and self._is_due(hazard, script):
-                script.step(ego, self._stage)
-            self._note(hazard, script)
-        self._playing = [item for item in self._playing if item[1].phase not in ENDED]
+        for hazard, behaviour in self._active:
+            waits = self._stood > MAX_WAIT and behaviour.phase is Phase.ARMED
+            if waits and isinstance(behaviour, HoldsTraffic):
+                behaviour.end(self._world, Phase.VOID, "the ego was stationary for long")
+            if behaviour.phase not in ENDED and self._is_due(hazard, behaviour):
+                behaviour.step(ego, self._world)
+            self._record(hazard, behaviour)
+        self._active = [item for item in self._active if item[1].phase not in ENDED]
 
-    def _is_due(self, hazard: Hazard, script: HazardBehaviour) -> bool:
-        """Tell whether a script is asked at this tick; SUMO drives who is not placed at a tick."""
-        always = script.phase is Phase.COMMITTED or HAZARDS[hazard.kind].always_asked
-        return always or self._stage.tick % ARMED_INTERVAL == 0
+    def _is_due(self, hazard: Hazard, behaviour: HazardBehaviour) -> bool:
+        """Tell whether to step a hazard now; SUMO moves actors that are not placed at a tick."""
+        always = behaviour.phase is Phase.COMMITTED or HAZARDS[hazard.kind].every_tick
+        return always or self._world.tick % ARMED_INTERVAL == 0
 
     def disturb(self, control: Control) -> Control:
-        """Return what becomes of the ego's control under the hazards that play."""
-        for _, script in self._playing:
-            disturb = getattr(script, "disturb", None)
+        """Return the ego's control as perturbed by the active hazards."""
+        for _, behaviour in self._active:
+            disturb = getattr(behaviour, "disturb", None)
             if disturb is not None:
-                control = disturb(control, self._stage)
+                control = disturb(control, self._world)
         return control
 
-    def _note(self, hazard: Hazard, script: HazardBehaviour) -> None:
+    def _record(self, hazard: Hazard, behaviour: HazardBehaviour) -> None:
         known = self._outcomes[hazard.at]
-        if known.phase is not script.phase:
-            keeps = script.phase is Phase.DONE and known.phase is Phase.COMMITTED
-            time = known.time if keeps else round(self._stage.time, 3)
+        if known.phase is not behaviour.phase:
+            keeps = behaviour.phase is Phase.DONE and known.phase is Phase.COMMITTED
+            time = known.time if keeps else round(self._world.time, 3)
             self._outcomes[hazard.at] = HazardOutcome(
-                hazard.kind, hazard.at, script.phase, time, script.reason
+                hazard.kind, hazard.at, behaviour.phase, time, behaviour.reason
             )

@@ -1,4 +1,4 @@
-"""What hazards may do with the world, and what they may know of it."""
+"""The interface through which hazards observe and change the simulation."""
 
 import math
 import random
@@ -17,23 +17,23 @@ from plant_bench.world.route import Passage, Route
 from plant_bench.world.scene import EGO_LENGTH, TICK, ActorKind, EgoState, Light
 from plant_bench.world.town import Lane, Link, Town
 
-STILL = 0.05  # m/s sideways below which a driver is not changing lanes
-ASSUMED_ACCELERATION = 2.0  # m/s2 of an ego that is free to go
+MAX_LATERAL_SPEED = 0.05  # m/s; above, a driver is changing lanes
+ASSUMED_ACCELERATION = 2.0  # m/s2 of an ego with free road
 
 
 class HazardWorld:
-    """The world as hazards handle it; mutable. One for an episode, shared by its hazards.
+    """The simulation as hazards see and change it; mutable. One per episode, shared by its hazards.
 
-    Actors are either placed by a script at every tick (`put`, `place`) or SUMO's own vehicles that
-    a script commands (`send`, `drive`). Both have numbers, are seen in scenes like all others, and
-    are never touched by the traffic's own management until they are released or taken away.
+    Actors are either placed by a hazard at every tick (`put`, `place`), or SUMO vehicles that a
+    hazard commands (`send`, `drive`). Both have ids, appear in scenes like all other actors, and
+    are left alone by the traffic management until they are released or removed.
 
     Attributes:
-        town: The lanes.
-        route: The ego's.
-        progress: The ego's, metres along it.
-        tick: Of the episode.
-        light: What the next light on the route shows the ego.
+        town: The town.
+        route: The ego's route.
+        progress: Arc length of the ego on its route, metres.
+        tick: Tick of the episode.
+        paths: Privileged paths of actors by id: x, y, yaw.
     """
 
     def __init__(self, sumo: Sumo, traffic: Traffic, town: Town, route: Route) -> None:
@@ -52,10 +52,10 @@ class HazardWorld:
         self.paths: dict[int, Float[np.ndarray, "steps 3"]] = {}
 
     def refresh(self, tick: int, progress: float, states: Mapping[int, VehicleState]) -> None:
-        """Take note of a new tick; called before the scripts are."""
+        """Update to a new tick; called before the hazards are stepped."""
         self.tick, self.progress, self._states = tick, progress, states
 
-    # What a script may know
+    # Queries
 
     @property
     def time(self) -> float:
@@ -81,11 +81,11 @@ class HazardWorld:
         return value_at(along, self._along, self._limits)
 
     def distance_to(self, along: float) -> float:
-        """Return how far the ego's front is from an arc length of the route; negative beyond."""
+        """Return the distance from the ego's front to a place on the route; negative beyond."""
         return along - self.progress - 0.5 * EGO_LENGTH
 
     def soonest_arrival(self, ego: EgoState, along: float) -> float:
-        """Return the time in which the ego's front could be there: it speeds up to the limit."""
+        """Return the ego's earliest arrival at an arc length: it accelerates to the limit."""
         distance = max(self.distance_to(along), 0.0)
         limit = max(self.speed_limit_at(self.progress), self.speed_limit_at(along), ego.speed)
         ramp = (limit**2 - ego.speed**2) / (2.0 * ASSUMED_ACCELERATION)
@@ -95,36 +95,36 @@ class HazardWorld:
         return (limit - ego.speed) / ASSUMED_ACCELERATION + (distance - ramp) / limit
 
     def arrival(self, ego: EgoState, along: float) -> float:
-        """Return the time in which the ego's front is there at its present speed, or infinity."""
+        """Return the time until the ego's front arrives at its current speed, or infinity."""
         distance = self.distance_to(along)
         return max(distance, 0.0) / ego.speed if ego.speed > 0.1 else math.inf
 
     def slack(self, ego: EgoState, along: float) -> float:
-        """Return the metres left before an arc length if a surprised driver brakes now.
+        """Return the distance left before an arc length if a driver with reaction time brakes now.
 
-        The criterion of avoidability; see `world.braking`.
+        This is the criterion of avoidability; see `world.driver_braking`.
         """
         limit = self.speed_limit_at(self.progress)
         return self.distance_to(along) - stopping_distance(ego, limit)
 
     def avoidable(self, ego: EgoState, along: float) -> bool:
-        """Tell whether a surprised driver could still stop before an arc length."""
+        """Tell whether a driver with reaction time could still stop before an arc length."""
         return self.slack(ego, along) >= SPARE
 
     def light(self, passage: Passage) -> Light:
-        """Return what a passage's signal shows the ego; UNKNOWN where there is none."""
+        """Return the ego's light at a passage; UNKNOWN without a signal."""
         if passage.signal is None:
             return Light.UNKNOWN
         return self._sumo.signals.light(passage.signal, passage.signal_index)
 
     def opens_in(self, passage: Passage) -> float:
-        """Return the seconds until a passage's signal shows the ego green; 0 without one."""
+        """Return the seconds until the ego's light at a passage is green; 0 without a signal."""
         if self.light(passage) in (Light.GREEN, Light.UNKNOWN) or passage.signal is None:
             return 0.0
         return self._sumo.signals.time_to_green(passage.signal, passage.signal_index)
 
     def lane_state(self, lane: str) -> list[tuple[int, float, float]]:
-        """Return number, arc length of the front and speed of all on a lane, the rear first."""
+        """Return id, arc length of the front and speed of a lane's vehicles, rearmost first."""
         known = self.town.lanes[lane]
         scale = known.length / self._sumo.lane_length(lane)
         return [
@@ -133,13 +133,13 @@ class HazardWorld:
         ]
 
     def is_free(self, x: float, y: float, radius: float) -> bool:
-        """Tell whether no vehicle's front is within a radius (of those in the ego's sight)."""
+        """Tell whether no visible vehicle's front is within a radius."""
         return all(math.hypot(state.x - x, state.y - y) > radius for state in self._states.values())
 
-    # What a script may do
+    # Actions
 
     def put(self, kind: VehicleType, x: float, y: float, yaw: float) -> int:
-        """Put out an actor, by its box centre, that the script places at every tick it moves."""
+        """Spawn an actor at a box centre; the hazard places it at every tick at which it moves."""
         number = self._traffic.number()
         self._traffic.types[number] = kind
         self._traffic.scripted.add(number)
@@ -149,7 +149,7 @@ class HazardWorld:
         return number
 
     def place(self, actor: int, x: float, y: float, yaw: float, speed: float) -> None:
-        """Place an actor's box centre for the next tick; it goes straight on from there."""
+        """Place an actor's box centre for the next tick; its path is straight ahead."""
         self._sumo.commands.place(actor, self.kind_of(actor).length, x, y, yaw, speed)
         ahead = PATH_STEP * np.arange(PATH_POSES)
         self.paths[actor] = np.stack(
@@ -179,9 +179,9 @@ class HazardWorld:
     def send(
         self, kind: VehicleType, edges: tuple[str, ...], lane: Lane, at: float, speed: float
     ) -> int:
-        """Ask for a vehicle of SUMO's on a lane (front at an arc length) that the script commands.
+        """Spawn a SUMO vehicle on a lane (front at an arc length) under the hazard's command.
 
-        SUMO leaves it out where there is no safe room: `on_road` tells from the next tick on.
+        SUMO does not insert it where that would be unsafe; check `on_road` from the next tick.
         """
         number = self._traffic.number()
         self._traffic.types[number] = kind
@@ -191,44 +191,44 @@ class HazardWorld:
         return number
 
     def on_road(self, vehicle: int) -> bool:
-        """Tell whether SUMO has taken a vehicle, and not lost it."""
+        """Tell whether SUMO has inserted a vehicle and still has it."""
         return self._sumo.exists(vehicle)
 
     def state_of(self, vehicle: int) -> VehicleState | None:
-        """Return a vehicle's state if it is on the road, in sight or not."""
+        """Return a vehicle's state if it is on the road, visible or not."""
         return self._sumo.state_of(vehicle)
 
     def command(self, vehicle: int) -> None:
-        """Take a vehicle of the traffic under command; until `release` nothing else touches it."""
+        """Take a traffic vehicle under command until `release`."""
         self._traffic.scripted.add(vehicle)
 
     def may_be_placed(self, vehicle: int, state: VehicleState) -> bool:
-        """Tell whether a vehicle of SUMO's is not changing lanes, so that a script may place it."""
-        return abs(state.lateral) < STILL and self._sumo.commands.is_centred(vehicle)
+        """Tell whether a SUMO vehicle may be placed: it is not changing lanes."""
+        return abs(state.lateral) < MAX_LATERAL_SPEED and self._sumo.commands.is_centred(vehicle)
 
     def keep_lane(self, vehicle: int) -> None:
-        """Have a vehicle of SUMO's begin no lane change; before it is placed, until `release`."""
+        """Forbid lane changes of a SUMO vehicle until `release`; call before placing it."""
         self._sumo.commands.keep_lane(vehicle)
 
-    def drive(self, vehicle: int, speed: float, *, lawless: bool = False) -> None:
-        """Command a vehicle's speed; a lawless one minds neither lights nor the right of way."""
-        self._sumo.commands.drive(vehicle, speed, lawless=lawless)
+    def drive(self, vehicle: int, speed: float, *, ignores_rules: bool = False) -> None:
+        """Command a vehicle's speed; with `ignores_rules` it ignores lights and right of way."""
+        self._sumo.commands.drive(vehicle, speed, ignores_rules=ignores_rules)
 
     def brake_hard(self, vehicle: int, deceleration: float) -> None:
-        """Let a vehicle stop with a deceleration, m/s2."""
+        """Stop a vehicle with a deceleration, m/s2."""
         self._sumo.commands.brake(vehicle, deceleration)
 
     def release(self, vehicle: int) -> None:
-        """Give a vehicle back to the traffic."""
+        """Return a vehicle to the traffic."""
         self._sumo.commands.release(vehicle)
         self._traffic.scripted.discard(vehicle)
 
     def onward(self, edge: str, kind: ActorKind, draw: random.Random) -> list[str]:
-        """Return a random way on for a kind of vehicle, of edges that begin after an edge."""
+        """Return random edges that continue from an edge for a kind of vehicle."""
         return self._traffic.onward(edge, kind, draw)
 
     def reroute(self, vehicle: int, edges: tuple[str, ...]) -> bool:
-        """Change where a vehicle goes, its present edge first; False where SUMO refuses."""
+        """Change a vehicle's route, current edge first; False if SUMO refuses it."""
         return self._sumo.set_route(vehicle, edges)
 
     def remove(self, actor: int) -> None:
@@ -249,15 +249,15 @@ class HazardWorld:
         return None
 
     def send_along(self, kind: VehicleType, lane: Lane, front: float, speed: float) -> int | None:
-        """As `send`, with the front at an arc length of the route, whose way it drives.
+        """As `send`, with the front at an arc length of the ego's route, which it follows.
 
-        The lane is the route's there, or its neighbour; None where the place is not on it.
+        The lane is the route's or an adjacent one; None if the place is not on it.
         """
         x, y, _ = self.pose_at(front)
         line = resample(lane.points[:, :2], 1.0)
         place = int(np.argmin(np.hypot(line[:, 0] - x, line[:, 1] - y)))
         edges = self.route.edges
-        braked = speed * speed / 5.0 + 1.0  # m that SUMO wants before the lane's end
+        braked = speed * speed / 5.0 + 1.0  # m that SUMO requires before the lane's end
         if lane.edge not in edges or not 0 < place < len(line) - 1 - braked:
             return None
         at = place * lane.length / (len(line) - 1)
@@ -269,21 +269,21 @@ class HazardWorld:
         return math.hypot(px - x, py - y) > SIGHT + 2.0
 
     def hand_back(self, vehicle: int) -> None:
-        """Release a vehicle whose path a script gave."""
+        """Release a vehicle and delete its privileged path."""
         self.release(vehicle)
         self.paths.pop(vehicle, None)
 
-    # Vehicles of SUMO's that a script brings to a place
+    # SUMO vehicles under command
 
     def along_lane(self, state: VehicleState) -> float:
-        """Return the arc length of a vehicle's front on its lane, as the town measures lanes."""
+        """Return the arc length of a vehicle's front on its lane, in the town's geometry."""
         known = self.town.lanes.get(state.lane)
         if known is None:
             return state.lane_position
         return state.lane_position * known.length / self._sumo.lane_length(known.id)
 
     def light_of(self, link: Link) -> Light:
-        """Return what a way's signal shows to those who would take it; UNKNOWN without one."""
+        """Return the light of a link; UNKNOWN without a signal."""
         if link.signal is None:
             return Light.UNKNOWN
         return self._sumo.signals.light(link.signal, link.signal_index)
@@ -294,15 +294,15 @@ class HazardWorld:
         return ahead[0].via if ahead else ""
 
     def is_commanded(self, vehicle: int) -> bool:
-        """Tell whether a script has a vehicle under command."""
+        """Tell whether a hazard has a vehicle under command."""
         return vehicle in self._traffic.scripted
 
-    def unforgiving(self, vehicle: int, *, on: bool) -> None:
-        """Have a driver insist on its right of way over the ego on junctions, or no more."""
+    def ignore_ego(self, vehicle: int, *, on: bool) -> None:
+        """Let a driver ignore the ego at junctions, insisting on its right of way, or not."""
         self._sumo.commands.ignore(vehicle, (int(EGO_ID),) if on else ())
 
     def beside_road(self, seen: Mapping[int, VehicleState]) -> dict[int, VehicleState]:
-        """Return the placed actors in sight that SUMO leaves out, since they stand on no lane."""
+        """Return placed actors in sight that SUMO does not report because they are on no lane."""
         if all(actor in seen for actor in self.paths):
             return {}
         x, y, _ = self.pose_at(self.progress)

@@ -1,1 +1,1 @@
-"""Pedestrians and parked cars: all whom SUMO does not move."""
+"""Pedestrians and parked cars: the actors that SUMO does not move."""

@@ -1,4 +1,4 @@
-"""Where people walk in a town: sidewalks, the corners between them, and crossings."""
+"""The pedestrian network of a town: sidewalks, corners between them, and crossings."""
 
 import random
 import xml.etree.ElementTree as ET
@@ -13,12 +13,12 @@ from jaxtyping import Float
 from plant_bench.geometry.polyline import arc_lengths
 from plant_bench.sim.roadside.lane_distance import Roadway
 
-CORNER_CLEARANCE = 0.7  # m from the road that a corner keeps
-KERB_CLEARANCE = 0.5  # m from the road at which people wait: half a body and some room
+CORNER_CLEARANCE = 0.7  # m between a corner and the road
+KERB_CLEARANCE = 0.5  # m between the road and a waiting pedestrian: half a body and a margin
 SETBACK_STEP = 0.1  # m
-MOST_SETBACK = 4.0  # m before a crossing that people wait at the most
+MAX_SETBACK = 4.0  # m before a crossing at which pedestrians wait
 JUNCTION_REACH = 60.0  # m around a sidewalk's end in which its turns lie
-CROSSING_WEIGHT = 1.0  # how much likelier people cross than go round the corner
+CROSSING_WEIGHT = 1.0  # weight of crossing the road, relative to turning the corner
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class Crossing:
         points: Both ends, x, y, z, at the kerbs.
         width: Metres.
         signal: The signal's id, None where there is none.
-        signal_index: Its place in the signal's state, -1 where there is none.
+        signal_index: Its index in the signal's state, -1 where there is none.
     """
 
     id: str
@@ -41,20 +41,20 @@ class Crossing:
 
 
 class Heading(NamedTuple):
-    """A sidewalk's edge, walked from its begin to its end or backwards."""
+    """A sidewalk's edge and the direction of walking."""
 
     edge: str
     forward: bool
 
 
 class Turn(NamedTuple):
-    """How a walk goes on at a sidewalk's end.
+    """A continuation of a walk at a sidewalk's end.
 
     Attributes:
         onto: The next sidewalk.
         crossing: The crossing between them, None for a corner.
         reverse: Whether the crossing is walked from its second point to its first.
-        setback: Metres before the crossing at which people wait.
+        setback: Distance before the crossing at which pedestrians wait, metres.
     """
 
     onto: Heading
@@ -69,7 +69,7 @@ class Footways:
 
     Attributes:
         sidewalks: Centre lines by their edges, x, y, z.
-        turns: How walks go on; only where they can go on for ever.
+        turns: Continuations at each sidewalk's end, without those that lead to dead ends.
     """
 
     sidewalks: dict[str, Float[np.ndarray, "points 3"]]
@@ -81,7 +81,7 @@ class Footways:
         return line if heading.forward else line[::-1]
 
     def places(self, spacing: float) -> tuple[list[Heading], Float[np.ndarray, "places 3"]]:
-        """Return where walks may begin, both ways: the sidewalk; x, y and arc length on it."""
+        """Return where walks may start, in both directions: sidewalks; x, y and arc length."""
         headings: list[Heading] = []
         spots: list[tuple[float, float, float]] = []
         for heading in sorted(self.turns):
@@ -108,7 +108,7 @@ class Footways:
 
 @dataclass
 class _Corner:
-    """What meets at a walking area: ends of sidewalks, and of crossings (True: the first)."""
+    """Ends of sidewalks and of crossings (True: the first end) at a walking area."""
 
     ends: list[Heading] = field(default_factory=list)  # arriving
     crossings: list[tuple[str, bool]] = field(default_factory=list)
@@ -120,7 +120,7 @@ def read_footways(net: Path, roadway: Roadway, blocked: Collection[str]) -> Foot
     Args:
         net: The `.net.xml` file.
         roadway: Its driving lanes, which corners keep clear of.
-        blocked: Edges on whose sidewalks nobody can walk.
+        blocked: Edges whose sidewalks are not used.
     """
     root = ET.parse(net).getroot()
     sidewalks: dict[str, np.ndarray] = {}
@@ -145,7 +145,7 @@ def read_footways(net: Path, roadway: Roadway, blocked: Collection[str]) -> Foot
             x, y, _ = draft.line(end)[-1].tolist()
             near = roadway.around(x, y, JUNCTION_REACH)
             turns[end] = tuple(_turns(draft, end, name, corners, crossings, near))
-    return Footways(sidewalks, _endless(turns))
+    return Footways(sidewalks, _without_dead_ends(turns))
 
 
 def _points(shape: str) -> Float[np.ndarray, "points 3"]:
@@ -164,7 +164,7 @@ def _join(
     crossings: dict[str, Crossing],
     corners: dict[str, _Corner],
 ) -> None:
-    """Note what a connection of the network joins to a walking area."""
+    """Record what a connection of the network joins to a walking area."""
     source, target = way["from"], way["to"]
     if source in sidewalks and "_w" in target:
         corners.setdefault(target, _Corner()).ends.append(Heading(source, forward=True))
@@ -187,7 +187,7 @@ def _turns(
     crossings: dict[str, Crossing],
     roadway: Roadway,
 ) -> list[Turn]:
-    """Return the ways on from a sidewalk's end: round the corner, or over one crossing."""
+    """Return the continuations at a sidewalk's end: around the corner, or over one crossing."""
     place = ways.line(end)[-1]
     found = [
         Turn(onto)
@@ -219,9 +219,9 @@ def _keeps_off(one: np.ndarray, other: np.ndarray, roadway: Roadway) -> bool:
 
 
 def _setback(place: np.ndarray, kerb: np.ndarray, roadway: Roadway) -> float | None:
-    """Return how far before the kerb one can wait off the road; None if nowhere."""
+    """Return the distance before the kerb for waiting off the road; None if impossible."""
     way = float(np.hypot(*(kerb - place)[:2]))
-    back = np.arange(0.0, min(way, MOST_SETBACK) + 1e-6, SETBACK_STEP)
+    back = np.arange(0.0, min(way, MAX_SETBACK) + 1e-6, SETBACK_STEP)
     places = kerb + (back / max(way, 1e-6))[:, None] * (place - kerb)
     free = np.flatnonzero(roadway.clearance(places[:, :2]) > KERB_CLEARANCE)
     if not free.size or not _free_before(place, places[free[0]], roadway):
@@ -235,8 +235,8 @@ def _free_before(place: np.ndarray, waiting: np.ndarray, roadway: Roadway) -> bo
     return bool((roadway.clearance(places) > KERB_CLEARANCE - 0.15).all())
 
 
-def _endless(turns: dict[Heading, tuple[Turn, ...]]) -> dict[Heading, tuple[Turn, ...]]:
-    """Return the turns without those that lead into a dead end."""
+def _without_dead_ends(turns: dict[Heading, tuple[Turn, ...]]) -> dict[Heading, tuple[Turn, ...]]:
+    """Return the turns without those that lead to a dead end."""
     while True:
         kept = {
             end: tuple(turn for turn in onward if turns.get(turn.onto))

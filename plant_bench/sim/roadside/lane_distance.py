@@ -1,4 +1,4 @@
-"""Where vehicles drive: how far a place is from the nearest lane's edge."""
+"""Distance from points to the edge of the nearest driving lane."""
 
 import copy
 
@@ -8,9 +8,9 @@ from jaxtyping import Float, Int
 from plant_bench.geometry.polyline import resample
 from plant_bench.world.town import Town
 
-SPACING = 1.0  # m between the points that stand for a lane; places are met within 0.1 m
-NEAR = 25.0  # m around a place within which lanes are looked at
-BESIDE = 6.0  # m around it within which the nearest lane mostly is: the first look
+SPACING = 1.0  # m between the points that represent a lane; accuracy 0.1 m
+NEAR = 25.0  # m around a point within which lanes are considered
+BESIDE = 6.0  # m around it within which the nearest lane mostly is; searched first
 
 
 class Roadway:
@@ -28,16 +28,16 @@ class Roadway:
         self._widest = 0.5 * max(widths)
 
     def around(self, x: float, y: float, radius: float) -> "Roadway":
-        """Return the part within a square around a place: the rest is not met from there."""
+        """Return the part within a square around a place, for queries near it."""
         part = copy.copy(self)
         near = self._within(x, y, radius)
         part._x, part._y, part._half = self._x[near], self._y[near], self._half[near]
         return part
 
     def clearance(self, places: Float[np.ndarray, "places 2"]) -> Float[np.ndarray, " places"]:
-        """Return the metres from each place to the nearest lane's edge; negative inside lanes.
+        """Return the distance from each place to the nearest lane's edge; negative inside lanes.
 
-        The places lie together, within some 20 m of each other.
+        The places must be within about 20 m of each other.
         """
         x, y = places.mean(axis=0)
         extent = np.abs(places - (x, y)).max()
@@ -54,6 +54,6 @@ class Roadway:
         return (np.hypot(dx, dy) - self._half[near]).min(axis=1)
 
     def _within(self, x: float, y: float, reach: float) -> Int[np.ndarray, " near"]:
-        """Return the points in a square of twice the reach around a place."""
+        """Return the indices of points in a square of side 2 `reach` around a place."""
         near = (np.abs(self._x - x) < reach).nonzero()[0]
         return near[np.abs(self._y[near] - y) < reach]

@@ -1,6 +1,6 @@
-"""Parked cars beside quiet streets: boxes that only the ego, the referee and planners know.
+"""Parked cars beside quiet streets, known to the ego, the referee and planners, but not to SUMO.
 
-Where they may stand belongs to the town; which places are taken belongs to the episode.
+The places depend on the town; which of them are occupied depends on the episode.
 """
 
 import random
@@ -32,7 +32,7 @@ class Places:
     """Where cars may be parked in a town; immutable.
 
     Attributes:
-        edges: The edges they stand beside.
+        edges: The edges beside which they are.
         poses: Box centres x, y, yaw.
         heights: z, metres.
         extents: Lengths and widths.
@@ -45,7 +45,7 @@ class Places:
 
 
 def parking_places(town: Town, roadway: Roadway) -> Places:
-    """Choose the sides of streets and the places along them; the same for a town's name."""
+    """Choose street sides and the places along them; deterministic for a town's name."""
     draw = random.Random(f"parked cars of {town.name}")
     sides = [
         lanes[0]
@@ -88,11 +88,11 @@ def _clear(row: Float[np.ndarray, " 6"], roadway: Roadway) -> bool:
 
 
 class ParkedCars:
-    """The parked cars of one episode; immutable but for what was last in sight.
+    """The parked cars of one episode; immutable except for the cars in sight.
 
     Args:
-        places: Of the town.
-        scenario: Its seed fills them; its hazards keep some free.
+        places: The town's parking places.
+        scenario: Its seed selects the occupied places; its hazards keep some free.
     """
 
     def __init__(self, places: Places, scenario: Scenario) -> None:
@@ -113,7 +113,7 @@ class ParkedCars:
         self._paths = np.zeros((0, PATH_POSES, 3))
 
     def look(self, x: float, y: float, z: float, sight: float, level: float) -> None:
-        """Take note of what is in sight of a place and on its level."""
+        """Update the cars in sight of a place and on its level."""
         poses = self.all.poses
         near = (poses[:, 0] - x) ** 2 + (poses[:, 1] - y) ** 2 < sight**2
         chosen = np.flatnonzero(near & (np.abs(self._heights - z) < level))
@@ -124,17 +124,17 @@ class ParkedCars:
 
     @property
     def seen(self) -> Actors:
-        """The cars in sight, by number."""
+        """The cars in sight, ordered by id."""
         return self._seen
 
     def facts(self, tick: int) -> Privileged:
-        """Return what is to be known of the cars in sight: that they stand."""
+        """Return the privileged facts of the cars in sight: they are stationary."""
         still = np.zeros(len(self._seen))
         return Privileged(self._paths, still, still, still, np.full(len(still), tick * TICK))
 
 
 def _kept_free(places: Places, scenario: Scenario) -> Bool[np.ndarray, " places"]:
-    """Tell which places are too near to a hazard of the scenario."""
+    """Return a mask of the places too near to a hazard of the scenario."""
     free = np.zeros(len(places.poses), dtype=bool)
     route = scenario.route
     for hazard in scenario.played_hazards:

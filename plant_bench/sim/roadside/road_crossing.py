@@ -1,4 +1,4 @@
-"""When a walker may step onto a road: never before those who could not stop."""
+"""Rules for when a pedestrian may cross a road: only if vehicles could still stop."""
 
 import math
 from collections.abc import Sequence
@@ -11,29 +11,29 @@ from plant_bench.world.driver_braking import SPARE, stopping_distance
 from plant_bench.world.route import Route
 from plant_bench.world.scene import EGO_LENGTH, EGO_WIDTH, Actors, EgoState, Light
 
-SPARE_TIME = 1.0  # s between a walker's way over the road and who comes next
-CLEARANCE_TIME = 2.0  # s of a walk over the road that may fall after the light has changed
-LEAST_GREEN = 4.0  # s of green that are enough for any crossing
+SPARE_TIME = 1.0  # s between the end of a crossing and the next vehicle
+CLEARANCE_TIME = 2.0  # s of a crossing that may be after the light has changed
+MIN_GREEN = 4.0  # s of green that suffice for any crossing
 MOVING = 0.3  # m/s
 COMFORTABLE = 2.5  # m/s2 with which drivers are expected to stop for a red light
-BESIDE = 0.6  # m beside a crossing that must be free of others
-RIM = 2.0  # m beside a crossing's ends where a driver's way still meets it
+BESIDE = 0.6  # m beside a crossing that must be free of vehicles
+RIM = 2.0  # m beyond a crossing's ends where a vehicle's path still conflicts
 
 
 @runtime_checkable
 class Lights(Protocol):
-    """What is asked of the simulation: `Signals` has it."""
+    """Queries of traffic lights; implemented by `Signals`."""
 
     def light(self, signal: str, index: int) -> Light:
         """Return what a signal shows to one of its links."""
         ...
 
     def time_to_switch(self, signal: str) -> float:
-        """Return the seconds until a signal may change what it shows."""
+        """Return the seconds until a signal may change."""
         ...
 
 
-class Moving(NamedTuple):
+class MovingVehicle(NamedTuple):
     """A vehicle: box centre, heading, speed and size, SI units."""
 
     x: float
@@ -44,19 +44,19 @@ class Moving(NamedTuple):
     width: float
 
 
-def moving(actors: Actors) -> list[Moving]:
-    """Return the vehicles of a scene; parked cars and those on foot are left out."""
+def moving(actors: Actors) -> list[MovingVehicle]:
+    """Return the vehicles of a scene, without parked cars and pedestrians."""
     vehicles = actors.only(actors.in_traffic)
     columns = np.column_stack((vehicles.poses, vehicles.speeds, vehicles.extents))
-    return [Moving(*row) for row in columns.tolist()]
+    return [MovingVehicle(*row) for row in columns.tolist()]
 
 
-class SteppingOut:
-    """Decides who may cross; mutable only in what it remembers of the route's crossings.
+class CrossingRules:
+    """Decides whether a pedestrian may cross; mutable only in its cache of the route's crossings.
 
     Args:
-        lights: Of the running simulation.
-        route: The ego's.
+        lights: Lights of the running simulation.
+        route: The ego's route.
     """
 
     def __init__(self, lights: Lights, route: Route) -> None:
@@ -70,21 +70,21 @@ class SteppingOut:
         duration: float,
         ego: EgoState,
         progress: float,
-        others: Sequence[Moving],
+        others: Sequence[MovingVehicle],
     ) -> bool:
-        """Tell whether a walker may step out now.
+        """Tell whether a walker may start to cross now.
 
         Args:
-            crossing: What it would cross.
-            duration: Seconds from here until it has left the road.
+            crossing: The crossing.
+            duration: Time until the walker has left the road, seconds.
             ego: The ego.
-            progress: The ego's, metres along the route.
-            others: The vehicles near.
+            progress: Arc length of the ego on its route, metres.
+            others: The vehicles nearby.
         """
         return (
             self._is_green(crossing, duration)
-            and self._respects(crossing, duration, ego, progress)
-            and not any(_in_the_way(crossing, duration, other) for other in others)
+            and self._ego_can_stop(crossing, duration, ego, progress)
+            and not any(_conflicts(crossing, duration, other) for other in others)
         )
 
     def _is_green(self, crossing: Crossing, duration: float) -> bool:
@@ -93,12 +93,12 @@ class SteppingOut:
         if self._lights.light(crossing.signal, crossing.signal_index) is not Light.GREEN:
             return False
         left = self._lights.time_to_switch(crossing.signal)
-        return left >= min(duration - CLEARANCE_TIME, LEAST_GREEN)
+        return left >= min(duration - CLEARANCE_TIME, MIN_GREEN)
 
-    def _respects(
+    def _ego_can_stop(
         self, crossing: Crossing, duration: float, ego: EgoState, progress: float
     ) -> bool:
-        """Tell whether a surprised driver of the ego could stop."""
+        """Tell whether an ego driver with reaction time could stop."""
         span = self.span(crossing)
         if span is None or progress - 0.5 * EGO_LENGTH > span[1]:
             return True
@@ -110,7 +110,7 @@ class SteppingOut:
         return True
 
     def span(self, crossing: Crossing) -> tuple[float, float] | None:
-        """Return from where to where the route leads over a crossing; None if it does not."""
+        """Return the arc lengths at which the route enters and leaves a crossing, or None."""
         if crossing.id not in self._spans:
             self._spans[crossing.id] = _span(self._route, crossing)
         return self._spans[crossing.id]
@@ -133,20 +133,22 @@ def _span(route: Route, crossing: Crossing) -> tuple[float, float] | None:
     return float(route.along[first]), float(route.along[last])
 
 
-def _in_the_way(crossing: Crossing, duration: float, other: Moving) -> bool:
-    """Tell whether a vehicle stands on a crossing, or comes too soon to be waited for."""
+def _conflicts(crossing: Crossing, duration: float, other: MovingVehicle) -> bool:
+    """Tell whether a vehicle is on a crossing, or arrives during the walker's crossing."""
     (ax, ay, _), (bx, by, _) = crossing.points
     length = math.hypot(bx - ax, by - ay)
     ux, uy = (bx - ax) / length, (by - ay) / length
     dx, dy = other.x - ax, other.y - ay
     along, aside = dx * ux + dy * uy, dy * ux - dx * uy
-    forward = math.sin(other.yaw) * ux - math.cos(other.yaw) * uy  # of it, away from the crossing
+    forward = (
+        math.sin(other.yaw) * ux - math.cos(other.yaw) * uy
+    )  # component of its heading across the crossing
     half = 0.5 * other.length
     reach = abs(forward) * half + 0.5 * crossing.width + BESIDE
     if -half < along < length + half and abs(aside) < reach:
         return True
     if other.speed < MOVING or forward * aside >= 0.0 or abs(forward) < 0.2:
-        return False  # it stands, goes away, or goes along
+        return False  # stationary, driving away, or parallel
     way = abs(aside / forward)
     met = along + way * (math.cos(other.yaw) * ux + math.sin(other.yaw) * uy)
     distance = way - half - 0.5 * crossing.width

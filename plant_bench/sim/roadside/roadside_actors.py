@@ -1,4 +1,4 @@
-"""All whom SUMO does not move: pedestrians and parked cars around the ego."""
+"""Pedestrians and parked cars of one episode: the actors that SUMO does not move."""
 
 import numpy as np
 
@@ -6,7 +6,7 @@ from plant_bench.agent import Privileged
 from plant_bench.sim.densities import DENSITIES, density_of
 from plant_bench.sim.roadside.parked_cars import ParkedCars
 from plant_bench.sim.roadside.pedestrians import Walkers
-from plant_bench.sim.roadside.road_crossing import SteppingOut
+from plant_bench.sim.roadside.road_crossing import CrossingRules
 from plant_bench.sim.roadside.sumo_proxies import SumoProxies
 from plant_bench.sim.sumo import Sumo
 from plant_bench.sim.town_layout import TownPlaces
@@ -15,7 +15,7 @@ from plant_bench.world.route import Scenario
 from plant_bench.world.scene import Actors, EgoState
 
 LEVEL_GAP = 4.5  # m of height between which two roads are levels of a crossing, not one road
-LOOK_INTERVAL = 4  # ticks between two looks at who is in sight
+LOOK_INTERVAL = 4  # ticks between two updates of the actors in sight
 
 
 class RoadsideActors:
@@ -24,9 +24,9 @@ class RoadsideActors:
     Args:
         sumo: The running simulation.
         traffic: The vehicles.
-        places: Of the town.
-        scenario: What the episode depends on; its density scales the pedestrians, and an empty
-            town has no parked cars either.
+        places: The town's places.
+        scenario: The scenario; its density scales the number of pedestrians, and density "empty"
+            has no parked cars either.
     """
 
     def __init__(
@@ -35,7 +35,7 @@ class RoadsideActors:
         route = scenario.route
         share = density_of(scenario.density) / DENSITIES["dense"]
         density = places.town.life.walkers_per_km * share
-        rules = SteppingOut(sumo.signals, route)
+        rules = CrossingRules(sumo.signals, route)
         sumo_proxies = SumoProxies(sumo.commands, traffic, route.edges[0])
         self._walkers = Walkers(places.footways, rules, sumo_proxies, density, scenario.seed)
         self._parked = ParkedCars(places.parking, scenario) if share else None
@@ -43,11 +43,11 @@ class RoadsideActors:
         self._rows = np.zeros(0, np.intp)
 
     def fill(self, x: float, y: float) -> None:
-        """Put pedestrians on all sidewalks around the ego, before the episode starts."""
+        """Spawn pedestrians on all sidewalks around the ego, before the episode starts."""
         self._walkers.manage(x, y, inner=0.0, most=10_000)
 
     def manage(self, x: float, y: float) -> None:
-        """Take away who is far, and let others enter; call every `MANAGE_INTERVAL`."""
+        """Remove distant pedestrians and add others; call every `MANAGE_INTERVAL`."""
         self._walkers.manage(x, y)
         self._looks = 0
 
@@ -55,10 +55,10 @@ class RoadsideActors:
         """Move all by one tick.
 
         Args:
-            tick: Of the scene to come.
-            ego: The ego then.
-            progress: The ego's, metres along its route.
-            actors: Of the scene before.
+            tick: Tick of the next scene.
+            ego: The ego at that tick.
+            progress: Arc length of the ego on its route, metres.
+            actors: Actors of the previous scene.
         """
         self._walkers.step(tick, ego, progress, actors)
 
@@ -73,6 +73,6 @@ class RoadsideActors:
         return self._walkers.actors(self._rows), parked
 
     def facts(self, tick: int) -> tuple[Privileged, ...]:
-        """Return what is to be known of them, in the same order."""
+        """Return the privileged facts of pedestrians and parked cars, in the same order."""
         walkers = self._walkers.facts(tick, self._rows)
         return (walkers,) if self._parked is None else (walkers, self._parked.facts(tick))

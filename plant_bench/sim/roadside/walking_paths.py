@@ -1,4 +1,4 @@
-"""One walk as poses every half metre, and where on it the road is crossed."""
+"""Random walks of pedestrians: poses every half metre, and where they cross roads."""
 
 import random
 from typing import NamedTuple
@@ -10,21 +10,21 @@ from plant_bench.geometry.polyline import arc_lengths
 from plant_bench.sim.roadside.footways import Crossing, Footways, Heading
 
 SAMPLE = 0.5  # m between the poses of a walk
-WALK = 600.0  # m that a walker is given: seven minutes
-SAMPLES = int((WALK + 130.0) / SAMPLE)  # 130 m may be ahead at the end, as a path
+WALK = 600.0  # m per walker: seven minutes
+SAMPLES = int((WALK + 130.0) / SAMPLE)  # plus 130 m of path ahead at the end
 HALF_BODY = 0.3  # m
-TO_THE_RIGHT = (0.1, 0.4)  # m that people keep to the right of the middle
+TO_THE_RIGHT = (0.1, 0.4)  # m that pedestrians keep to the right of the centre line
 TURN_LENGTH = 0.5  # m over which heading is measured, before and after a place
 
 
 class Kerb(NamedTuple):
-    """A place on a walk where the road is crossed; arc lengths of the walk.
+    """A place where a walk crosses a road; arc lengths on the walk.
 
     Attributes:
-        wait: Where one waits.
+        wait: Where the walker waits.
         enter: Where the body reaches the road.
-        leave: Where it has left the road.
-        crossing: What is crossed.
+        leave: Where the body has left the road.
+        crossing: The crossing.
     """
 
     wait: float
@@ -34,7 +34,7 @@ class Kerb(NamedTuple):
 
 
 class Walk(NamedTuple):
-    """A way to go on foot.
+    """A pedestrian's path.
 
     Attributes:
         samples: x, y, yaw and z every `SAMPLE` metres.
@@ -46,7 +46,7 @@ class Walk(NamedTuple):
 
 
 def random_walk(ways: Footways, start: Heading, at: float, draw: random.Random) -> Walk:
-    """Return a walk from an arc length of a sidewalk on."""
+    """Return a random walk that starts at an arc length of a sidewalk."""
     first = ways.line(start)
     along = arc_lengths(first[:, :2])
     begin = [np.interp(at, along, first[:, axis]) for axis in range(3)]

@@ -1,4 +1,4 @@
-"""The characters a town can have: each lays out a street plan from a spec and a seed."""
+"""Characters of towns; each lays out a street plan from a spec and a seed."""
 
 from collections.abc import Callable
 

@@ -1,4 +1,4 @@
-"""A highway in the shape of an eight around a small town, with ramps and an interchange.
+"""Lays out a highway in the shape of an eight around a small town, with ramps and an interchange.
 
 Seen from above the two loops of the eight are circles; the larger one goes round the town. The
 carriageway that runs counter-clockwise there is the outer one: it is reached over a bridge, the

@@ -1,4 +1,4 @@
-"""A larger town: avenues, side streets, a roundabout and a junction of five arms."""
+"""Lays out a larger town: avenues, side streets, a roundabout and a junction of five arms."""
 
 import numpy as np
 

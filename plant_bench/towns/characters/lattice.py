@@ -1,4 +1,4 @@
-"""A town of columns and rows: signalled crossroads, blocks of uneven size."""
+"""Lays out a grid town with signalled crossroads and blocks of uneven size."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Long highways closed to a ring, with ramps to a road between them, U-turns and service roads.
+"""Lays out two long highways closed to a ring, with ramps, U-turns and service roads.
 
 The outer carriageway runs counter-clockwise, the inner one clockwise, so the inner one's ramps lead
 to the road inside the ring and the U-turns over the median join the two.

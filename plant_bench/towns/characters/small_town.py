@@ -1,4 +1,4 @@
-"""A small town of T-junctions: rows of streets and staggered cross streets between them."""
+"""Lays out a small town of T-junctions: rows of streets with staggered cross streets."""
 
 import itertools
 

@@ -1,12 +1,12 @@
-"""Towns from maps of others: a SUMO network, an OpenDRIVE or an OpenStreetMap file.
+"""Imports maps (SUMO, OpenDRIVE, OpenStreetMap) as towns, and CARLA routes onto such towns.
 
 ```
-source      a file -> a checked MapSource; nothing hostile gets past it
-converting  netconvert, with limits on time, memory and output
-mending     converts again until all that is left can be driven; each step is a Finding
-levels      roads that cross at one height without a junction: lifted where there is room
-checking    what is only reported
-town_making the folders of a town and its routes, whole or not at all
-carla_routes, lane_ways, matching, matched_route, route_import   CARLA's routes onto such towns
+map_source      reads an untrusted map file and checks it
+map_conversion  runs netconvert with limits on time, memory and output
+network_repair  converts again until everything left can be driven; each step gives a Finding
+levels          raises one of two roads that cross at the same height without a junction
+map_checks      problems that are reported but not repaired
+town_making     writes the folders of a town and its routes
+carla_routes, lane_graph, matching, matched_route, route_import   CARLA's routes on such towns
 ```
 """

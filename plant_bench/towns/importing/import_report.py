@@ -1,4 +1,4 @@
-"""What an import reports: for the terminal, for people as Markdown, for programs as JSON."""
+"""Reports of a map import: rows for the terminal, Markdown and JSON."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -10,12 +10,12 @@ from plant_bench.world.route import Route
 from plant_bench.world.town import Town
 
 ROUTE_HEADS = ("route", "length", "hazards")
-HEADS = ("fault", "what became of it", "count", "how", "for instance")
+HEADS = ("problem", "outcome", "count", "details", "examples")
 _LONGEST = 60  # characters of an example
 
 
 def finding_rows(findings: Sequence[Finding], examples: int = 2) -> list[list[object]]:
-    """Return one row a finding, as `HEADS` says."""
+    """Return one row per finding, with the columns of `HEADS`."""
     return [
         [item.what, item.outcome, item.count, item.done, _some(item.examples[:examples])]
         for item in findings
@@ -37,19 +37,26 @@ def report_payload(
 
 
 def report_markdown(
-    town: Town, routes: Sequence[Route], findings: Sequence[Finding], about: dict
+    town: Town, routes: Sequence[Route], findings: Sequence[Finding], request: dict
 ) -> str:
-    """Return an import's report for people."""
+    """Return an import's report as Markdown.
+
+    Args:
+        town: The town.
+        routes: Routes through it.
+        findings: Repairs and remaining problems.
+        request: Settings of the import; `file` is the map file's name.
+    """
     table = _table(HEADS, finding_rows(findings, 5))
     driven = _table(ROUTE_HEADS, [[r.id, f"{r.length:.0f} m", _hazards(r)] for r in routes])
     width, height = town.extent
-    about_town = (
-        f"Made of `{about['file']}` by `plant-bench import`: {town.lane_km:.1f} km of lanes on "
+    summary = (
+        f"Made from `{request['file']}` by `plant-bench import`: {town.lane_km:.1f} km of lanes on "
         f"{width:.0f} x {height:.0f} m, {len(town.edges)} edges, {len(town.signals)} signals."
     )
-    nothing = ["Nothing was to be repaired, and nothing is to be reported."]
+    nothing = ["No repairs were necessary, and no problems remain."]
     found = table if findings else nothing
-    return "\n".join([f"# {town.name}", "", about_town, "", *found, "", *driven, ""])
+    return "\n".join([f"# {town.name}", "", summary, "", *found, "", *driven, ""])
 
 
 def _table(heads: Sequence[str], rows: Sequence[Sequence[object]]) -> list[str]:

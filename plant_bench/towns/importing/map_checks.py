@@ -1,4 +1,4 @@
-"""What a map lacks, and what stays in a town although it is not as it should be."""
+"""Reports problems of an imported town that are not repaired."""
 
 from collections.abc import Mapping
 
@@ -13,18 +13,20 @@ from plant_bench.towns.town_checks import find_dead_lanes
 from plant_bench.world.town import Lane, Town
 
 BIG_ARMS = 4  # roads that meet at a big junction
-BIG_LANES = 6  # lanes that lead to it
+BIG_LANES = 6  # incoming lanes of a big junction
 FAST = 11.0  # m/s: slower junctions do without signals
 TINY = 1.0  # m
 OVERLAP = 0.5  # share of a lane's width
 
 
 def check(town: Town, source: MapSource, ends: Mapping[str, tuple[str, str]]) -> list[Finding]:
-    """Return what stays in a town although it is not as it should be."""
+    """Return the problems of a town that were not repaired."""
     return [
         *_missing_signals(town),
         *_shapes(town),
-        *reported("lanes without a way in or out", "no route uses them", find_dead_lanes(town)),
+        *reported(
+            "lanes without a predecessor or successor", "no route uses them", find_dead_lanes(town)
+        ),
         *report_flat_crossings(town, ends),
         *_tiny(town),
         *_wrong_way(town, ends),
@@ -43,21 +45,21 @@ def _missing_signals(town: Town) -> list[Finding]:
         fast = max((lane.speed_limit for lane in lanes), default=0.0) > FAST
         if big and fast and junction.kind not in ("signal", "roundabout", "joint"):
             names.append(f"{junction.id} at {junction.x:.0f}, {junction.y:.0f}")
-    return reported("big junctions without signals", "--guess-signals puts some", names)
+    return reported("big junctions without signals", "--guess-signals adds some", names)
 
 
 def _shapes(town: Town) -> list[Finding]:
     names = [drive.path for drive in drive_all(town) if is_uneven(drive)]
-    return reported("tight or uneven ways", "driven, slowly: planners may cut corners", names)
+    return reported("tight or uneven paths", "drivable, but planners may cut corners", names)
 
 
 def _tiny(town: Town) -> list[Finding]:
     names = [edge for edge, lanes in town.edges.items() if lanes[0].length < TINY]
-    return reported("edges shorter than a metre", "driven, no route starts or ends there", names)
+    return reported("edges shorter than a metre", "no route starts or ends there", names)
 
 
 def _wrong_way(town: Town, ends: Mapping[str, tuple[str, str]]) -> list[Finding]:
-    """Lanes that run against one another on the same ground."""
+    """Report lanes of opposite directions that overlap."""
     by_ends = {ends[edge]: lanes for edge, lanes in town.edges.items()}
     names = []
     for edge, lanes in town.edges.items():
@@ -65,7 +67,7 @@ def _wrong_way(town: Town, ends: Mapping[str, tuple[str, str]]) -> list[Finding]
         opposite = by_ends.get((end, begin))
         if opposite is not None and edge < opposite[0].edge and _overlap(lanes[-1], opposite[-1]):
             names.append(f"{edge} and {opposite[0].edge}")
-    return reported("wrong-way lanes: two directions on the same ground", "head-on traffic", names)
+    return reported("lanes of opposite directions that overlap", "head-on collisions", names)
 
 
 def _overlap(one: Lane, other: Lane) -> bool:
@@ -80,7 +82,11 @@ def _dense(lane: Lane) -> np.ndarray:
 
 
 def _left_out(source: MapSource) -> list[Finding]:
-    if not source.no_cars:
+    if not source.non_car_ways:
         return []
-    done = "left out, but for sidewalks beside a road"
-    return [Finding("ways for feet, bicycles and trains only", REPAIRED, source.no_cars, done)]
+    done = "left out, except sidewalks beside a road"
+    return [
+        Finding(
+            "ways for pedestrians, bicycles or trains only", REPAIRED, source.non_car_ways, done
+        )
+    ]

@@ -1,4 +1,4 @@
-"""netconvert on maps of strangers: its options, and limits on its time, memory and output."""
+"""Runs netconvert on untrusted map files, with limits on time, memory and output size."""
 
 import contextlib
 import os
@@ -16,11 +16,11 @@ from plant_bench.towns.importing.map_source import MapKind, MapSource
 from plant_bench.towns.netconvert import without_header
 
 TIMEOUT_S = 300
-MOST_MEMORY = 4 * 2**30  # bytes
-MOST_OUTPUT = 2**30
+MAX_MEMORY = 4 * 2**30  # bytes
+MAX_OUTPUT = 2**30
 LAYER_HEIGHT = 5.0  # m between the layers of an OpenStreetMap file
 OUT_OF_MEMORY = "std::bad_alloc"
-NOTHING = ("No nodes loaded", "No edges loaded")  # what netconvert says of a map without roads
+NO_ROADS = ("No nodes loaded", "No edges loaded")  # netconvert's messages for a map without roads
 
 _COMMON = {
     "--xml-validation": "never",
@@ -60,11 +60,11 @@ _INPUTS = {
 
 @dataclass(frozen=True)
 class Converted:
-    """What netconvert made of a map.
+    """Result of a conversion.
 
     Attributes:
         net: The SUMO network, XML text.
-        warnings: What netconvert said, a line each.
+        warnings: Lines that netconvert printed to stderr.
     """
 
     net: str
@@ -72,10 +72,10 @@ class Converted:
 
 
 def convert_source(source: MapSource, *, guess_signals: bool) -> Converted:
-    """Make a SUMO network of a map file.
+    """Convert a map file to a SUMO network.
 
     Raises:
-        InputError: netconvert cannot, or not within the limits.
+        InputError: netconvert fails, or exceeds the limits.
     """
     options = _OF_KIND[source.kind] | {_INPUTS[source.kind]: "map.xml"}
     if guess_signals:
@@ -84,10 +84,10 @@ def convert_source(source: MapSource, *, guess_signals: bool) -> Converted:
 
 
 def convert_again(net: str, removed: Sequence[str], name: str) -> Converted:
-    """Convert a SUMO network (XML text) again, without some edges.
+    """Convert a SUMO network (XML text) again, without the edges in `removed`.
 
     Raises:
-        InputError: netconvert cannot, or not within the limits.
+        InputError: netconvert fails, or exceeds the limits.
     """
     options = _EXACT | {_INPUTS[MapKind.SUMO]: "map.xml"}
     return _convert(net.encode(), options, removed, name)
@@ -107,20 +107,20 @@ def _convert(
         out = Path(folder) / "town.net.xml"
         lines = _lines(run.stderr)
         if run.returncode != 0 or not out.is_file():
-            if any(line.startswith(NOTHING) for line in lines):
-                raise InputError(f"{name} has no road that a car may drive on: take another map.")
+            if any(line.startswith(NO_ROADS) for line in lines):
+                raise InputError(f"{name} has no road that cars may drive on: use another map.")
             if OUT_OF_MEMORY in run.stderr:
                 raise InputError(
-                    f"netconvert needs more than {MOST_MEMORY / 2**30:.0f} GB for {name}: cut "
+                    f"netconvert needs more than {MAX_MEMORY / 2**30:.0f} GB for {name}: cut "
                     "out a smaller part of the map."
                 )
-            said = "; ".join(lines[:2]) or f"it ended with code {run.returncode}: mend the map"
-            raise InputError(f"netconvert makes no network of {name}: {said}")
+            reason = "; ".join(lines[:2]) or f"exit code {run.returncode}: repair the map"
+            raise InputError(f"netconvert cannot convert {name}: {reason}")
         return Converted(without_header(out.read_text(encoding="utf-8")), tuple(lines))
 
 
-def errors_of_sumo(net: str, name: str) -> list[str]:
-    """Return what SUMO itself finds wrong with a network when it loads it; empty if nothing."""
+def sumo_errors(net: str, name: str) -> list[str]:
+    """Return the errors that SUMO reports when it loads a network; empty if there are none."""
     with tempfile.TemporaryDirectory(prefix="plant-bench-") as folder:
         (Path(folder) / "town.net.xml").write_text(net, encoding="utf-8")
         options = ["-n", "town.net.xml", "--end", "2", "--no-step-log", "true", "--no-warnings"]
@@ -153,13 +153,13 @@ def _run(
 def _limit() -> None:
     import resource
 
-    for what, most in (("RLIMIT_AS", MOST_MEMORY), ("RLIMIT_FSIZE", MOST_OUTPUT)):
+    for resource_name, limit in (("RLIMIT_AS", MAX_MEMORY), ("RLIMIT_FSIZE", MAX_OUTPUT)):
         with contextlib.suppress(AttributeError, ValueError, OSError):
-            resource.setrlimit(getattr(resource, what), (most, most))
+            resource.setrlimit(getattr(resource, resource_name), (limit, limit))
 
 
 def _lines(text: str) -> list[str]:
-    """What a program of SUMO said, without what it always says, each line of a bearable length."""
+    """Return the lines that a SUMO program printed, without boilerplate, each shortened."""
     lines = (line.strip() for line in text.splitlines())
-    said = (line for line in lines if line and line not in ("Success.", "Quitting (on error)."))
-    return [line.removeprefix("Warning: ").removeprefix("Error: ")[:300] for line in said]
+    messages = (x for x in lines if x and x not in ("Success.", "Quitting (on error)."))
+    return [line.removeprefix("Warning: ").removeprefix("Error: ")[:300] for line in messages]

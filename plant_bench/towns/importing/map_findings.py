@@ -1,22 +1,22 @@
-"""What was found on a map, and what became of it."""
+"""Findings of a map import: problems that were repaired, or only reported."""
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 
 REPAIRED, REPORTED = "repaired", "reported"
-SHOWN = 5  # examples kept of a finding
+SHOWN = 5  # examples kept per finding
 
 
 @dataclass(frozen=True)
 class Finding:
-    """One kind of fault on a map.
+    """One kind of problem of a map.
 
     Attributes:
-        what: The fault.
-        outcome: "repaired", or "reported": it is still there.
-        count: How often.
-        done: What was done about it, or what it means for driving.
-        examples: Some of the places: ids of edges, lanes or junctions.
+        what: The problem.
+        outcome: "repaired", or "reported" if it is still there.
+        count: Number of occurrences.
+        done: How it was repaired, or what it means for driving.
+        examples: Some occurrences: ids of edges, lanes or junctions.
     """
 
     what: str
@@ -26,22 +26,22 @@ class Finding:
     examples: tuple[str, ...] = ()
 
     def to_payload(self) -> dict:
-        """Return it as JSON-able values."""
+        """Return the finding as JSON-able values."""
         return asdict(self) | {"examples": list(self.examples)}
 
 
 def repaired(what: str, done: str, places: Sequence[str]) -> list[Finding]:
-    """Return the finding of a repair; none where nothing was to be repaired."""
+    """Return the finding of a repair; empty without `places`."""
     return _finding(what, REPAIRED, done, places)
 
 
 def reported(what: str, done: str, places: Sequence[str]) -> list[Finding]:
-    """Return the finding of a fault that stays; none where there is none."""
+    """Return the finding of a problem that remains; empty without `places`."""
     return _finding(what, REPORTED, done, places)
 
 
 def merged(findings: Sequence[Finding]) -> list[Finding]:
-    """Return the findings with those of one fault and outcome put together, repairs first."""
+    """Return the findings with equal problem and outcome merged, repairs first."""
     found: dict[tuple[str, str], Finding] = {}
     for item in findings:
         key = item.what, item.outcome

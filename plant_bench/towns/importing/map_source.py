@@ -1,7 +1,7 @@
-"""The door for map files: what they are, and that they are harmless, before anything uses them.
+"""Reads an untrusted map file: detects its format and checks that it is safe to convert.
 
 A file is refused for a document type (entity bombs, external entities), for includes, for its size
-or depth, and for left-hand traffic. What passes is handed on as bytes, never by the file's name.
+or depth, and for left-hand traffic. Accepted content is passed on as bytes, never as a file name.
 """
 
 from collections import Counter
@@ -14,20 +14,20 @@ from plant_bench.errors import InputError
 from plant_bench.towns.extract import carries_cars
 from plant_bench.towns.importing.safe_xml import read_limited, scan_xml
 
-MOST_BYTES = 200 * 2**20
-WANTED = "a SUMO network (.net.xml), an OpenDRIVE (.xodr) or an OpenStreetMap (.osm) file is wanted"
-_LEFT = (
-    "has left-hand traffic, and the benchmark drives on the right: mirror the map, or take another"
+MAX_BYTES = 200 * 2**20
+EXPECTED = "expected a SUMO network (.net.xml), OpenDRIVE (.xodr) or OpenStreetMap (.osm) file"
+_LEFT_HAND = (
+    "has left-hand traffic, but the benchmark drives on the right: mirror the map, or use another"
 )
-MOST_ABREAST = 50  # lanes of a road; netconvert works for minutes on thousands
-_NO_CARS = (
+MAX_ROAD_LANES = 50  # lanes of a road; netconvert takes minutes for thousands
+_NON_CAR_TYPES = (
     "footway", "cycleway", "pedestrian", "steps", "path", "bridleway",
     "sidewalk", "biking", "tram", "rail",
 )  # fmt: skip
 
 
 class MapKind(StrEnum):
-    """What a map file is, told by its first element."""
+    """Format of a map file; the value is the name of its root element."""
 
     SUMO = "net"
     OPENDRIVE = "OpenDRIVE"
@@ -39,11 +39,11 @@ class MapSource:
     """A map file that has passed all checks.
 
     Attributes:
-        file: Its name, without folders.
-        kind: What it is.
-        content: Its bytes, unpacked.
-        counts: How many elements there are of each name.
-        no_cars: How many ways there are for feet, bicycles or trains only.
+        file: File name without folders.
+        kind: Format.
+        content: Decompressed bytes.
+        counts: Number of elements by name.
+        non_car_ways: Number of ways for pedestrians, bicycles or trains only.
         internal_lanes: False for a SUMO network without lanes inside its junctions.
     """
 
@@ -51,7 +51,7 @@ class MapSource:
     kind: MapKind
     content: bytes = field(repr=False)
     counts: Mapping[str, int]
-    no_cars: int = 0
+    non_car_ways: int = 0
     internal_lanes: bool = True
 
 
@@ -59,11 +59,12 @@ def read_source(path: Path) -> MapSource:
     """Read a map file and check it.
 
     Raises:
-        InputError: It is missing, no map, damaged, too large, hostile or of left-hand traffic.
+        InputError: The file is missing, no map, damaged, too large or unsafe, or has left-hand
+            traffic.
     """
     if not path.is_file():
-        raise InputError(f"There is no map file {path}: {WANTED}.")
-    content = read_limited(path, MOST_BYTES)
+        raise InputError(f"There is no map file {path}: {EXPECTED}.")
+    content = read_limited(path, MAX_BYTES)
     checker = _Checker(path)
     scan_xml(content, path, checker)
     return MapSource(
@@ -77,7 +78,7 @@ def read_source(path: Path) -> MapSource:
 
 
 class _Checker:
-    """Looks at each element of a map; mutable."""
+    """Checks and counts the elements of a map; mutable."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
@@ -90,36 +91,38 @@ class _Checker:
         self._edge = ""
 
     def __call__(self, name: str, attributes: Mapping[str, str]) -> None:
-        """Look at an element.
+        """Check and count an element.
 
         Raises:
-            InputError: It is none that a map may have.
+            InputError: The element is not allowed.
         """
         if not self.root:
-            self._begin(name, attributes)
+            self._check_root(name, attributes)
         self.counts[name] += 1
         if name == "include":
-            self._refuse("refers to another file by <include>: put its content in its place")
+            self._refuse("refers to another file by <include>: insert that file's content instead")
         if name == "road" and attributes.get("rule") == "LHT":
-            self._refuse(_LEFT)
+            self._refuse(_LEFT_HAND)
         if name == "tag" and (attributes.get("k"), attributes.get("v")) == ("driving_side", "left"):
-            self._refuse(_LEFT)
+            self._refuse(_LEFT_HAND)
         if name == "tag" and attributes.get("k", "").startswith("lanes"):
             self._check_lanes(attributes.get("v", ""))
         self._count_ways(name, attributes)
 
     def _check_lanes(self, count: str) -> None:
-        if count.strip().isdecimal() and int(count[:9]) > MOST_ABREAST:
-            self._refuse(f"has a road of {count[:9]} lanes, {MOST_ABREAST} at most can be used")
+        if count.strip().isdecimal() and int(count[:9]) > MAX_ROAD_LANES:
+            self._refuse(
+                f"has a road of {count[:9]} lanes, more than the limit of {MAX_ROAD_LANES}"
+            )
 
     def _count_ways(self, name: str, attributes: Mapping[str, str]) -> None:
         if attributes.get("function") == "internal":
             self.internal = True
         if self.root == MapKind.OSM and name == "tag":
-            highway = attributes.get("k") == "highway" and attributes.get("v") in _NO_CARS
+            highway = attributes.get("k") == "highway" and attributes.get("v") in _NON_CAR_TYPES
             self.others += highway or attributes.get("k") == "railway"
         elif self.root == MapKind.OPENDRIVE and name == "lane":
-            self.others += attributes.get("type") in _NO_CARS
+            self.others += attributes.get("type") in _NON_CAR_TYPES
         elif self.root == MapKind.SUMO and name == "edge":
             self._edge = attributes.get("id", "")
             if "function" not in attributes:
@@ -127,13 +130,13 @@ class _Checker:
         elif self.root == MapKind.SUMO and name == "lane" and carries_cars(attributes):
             self.car_edges.add(self._edge)
 
-    def _begin(self, name: str, attributes: Mapping[str, str]) -> None:
+    def _check_root(self, name: str, attributes: Mapping[str, str]) -> None:
         self.root = name
         if name not in list(MapKind):
-            self._refuse(f"begins with <{name[:40]}>: {WANTED}")
+            self._refuse(f"begins with <{name[:40]}>: {EXPECTED}")
         self.internal = name != MapKind.SUMO
         if name == MapKind.SUMO and attributes.get("lefthand", "false") not in ("false", "0"):
-            self._refuse(_LEFT)
+            self._refuse(_LEFT_HAND)
 
     def _refuse(self, what: str) -> None:
         raise InputError(f"{self._path} {what}.")

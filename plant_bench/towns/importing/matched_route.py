@@ -1,4 +1,4 @@
-"""From the lanes of a matched route to a Route of the benchmark."""
+"""Builds a benchmark Route from the lanes that a matched CARLA route takes."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -19,16 +19,16 @@ from plant_bench.towns.route_making import route_along
 from plant_bench.world.route import Route
 from plant_bench.world.town import Lane, Link, Town
 
-OUTSIDE = 6.0  # m of lane before and after a route that starts or ends inside a junction
-CHANGE_SHORTEST = 10.0  # m of road that a lane change needs
-SHORTEST = 30.0  # m of route
+LEAD = 6.0  # m of lane added to a route that starts or ends inside a junction
+MIN_CHANGE_LENGTH = 10.0  # m of road that a lane change needs
+MIN_ROUTE_LENGTH = 30.0  # m
 
 Visit = tuple[str, list[float]]
 
 
 @dataclass
 class _Edge:
-    """One edge that is driven: its lanes in order; mutable while it is put together."""
+    """One edge of the route with its lanes in order; mutable while the route is built."""
 
     visits: list[Visit]
     start: float = 0.0
@@ -36,18 +36,18 @@ class _Edge:
 
 
 def build_route(graph: StreetGraph, visits: Sequence[Visit], name: str) -> Route:
-    """Make a route of the lanes that a matched one takes.
+    """Build a route from the lanes of a matched one.
 
     Args:
         graph: The town's edges.
-        visits: The lanes in order, each with the places where points were matched to it, metres.
+        visits: Lanes in order, each with the arc lengths of the points matched to it, metres.
         name: The route's id.
 
     Raises:
-        UnmatchedError: There is no room for a lane change, or hardly any route.
+        UnmatchedError: A lane change does not fit, or the route is too short.
     """
     town = graph.town
-    visits = _from_outside(town, list(visits))
+    visits = _extended(town, list(visits))
     edges, links = _edges_and_links(town, visits)
     edges[0].start, edges[-1].end = visits[0][1][0], visits[-1][1][-1]
     steps: list[LaneStep] = []
@@ -62,25 +62,25 @@ def build_route(graph: StreetGraph, visits: Sequence[Visit], name: str) -> Route
         links=tuple(links),
     )
     start, end = edges[0].start, edges[-1].end
-    if len(edges) == 1 and end - start < SHORTEST:
-        raise UnmatchedError(0, f"the route has less than {SHORTEST:.0f} m")
+    if len(edges) == 1 and end - start < MIN_ROUTE_LENGTH:
+        raise UnmatchedError(0, f"the route is shorter than {MIN_ROUTE_LENGTH:.0f} m")
     return route_along(graph, plan, trace_steps(town, steps, start=start, end=end), name)
 
 
-def _from_outside(town: Town, visits: list[Visit]) -> list[Visit]:
-    """The visits, begun and ended outside junctions."""
+def _extended(town: Town, visits: list[Visit]) -> list[Visit]:
+    """Return the visits, extended so that they start and end outside junctions."""
     while town.lanes[visits[0][0]].junction is not None:
         first = visits[0][0]
         lane = town.lanes[_before(town, first)]
-        visits = [(lane.id, [max(0.0, lane.length - OUTSIDE)]), *visits]
+        visits = [(lane.id, [max(0.0, lane.length - LEAD)]), *visits]
     while town.lanes[visits[-1][0]].junction is not None:
         lane = town.lanes[town.lanes[visits[-1][0]].successors[0]]
-        visits = [*visits, (lane.id, [min(lane.length, OUTSIDE)])]
+        visits = [*visits, (lane.id, [min(lane.length, LEAD)])]
     return visits
 
 
 def _before(town: Town, lane: str) -> str:
-    """The lane that a lane inside a junction is entered from."""
+    """Return the lane before a lane inside a junction."""
     for link in town.links:
         if lane in link.via:
             chain = (link.source, *link.via)
@@ -113,7 +113,7 @@ def _link(town: Town, source: str, target: str, via: tuple[str, ...]) -> Link:
 
 
 def _steps_on(town: Town, edge: _Edge) -> list[LaneStep]:
-    """The steps on one edge: its lanes, with lane changes between the places matched on them."""
+    """Return the steps on one edge: lanes, and lane changes between the matched positions."""
     steps: list[LaneStep] = []
     run: list[Visit] = [edge.visits[0]]
     for visit in edge.visits[1:]:
@@ -127,7 +127,7 @@ def _steps_on(town: Town, edge: _Edge) -> list[LaneStep]:
 
 
 def _changes(town: Town, run: Sequence[Visit], start: float) -> list[LaneStep]:
-    """The lane changes between two matched places, or from the edge's begin or to its end."""
+    """Return the lane changes between two matched positions, or the ends of the edge."""
     lane, goal = town.lanes[run[0][0]], town.lanes[run[-1][0]]
     share = lane.length / goal.length
     low = run[0][1][-1] if run[0][1] else AFTER_JUNCTION
@@ -140,14 +140,14 @@ def _changes(town: Town, run: Sequence[Visit], start: float) -> list[LaneStep]:
 
 
 def _spans(lane: Lane, low: float, high: float, count: int, start: float) -> list[ChangeSpan]:
-    """Places for lane changes between two arc lengths, or beyond them where there is no room."""
-    missing = count * CHANGE_SHORTEST - (high - low)
+    """Return spans for lane changes between two arc lengths, or beyond them if space is short."""
+    missing = count * MIN_CHANGE_LENGTH - (high - low)
     if missing > 0.0:
         low = max(start, low - 0.5 * missing)
-        high = min(lane.length - 0.5, max(high, low + count * CHANGE_SHORTEST))
-        low = max(start, min(low, high - count * CHANGE_SHORTEST))
-    room = (high - low) / count
-    if room < 0.5 * CHANGE_SHORTEST:
-        raise UnmatchedError(0, f"no room for {count} lane changes on {lane.id}")
-    length = min(room, max(CHANGE_USUAL, CHANGE_TIME * lane.speed_limit))
-    return [ChangeSpan(low + i * room, low + i * room + length) for i in range(count)]
+        high = min(lane.length - 0.5, max(high, low + count * MIN_CHANGE_LENGTH))
+        low = max(start, min(low, high - count * MIN_CHANGE_LENGTH))
+    available = (high - low) / count
+    if available < 0.5 * MIN_CHANGE_LENGTH:
+        raise UnmatchedError(0, f"{lane.id} is too short for {count} lane changes")
+    length = min(available, max(CHANGE_USUAL, CHANGE_TIME * lane.speed_limit))
+    return [ChangeSpan(low + i * available, low + i * available + length) for i in range(count)]

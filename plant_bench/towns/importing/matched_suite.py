@@ -1,4 +1,4 @@
-"""The suite of matched routes on disk: a file a town, the table of all matches, towns from afar."""
+"""Writes a suite of matched routes: one file per town, the table of matches, and copied towns."""
 
 import csv
 import io
@@ -29,23 +29,23 @@ def save_matches(
     seed: int | None,
     overwrite: bool,
 ) -> int:
-    """Write the suite of the routes that were matched, with a table of all.
+    """Write the matched routes as a suite, with a table of all routes.
 
     Args:
-        matches: All routes.
+        matches: Matches of all routes.
         towns: The towns that they were matched to.
         out: The suite's folder.
-        seed: Of the hazards; None for routes without.
-        overwrite: Replace files of a suite that is there.
+        seed: Seed of the hazards; None for routes without hazards.
+        overwrite: Replace the files of an existing suite.
 
     Returns:
-        How many routes were matched; if none, nothing is written.
+        Number of matched routes; if it is 0, nothing is written.
 
     Raises:
-        InputError: There is something at `out` already, or two routes have one name.
+        InputError: `out` is not empty, or two routes have the same name.
     """
     refuse_existing(out, overwrite=overwrite)
-    routes = _named_apart(matches)
+    routes = _unique_routes(matches)
     if not routes:
         return 0
     parent = out.resolve().parent if not out.exists() else out
@@ -53,7 +53,7 @@ def save_matches(
     with tempfile.TemporaryDirectory(dir=parent, prefix=".importing-") as scratch:
         work = Path(scratch) / "new"
         work.mkdir()
-        for found in dict.fromkeys(towns):  # one may stand for several of CARLA's
+        for found in dict.fromkeys(towns):  # several CARLA towns may map to one
             _write_town(found, [r for r in routes if r.town == found.name], work, out, seed)
         write_whole_text(work / REPORT_FILE, _table(matches))
         if not out.exists():
@@ -63,13 +63,13 @@ def save_matches(
     return len(routes)
 
 
-def _named_apart(matches: Sequence[RouteMatch]) -> list[Route]:
+def _unique_routes(matches: Sequence[RouteMatch]) -> list[Route]:
     routes = {m.route.id: m.route for m in matches if m.route is not None}
     for item in matches:
         if item.route is not None and routes[item.route.id] is not item.route:
             raise InputError(
-                f"Two routes would be called {item.route.id}: import the map a second time, with "
-                f"another --name, and give that for {item.source.town} in --town-map."
+                f"Two routes have the name {item.route.id}: import the map again with another "
+                f"--name, and use that name for {item.source.town} in --town-map."
             )
     return list(routes.values())
 
@@ -78,12 +78,12 @@ def refuse_existing(out: Path, *, overwrite: bool) -> None:
     """Check that a suite may be written.
 
     Raises:
-        InputError: There is something at `out` already.
+        InputError: `out` is a file, or is not empty.
     """
     if out.exists() and not out.is_dir():
-        raise InputError(f"--out {out} is a file: give a folder.")
+        raise InputError(f"--out {out} is a file, expected a folder.")
     if out.exists() and any(out.iterdir()) and not overwrite:
-        raise InputError(f"--out {out} is not empty: give --overwrite, or another folder.")
+        raise InputError(f"--out {out} is not empty: use --overwrite or another folder.")
 
 
 def _write_town(
@@ -93,10 +93,10 @@ def _write_town(
         return
     if seed is not None:
         routes = with_hazards(read_town(found), routes, seed)
-    about = {"suite": out.resolve().name, "seed": seed}
+    header = {"suite": out.resolve().name, "seed": seed}
     file = work / f"{found.name}.json"
-    write_whole_text(file, suite_text(about, routes))
-    if found.brought:
+    write_whole_text(file, suite_text(header, routes))
+    if found.must_copy:
         folder = work / TOWNS_FOLDER / found.name
         for name in (NET_FILE, TOWN_FILE, PICTURE_FILE):
             if (found.folder / name).is_file():
@@ -104,7 +104,7 @@ def _write_town(
 
 
 def _move_into(work: Path, out: Path) -> None:
-    """Put new files beside old ones; routes that the suite had in other towns go."""
+    """Move new files into an existing suite; delete its route files of other towns."""
     for path in out.glob("*.json"):
         if not (work / path.name).exists() and _is_of_suite(path, out.resolve().name):
             path.unlink()

@@ -1,4 +1,4 @@
-"""A SUMO network as XML: what of it is asked about and changed between two conversions."""
+"""Queries and edits of a SUMO network as XML, applied between two conversions."""
 
 from collections.abc import Collection, Mapping, Sequence
 from xml.etree import ElementTree
@@ -9,66 +9,66 @@ import numpy as np
 from plant_bench.geometry.polyline import arc_lengths, resample
 from plant_bench.world.town import Link
 
-LIFT = 6.0  # m
-LIFT_TOP = 12.0  # m of road before and after the crossing that are at the full height
+LIFT = 6.0  # m that an edge is raised by
+LIFT_TOP = 12.0  # m of road before and after the crossing at full height
 LIFT_RAMP = 60.0  # m of road over which it rises
-LIFT_STEP = 3.0  # m between the points of a lifted edge
+LIFT_STEP = 3.0  # m between the points of a raised edge
 BEND_SPREAD = 6.0  # m: standard deviation of the blur that rounds bends
 BEND_STEP = 1.5  # m between the points of a rounded edge
 
-Way = tuple[str, str]  # the lanes that a connection leads from and to
+LanePair = tuple[str, str]  # source and target lane of a connection
 Place = tuple[float, float]
 
 
-def way_of(connection: Element) -> Way:
-    """Return the lanes that a connection leads from and to."""
+def lane_pair(connection: Element) -> LanePair:
+    """Return the source and target lane of a connection."""
     values = connection.attrib
     return f"{values['from']}_{values['fromLane']}", f"{values['to']}_{values['toLane']}"
 
 
-def way_of_link(link: Link) -> Way:
-    """Return the same of a town's link."""
+def lane_pair_of_link(link: Link) -> LanePair:
+    """Return the source and target lane of a town's link."""
     return link.source, link.target
 
 
-def without_ways(net: str, ways: Collection[Way]) -> str:
-    """Return a network without some connections; netconvert takes the lanes inside junctions."""
+def without_connections(net: str, pairs: Collection[LanePair]) -> str:
+    """Return a network without the connections in `pairs`; netconvert removes their lanes."""
     root = ElementTree.fromstring(net)
     for connection in root.findall("connection"):
-        if way_of(connection) in ways:
+        if lane_pair(connection) in pairs:
             root.remove(connection)
     return ElementTree.tostring(root, encoding="unicode")
 
 
-def drawn_ways(net: str) -> set[Way]:
-    """Return the connections whose lines the map itself gives."""
+def connections_with_shape(net: str) -> set[LanePair]:
+    """Return the connections with a shape in the map itself."""
     root = ElementTree.fromstring(net)
-    return {way_of(item) for item in root.findall("connection") if item.get("shape")}
+    return {lane_pair(item) for item in root.findall("connection") if item.get("shape")}
 
 
-def without_lines(net: str, ways: Collection[Way]) -> str:
-    """Return a network without the map's lines of some connections; netconvert draws its own."""
+def without_shapes(net: str, pairs: Collection[LanePair]) -> str:
+    """Return a network without the shapes of some connections; netconvert computes new ones."""
     root = ElementTree.fromstring(net)
     for connection in root.findall("connection"):
-        if way_of(connection) in ways:
+        if lane_pair(connection) in pairs:
             connection.attrib.pop("shape", None)
     return ElementTree.tostring(root, encoding="unicode")
 
 
-def turnarounds(net: str) -> list[Way]:
-    """Return the connections that turn back on the spot."""
+def turnarounds(net: str) -> list[LanePair]:
+    """Return the connections that are U-turns within a junction (SUMO's direction "t")."""
     root = ElementTree.fromstring(net)
-    return [way_of(item) for item in root.findall("connection") if item.get("dir") == "t"]
+    return [lane_pair(item) for item in root.findall("connection") if item.get("dir") == "t"]
 
 
 def ends_of_edges(net: str) -> dict[str, tuple[str, str]]:
-    """Return the junctions at the begin and the end of each edge outside junctions."""
+    """Return the junctions at the start and end of each edge outside junctions."""
     edges = ElementTree.fromstring(net).findall("edge")
     return {e.attrib["id"]: (e.attrib["from"], e.attrib["to"]) for e in edges if "from" in e.attrib}
 
 
 def net_offset(net: str) -> tuple[float, float]:
-    """Return what a map's coordinates were moved by to be the network's, x and y, metres."""
+    """Return the offset from a map's coordinates to the network's, x and y, metres."""
     location = ElementTree.fromstring(net).find("location")
     if location is None:
         return 0.0, 0.0
@@ -77,11 +77,11 @@ def net_offset(net: str) -> tuple[float, float]:
 
 
 def with_lifts(net: str, lifts: Mapping[str, Sequence[Place]]) -> str:
-    """Return a network whose edges rise near some places; lanes follow when it is converted again.
+    """Return a network with raised edges; its lanes follow when it is converted again.
 
     Args:
         net: XML text.
-        lifts: For each edge to be lifted the places where it is to be at its highest.
+        lifts: For each edge to raise, the positions where it is highest.
     """
     root = ElementTree.fromstring(net)
     nodes = {node.attrib["id"]: node for node in root.findall("junction")}
@@ -92,7 +92,7 @@ def with_lifts(net: str, lifts: Mapping[str, Sequence[Place]]) -> str:
 
 
 def with_round_bends(net: str, edges: Collection[str]) -> str:
-    """Return a network whose edges bend gently; lanes follow when it is converted again."""
+    """Return a network with smoothed edges; its lanes follow when it is converted again."""
     root = ElementTree.fromstring(net)
     nodes = {node.attrib["id"]: node for node in root.findall("junction")}
     for edge in root.findall("edge"):
@@ -102,7 +102,7 @@ def with_round_bends(net: str, edges: Collection[str]) -> str:
 
 
 def _rounded(points: np.ndarray) -> np.ndarray:
-    """The line blurred along itself, its ends kept."""
+    """Return a line smoothed by a Gaussian, with its ends kept."""
     fine = resample(points, BEND_STEP)
     reach = min(round(3.0 * BEND_SPREAD / BEND_STEP), len(fine) - 1)
     weights = np.exp(-0.5 * (np.arange(-reach, reach + 1) * BEND_STEP / BEND_SPREAD) ** 2)
@@ -118,7 +118,7 @@ def _set_shape(edge: Element, points: np.ndarray) -> None:
 
 
 def _points(edge: Element, nodes: Mapping[str, Element]) -> np.ndarray:
-    """The line that an edge's lanes lie beside, x, y, z."""
+    """Return an edge's reference line, x, y, z."""
     shape = edge.get("shape")
     if shape is None:
         ends = (nodes[edge.attrib[end]] for end in ("from", "to"))

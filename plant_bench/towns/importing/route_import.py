@@ -1,4 +1,4 @@
-"""CARLA's route files onto towns: each route matched or named with where and why not."""
+"""Matches CARLA's routes to imported towns, and reports where and why a route does not fit."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -14,7 +14,7 @@ from plant_bench.errors import InputError, in_one_line
 from plant_bench.towns.generate import NET_FILE, TOWN_FILE
 from plant_bench.towns.importing.carla_routes import CarlaRoute
 from plant_bench.towns.importing.lane_graph import LaneGraph
-from plant_bench.towns.importing.map_conversion import MOST_OUTPUT
+from plant_bench.towns.importing.map_conversion import MAX_OUTPUT
 from plant_bench.towns.importing.matched_route import build_route
 from plant_bench.towns.importing.matching import UnmatchedError, lanes_driven, match
 from plant_bench.towns.importing.net_edits import net_offset
@@ -28,78 +28,78 @@ HEADS = ("route", "town", "points", "worst distance", "at point", "outcome")
 
 @dataclass(frozen=True, eq=False)
 class RouteMatch:
-    """How a route of CARLA's fits.
+    """Result of matching one CARLA route.
 
     Attributes:
         source: CARLA's route.
-        route: Ours, without hazards; None where it does not fit.
-        worst: Metres from a point of CARLA's to our line at most; NaN where there is no line.
-        point: Which point that is, or at which the matching failed.
-        why: Why it does not fit; empty where it does.
+        route: The matched route, without hazards; None if it does not fit.
+        worst: Largest distance of a CARLA point from the matched line, metres; NaN without a line.
+        point: Index of that point, or of the point where matching failed.
+        reason: Why the route does not fit; empty if it does.
     """
 
     source: CarlaRoute
     route: Route | None
     worst: float
     point: int
-    why: str
+    reason: str
 
     @property
     def row(self) -> list[object]:
-        """The match as a row under `HEADS`."""
+        """The match as a row with the columns of `HEADS`."""
         worst = "-" if np.isnan(self.worst) else f"{self.worst:.2f} m"
         place = self.source.points[self.point]
-        where = f" (x {place[0]:.1f}, y {-place[1]:.1f})" if self.why else ""
-        outcome = f"unmatched: {self.why}{where}" if self.why else "matched"
+        where = f" (x {place[0]:.1f}, y {-place[1]:.1f})" if self.reason else ""
+        outcome = f"unmatched: {self.reason}{where}" if self.reason else "matched"
         points = len(self.source.points)
         return [self.source.id, self.source.town, points, worst, self.point, outcome]
 
 
 @dataclass(frozen=True)
 class TownFound:
-    """A town that routes are matched to, and whether the suite must take it along."""
+    """A town that routes are matched to, and whether the suite needs a copy of it."""
 
     name: str
     folder: Path
-    brought: bool
+    must_copy: bool
 
 
 def find_towns(pairs: Mapping[str, str], out: Path) -> dict[str, TownFound]:
-    """Find towns by their names or folders, as the suite will find them.
+    """Find towns by name or folder, in the same way as the suite will find them.
 
     Args:
-        pairs: For each of CARLA's towns a name, or a folder with a town.json.
-        out: The suite's folder that is to be written; towns in or beside it are found by name.
+        pairs: For each CARLA town a town's name, or a folder with a town.json.
+        out: Output folder of the suite; towns in or beside it are found by name.
 
     Raises:
-        InputError: There is no such town, or two of one name.
+        InputError: A town does not exist, or two have the same name.
     """
-    towns = {carla: _find_town(given, out) for carla, given in pairs.items()}
+    towns = {carla: _find_town(name_or_folder, out) for carla, name_or_folder in pairs.items()}
     for found in towns.values():
-        ours = networks_dir() / found.name
+        shipped = networks_dir() / found.name
         others = [other.folder for other in towns.values() if other.name == found.name]
-        for other in [*others, *([ours] if ours.is_dir() else [])]:
+        for other in [*others, *([shipped] if shipped.is_dir() else [])]:
             if other.resolve() != found.folder.resolve():
                 raise InputError(
-                    f"There are two towns '{found.name}': {other} and {found.folder}. Import one "
+                    f"Two towns are named '{found.name}': {other} and {found.folder}. Import one "
                     "of the maps again with another --name."
                 )
     return towns
 
 
-def _find_town(given: str, out: Path) -> TownFound:
+def _find_town(name_or_folder: str, out: Path) -> TownFound:
     beside = towns_dirs_of(out)
-    by_folder = (Path(given) / TOWN_FILE).is_file()
-    folder = Path(given).resolve() if by_folder else town_dir(given, beside)
+    by_folder = (Path(name_or_folder) / TOWN_FILE).is_file()
+    folder = Path(name_or_folder).resolve() if by_folder else town_dir(name_or_folder, beside)
     known = {*beside, networks_dir().resolve()}
     return TownFound(folder.name, folder, folder.resolve().parent not in known)
 
 
 def read_town(found: TownFound) -> Town:
-    """Read a town that was found.
+    """Read a town.
 
     Raises:
-        InputError: Its file is broken, or the folder has another name than the town.
+        InputError: Its file is damaged, or the folder's name differs from the town's.
     """
     try:
         town = Town.from_json(read_text(found.folder / TOWN_FILE))
@@ -107,7 +107,7 @@ def read_town(found: TownFound) -> Town:
         message = f"Cannot use the town {found.folder}: {in_one_line(error)}"
         raise InputError(message) from error
     if town.name != found.name or not (found.folder / NET_FILE).is_file():
-        raise InputError(f"{found.folder} is no town's folder: import the map again.")
+        raise InputError(f"{found.folder} is not a town's folder: import the map again.")
     return town
 
 
@@ -120,10 +120,10 @@ def match_routes(
     """Match routes to towns.
 
     Args:
-        routes: CARLA's.
-        towns: For each of CARLA's towns ours.
-        limit: Metres that a point may be from the matched line.
-        say: Told each town.
+        routes: CARLA's routes.
+        towns: The town of each CARLA town.
+        limit: Maximum distance of a point from the matched line, metres.
+        say: Called with a progress message for each town.
 
     Raises:
         InputError: A town cannot be read.
@@ -137,19 +137,19 @@ def match_routes(
     for route in routes:
         matcher = matchers.get(route.town)
         if matcher is None:
-            why = f"no --town-map for '{route.town}'"
-            done.append(RouteMatch(route, None, float("nan"), 0, why))
+            reason = f"no --town-map for '{route.town}'"
+            done.append(RouteMatch(route, None, float("nan"), 0, reason))
         else:
             done.append(matcher.match(route))
     return done
 
 
 class _Matcher:
-    """Matches routes to one town; keeps what it has worked out."""
+    """Matches routes to one town; caches its searches."""
 
     def __init__(self, found: TownFound, limit: float) -> None:
         self.town = read_town(found)
-        self._ways = LaneGraph(self.town)
+        self._lane_graph = LaneGraph(self.town)
         self._graph = StreetGraph(self.town)
         self._limit = limit
         self._offset = np.array([*_offset(found), 0.0])
@@ -157,23 +157,23 @@ class _Matcher:
     def match(self, source: CarlaRoute) -> RouteMatch:
         moved = replace(source, points=source.points + self._offset)
         try:
-            visits = lanes_driven(self._ways, match(self._ways, moved))
+            visits = lanes_driven(self._lane_graph, match(self._lane_graph, moved))
             route = build_route(self._graph, visits, f"{self.town.name}-{source.id}")
             route.validate()
         except UnmatchedError as error:
-            return RouteMatch(source, None, float("nan"), error.point, error.why)
+            return RouteMatch(source, None, float("nan"), error.point, error.reason)
         except InputError as error:
             return RouteMatch(source, None, float("nan"), 0, str(error).rstrip("."))
         away = distances(moved.points, route)
         point, worst = int(np.argmax(away)), float(away.max())
-        why = "" if worst <= self._limit else f"farther than {self._limit:g} m from the lanes"
-        return RouteMatch(source, route if not why else None, worst, point, why)
+        reason = "" if worst <= self._limit else f"farther than {self._limit:g} m from the lanes"
+        return RouteMatch(source, route if not reason else None, worst, point, reason)
 
 
 def _offset(found: TownFound) -> tuple[float, float]:
     net = found.folder / NET_FILE
     try:
-        return net_offset(read_text(net, largest=MOST_OUTPUT))
+        return net_offset(read_text(net, largest=MAX_OUTPUT))
     except (OSError, ValueError, ParseError) as error:
         raise InputError(
             f"Cannot use {net}: {in_one_line(error)}. Import the map again."
@@ -181,6 +181,6 @@ def _offset(found: TownFound) -> tuple[float, float]:
 
 
 def distances(points: Float[np.ndarray, "points 3"], route: Route) -> Float[np.ndarray, " points"]:
-    """Return how far points are from a route's line, metres in the plane."""
+    """Return the distances of points from a route's line in the plane, metres."""
     line = shapely.linestrings(route.points)
     return np.atleast_1d(shapely.distance(line, shapely.points(points[:, :2])))

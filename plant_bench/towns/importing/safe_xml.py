@@ -1,4 +1,4 @@
-"""Reading XML of strangers: limits on size and depth, no document types, one line a fault."""
+"""Reads untrusted XML: limits on size and depth, no document types, one-line errors."""
 
 import gzip
 import zlib
@@ -8,7 +8,7 @@ from xml.parsers import expat
 
 from plant_bench.errors import InputError, in_one_line
 
-DEEPEST = 64  # elements inside each other
+MAX_DEPTH = 64  # nested elements
 ENCODINGS = ("utf-8", "us-ascii", "ascii", "iso-8859-1")
 _GZIP = b"\x1f\x8b"
 _ARCHIVES = (b"PK", b"BZh", b"\xfd7z", b"7z\xbc", b"\x28\xb5\x2f\xfd")
@@ -18,41 +18,41 @@ Enter = Callable[[str, Mapping[str, str]], None]
 Leave = Callable[[str], None]
 
 
-def read_limited(path: Path, most: int) -> bytes:
-    """Return a file's bytes, unpacked where it is a gzip file.
+def read_limited(path: Path, max_bytes: int) -> bytes:
+    """Return a file's bytes, decompressed if it is a gzip file.
 
     Raises:
-        InputError: It holds more than `most` bytes, or is an archive of another kind, or damaged.
+        InputError: It has more than `max_bytes` bytes, is another kind of archive, or is damaged.
     """
     with path.open("rb") as file:
         begin = file.read(4)
     if begin.startswith(_ARCHIVES):
-        raise InputError(f"{path} is an archive: unpack it and give the file inside it.")
+        raise InputError(f"{path} is an archive: unpack it and pass the file inside it.")
     try:
         with gzip.open(path) if begin.startswith(_GZIP) else path.open("rb") as file:
-            content = file.read(most + 1)
+            content = file.read(max_bytes + 1)
     except (EOFError, zlib.error, gzip.BadGzipFile) as error:
         raise InputError(f"{path} is a damaged gzip file: {in_one_line(error)}.") from error
-    if len(content) > most:
+    if len(content) > max_bytes:
         raise InputError(
-            f"{path} holds more than {most / 2**20:.0f} MB, the most that is read: cut out the "
-            "part that is to be driven in."
+            f"{path} has more than {max_bytes / 2**20:.0f} MB, the limit: cut out the part of the "
+            "map that you need."
         )
     return content
 
 
 def scan_xml(content: bytes, path: Path, enter: Enter, leave: Leave | None = None) -> None:
-    """Go through an XML text once, and call a function for each element that begins or ends.
+    """Parse XML once and call a function at the start and end of each element.
 
     Args:
-        content: The text.
+        content: The XML text.
         path: Its file, for messages.
-        enter: Told each element's name and attributes.
-        leave: Told the name of each element that ends.
+        enter: Called with the name and attributes of each element that starts.
+        leave: Called with the name of each element that ends.
 
     Raises:
-        InputError: The text is no XML, is cut off, is in an encoding that few programs agree on,
-            has a document type, or too deep a nesting.
+        InputError: The text is not XML, is truncated, is in an unsupported encoding, has a
+            document type, or is nested too deeply.
     """
     scan = _Scan(path, enter, leave)
     parser = expat.ParserCreate()
@@ -68,13 +68,13 @@ def scan_xml(content: bytes, path: Path, enter: Enter, leave: Leave | None = Non
         parser.Parse(b"", True)
     except expat.ExpatError as error:
         raise InputError(
-            f"{path} is no whole XML file ({expat.ErrorString(error.code)}, line "
-            f"{error.lineno}): get it again."
+            f"{path} is not a complete XML file ({expat.ErrorString(error.code)}, line "
+            f"{error.lineno}): download or export it again."
         ) from error
 
 
 class _Scan:
-    """What expat is told to call; mutable."""
+    """Handlers for expat; mutable."""
 
     def __init__(self, path: Path, enter: Enter, leave: Leave | None) -> None:
         self._path = path
@@ -88,15 +88,16 @@ class _Scan:
 
     def refuse_doctype(self, *_: object) -> None:
         raise InputError(
-            f"{self._path} has a document type (<!DOCTYPE ...>), by which XML files read others or "
-            "blow up, and no map needs: remove it."
+            f"{self._path} has a document type (<!DOCTYPE ...>), which can read other files or "
+            "expand without limit: remove it. Maps do not need one."
         )
 
     def enter(self, name: str, attributes: dict[str, str]) -> None:
         self._depth += 1
-        if self._depth > DEEPEST:
+        if self._depth > MAX_DEPTH:
             raise InputError(
-                f"{self._path} has more than {DEEPEST} elements inside each other: that is no map."
+                f"{self._path} has more than {MAX_DEPTH} nested elements, which no map has: "
+                "check the file."
             )
         self._enter(name, attributes)
 

@@ -58,14 +58,14 @@ class OneVehicle(HazardWorld):
 
 @pytest.mark.parametrize(("left", "speed"), [(30.0, 10.0), (1.0, 0.0), (4.0, 5.0)])
 def test_vehicle_before_its_turn_is_rerouted(left, speed):
-    stage = OneVehicle(left, speed)
-    assert reroute(stage, APPROACH, 1, random.Random(1))
-    assert stage.asked == [(*APPROACH.edges, "onward")]
-    assert stage.sent == [(APPROACH.edges[-1], ActorKind.BUS)]
+    world = OneVehicle(left, speed)
+    assert reroute(world, APPROACH, 1, random.Random(1))
+    assert world.asked == [(*APPROACH.edges, "onward")]
+    assert world.sent == [(APPROACH.edges[-1], ActorKind.BUS)]
 
 
 @pytest.mark.parametrize(("left", "speed"), [(2.0, 10.0), (0.5, 1.0), (0.1, 0.0)])
 def test_vehicle_about_to_leave_its_lane_is_not_rerouted(left, speed):
-    stage = OneVehicle(left, speed)
-    assert not reroute(stage, APPROACH, 1, random.Random(1))
-    assert not stage.asked
+    world = OneVehicle(left, speed)
+    assert not reroute(world, APPROACH, 1, random.Random(1))
+    assert not world.asked

@@ -6,39 +6,39 @@ import pytest
 
 from plant_bench.sim.hazards import director as module
 from plant_bench.sim.hazards.behaviour import HoldsTraffic
-from plant_bench.sim.hazards.director import PATIENCE, Director
+from plant_bench.sim.hazards.director import MAX_WAIT, Director
 from plant_bench.sim.hazards.hazard_world import HazardWorld
 from plant_bench.world.hazard import Hazard, HazardKind, Phase
 from plant_bench.world.scene import TICK, EgoState
 from tests.builders import make_ego
 
 MOVING, WAITING = make_ego(5.0), make_ego()
-TICKS = round(PATIENCE / TICK) + 2
+TICKS = round(MAX_WAIT / TICK) + 2
 
 
-class EmptyStage(HazardWorld):
+class EmptyWorld(HazardWorld):
     def __init__(self) -> None:
         self.progress, self.tick = 0.0, 0
 
 
 class Holding(HoldsTraffic):
-    """A hazard that waits for the ego indefinitely."""
+    """A behaviour that waits for the ego for ever."""
 
-    def __init__(self, hazard: Hazard, stage: HazardWorld, draw: random.Random) -> None:
+    def __init__(self, hazard: Hazard, world: HazardWorld, draw: random.Random) -> None:
         self.phase, self.reason = Phase.ARMED, ""
 
-    def step(self, ego: EgoState, stage: HazardWorld) -> None:
+    def step(self, ego: EgoState, world: HazardWorld) -> None:
         assert self.phase is Phase.ARMED
 
-    def let_go(self, stage: HazardWorld) -> None:
+    def let_go(self, world: HazardWorld) -> None:
         self.phase = Phase.DONE
 
 
 @pytest.fixture
 def director(monkeypatch) -> Director:
-    monkeypatch.setattr(module, "load_script", lambda _: Holding)
+    monkeypatch.setattr(module, "load_behaviour", lambda _: Holding)
     hazard = Hazard(HazardKind.MERGE_PRESSURE, 100.0, 0.0, 1, {})
-    return Director(EmptyStage(), (hazard,), 0)
+    return Director(EmptyWorld(), (hazard,), 0)
 
 
 def test_armed_hazard_is_void_if_the_ego_stays_stationary(director):
@@ -46,7 +46,7 @@ def test_armed_hazard_is_void_if_the_ego_stays_stationary(director):
         director.step(WAITING)
     (outcome,) = director.outcomes
     assert outcome.phase is Phase.VOID
-    assert "stood still" in outcome.reason
+    assert "stationary" in outcome.reason
     assert director.idle
 
 
@@ -55,18 +55,18 @@ class Counting(Holding):
 
     asked = 0
 
-    def step(self, ego: EgoState, stage: HazardWorld) -> None:
+    def step(self, ego: EgoState, world: HazardWorld) -> None:
         type(self).asked += 1
 
 
 @pytest.mark.parametrize(("kind", "times"), [(HazardKind.CUT_IN, 10), (HazardKind.HARD_BRAKE, 5)])
 def test_hazard_placing_a_vehicle_is_stepped_every_tick(kind, times, monkeypatch):
     """Without placement at a tick, SUMO drives the vehicle and may start a lane change."""
-    monkeypatch.setattr(module, "load_script", lambda _: Counting)
+    monkeypatch.setattr(module, "load_behaviour", lambda _: Counting)
     monkeypatch.setattr(Counting, "asked", 0)
-    stage = EmptyStage()
-    director = Director(stage, (Hazard(kind, 100.0, 0.0, 1, {}),), 0)
-    for stage.tick in range(10):
+    world = EmptyWorld()
+    director = Director(world, (Hazard(kind, 100.0, 0.0, 1, {}),), 0)
+    for world.tick in range(10):
         director.step(MOVING)
     assert Counting.asked == times
 

@@ -6,7 +6,13 @@ import numpy as np
 import pytest
 
 from plant_bench.agent import PATH_POSES, Privileged
-from plant_bench.sim.gridlock import LOOK_INTERVAL, ORDER_INTERVAL, PATIENCE, RELEASE, Gridlock
+from plant_bench.sim.gridlock import (
+    LOOK_INTERVAL,
+    MIN_STANDSTILL,
+    ORDER_INTERVAL,
+    RELEASE,
+    Gridlock,
+)
 from plant_bench.sim.sumo import VehicleState
 from plant_bench.sim.sumo_commands import Commands
 from plant_bench.world.scene import TICK
@@ -102,7 +108,7 @@ def test_release_of_a_vehicle_expires() -> None:
 def test_gridlock_check_is_due_only_after_a_long_stop() -> None:
     gridlock = Gridlock(Told())
     due = [tick for tick in range(300) if gridlock.due(tick, EGO)]
-    assert due[0] == pytest.approx(PATIENCE / TICK, abs=LOOK_INTERVAL)
+    assert due[0] == pytest.approx(MIN_STANDSTILL / TICK, abs=LOOK_INTERVAL)
     assert set(np.diff(due).tolist()) == {LOOK_INTERVAL}
     assert not gridlock.due(300, make_ego(3.0))
     assert not gridlock.due(320, EGO)

@@ -39,7 +39,7 @@ def test_the_shares_of_each_kind_sum_to_one() -> None:
 def test_each_vehicle_kind_has_three_driver_types() -> None:
     headways = {item.attrib["id"]: item.get("tau") for item in _types()}
     for body in ("car_small", "van", "truck", "bus", "motorcycle", "bicycle"):
-        assert len({headways[body + temper] for temper in ("_calm", "", "_hurried")}) == 3
+        assert len({headways[body + style] for style in ("_calm", "", "_hurried")}) == 3
 
 
 def test_driver_types_keep_the_traffic_rules() -> None:

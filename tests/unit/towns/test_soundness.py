@@ -74,7 +74,7 @@ def test_dead_end_lane_is_found(ring):
 def test_features_required_by_the_spec_are_counted(ring):
     assert find_missing(ring, Requirements()) == []
     assert find_missing(ring, Requirements(roundabouts=1)) == [
-        "found 0 roundabouts, wanted 1 or more"
+        "expected 1 or more roundabouts, got 0"
     ]
 
 

@@ -8,13 +8,13 @@ import pytest
 
 import plant_bench
 from plant_bench.world import actor_ids as actor_numbers
-from plant_bench.world.actor_ids import EGO, PARKED, PEDESTRIANS, STAND_INS, TRAFFIC, is_parked
+from plant_bench.world.actor_ids import EGO, PARKED, PEDESTRIANS, SUMO_PROXIES, TRAFFIC, is_parked
 from plant_bench.world.scene import Actors
 from tests.builders import make_actors
 
 PACKAGE = Path(plant_bench.__file__).parent
 OWNERS = ("world", "sim")  # the packages that assign ids
-BLOCKS = (range(EGO, EGO + 1), TRAFFIC, PEDESTRIANS, STAND_INS, PARKED)
+BLOCKS = (range(EGO, EGO + 1), TRAFFIC, PEDESTRIANS, SUMO_PROXIES, PARKED)
 
 
 def numbered(*numbers: int) -> Actors:
@@ -53,7 +53,7 @@ def test_comparisons_of_ids_are_detected(text: str, found: bool):
 
 def test_only_world_and_sim_use_the_id_ranges():
     blocks = {name for name, value in vars(actor_numbers).items() if isinstance(value, range)}
-    firsts = {PEDESTRIANS.start, STAND_INS.start}  # a million is many things
+    firsts = {PEDESTRIANS.start, SUMO_PROXIES.start}  # a million is many things
     for path in sorted(PACKAGE.rglob("*.py")):
         if path.relative_to(PACKAGE).parts[0] in OWNERS:
             continue

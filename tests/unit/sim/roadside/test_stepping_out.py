@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from plant_bench.sim.roadside.footways import Crossing
-from plant_bench.sim.roadside.road_crossing import Moving, SteppingOut
+from plant_bench.sim.roadside.road_crossing import CrossingRules, MovingVehicle
 from plant_bench.world.scene import Light
 from tests.builders import make_ego, straight_route
 
@@ -28,9 +28,9 @@ class Lights:
         return self.left
 
 
-def rules(shown: Light = Light.GREEN, left: float = 20.0) -> SteppingOut:
+def rules(shown: Light = Light.GREEN, left: float = 20.0) -> CrossingRules:
     route = straight_route(199, start=(0.0, -1.75), speed_limit=13.9)
-    return SteppingOut(Lights(shown, left), route)
+    return CrossingRules(Lights(shown, left), route)
 
 
 def test_crossing_on_the_route_has_a_span() -> None:
@@ -74,14 +74,14 @@ def test_pedestrian_needs_a_green_light_that_lasts() -> None:
 @pytest.mark.parametrize(
     ("other", "free"),
     [
-        (Moving(60.0, 1.0, 0.0, 10.0, 4.5, 1.8), False),  # arrives soon
-        (Moving(140.0, 1.0, 3.14159, 10.0, 4.5, 1.8), False),  # from the other side too
-        (Moving(60.0, 1.0, 3.14159, 10.0, 4.5, 1.8), True),  # drives away
-        (Moving(10.0, 1.0, 0.0, 10.0, 4.5, 1.8), True),  # far enough
-        (Moving(90.0, 1.0, 0.0, 0.0, 4.5, 1.8), True),  # has stopped for them
-        (Moving(100.0, 1.0, 0.0, 0.0, 4.5, 1.8), False),  # stands on it
-        (Moving(90.0, 30.0, 0.0, 10.0, 4.5, 1.8), True),  # another street
+        (MovingVehicle(60.0, 1.0, 0.0, 10.0, 4.5, 1.8), False),  # arrives soon
+        (MovingVehicle(140.0, 1.0, 3.14159, 10.0, 4.5, 1.8), False),  # from the other side too
+        (MovingVehicle(60.0, 1.0, 3.14159, 10.0, 4.5, 1.8), True),  # drives away
+        (MovingVehicle(10.0, 1.0, 0.0, 10.0, 4.5, 1.8), True),  # far enough
+        (MovingVehicle(90.0, 1.0, 0.0, 0.0, 4.5, 1.8), True),  # has stopped for them
+        (MovingVehicle(100.0, 1.0, 0.0, 0.0, 4.5, 1.8), False),  # stands on it
+        (MovingVehicle(90.0, 30.0, 0.0, 10.0, 4.5, 1.8), True),  # another street
     ],
 )
-def test_pedestrian_steps_out_in_gaps_between_vehicles(other: Moving, free: bool) -> None:
+def test_pedestrian_steps_out_in_gaps_between_vehicles(other: MovingVehicle, free: bool) -> None:
     assert rules().allowed(OVER, DURATION, STANDING, 0.0, [other]) is free

@@ -8,7 +8,7 @@ import pytest
 
 from plant_bench.sim.roadside.footways import Crossing, Footways, Heading, Turn
 from plant_bench.sim.roadside.pedestrians import ENTRY_RADIUS, EXIT_RADIUS, Walkers
-from plant_bench.sim.roadside.road_crossing import Moving
+from plant_bench.sim.roadside.road_crossing import MovingVehicle
 from plant_bench.sim.roadside.walking_paths import SAMPLE, random_walk
 from plant_bench.world.actor_ids import PEDESTRIANS
 from plant_bench.world.scene import TICK, Actors, EgoState
@@ -32,7 +32,7 @@ def two_sidewalks() -> Footways:
 
 
 class Rule:
-    """A stub for `SteppingOut`."""
+    """A stub for `CrossingRules`."""
 
     def __init__(self, allowed: bool) -> None:
         self.answer = allowed
@@ -43,7 +43,7 @@ class Rule:
         duration: float,
         ego: EgoState,
         progress: float,
-        others: Sequence[Moving],
+        others: Sequence[MovingVehicle],
     ) -> bool:
         return self.answer
 

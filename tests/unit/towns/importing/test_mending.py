@@ -9,11 +9,10 @@ import pytest
 
 from plant_bench.errors import InputError
 from plant_bench.towns.importing import map_conversion as converting
-from plant_bench.towns.importing import network_repair as mending
-from plant_bench.towns.importing import town_making
+from plant_bench.towns.importing import network_repair, town_making
 from plant_bench.towns.importing.map_conversion import Converted
 from plant_bench.towns.importing.map_source import MapKind, MapSource
-from plant_bench.towns.importing.network_repair import Mended
+from plant_bench.towns.importing.network_repair import RepairedNetwork
 from plant_bench.towns.importing.suite_making import RouteRequest
 from plant_bench.world.town import load_town
 
@@ -23,10 +22,10 @@ UNESCAPED = '<net><tlLogic id="a" programID="<unknown>"/></net>'  # so netconver
 
 @pytest.mark.parametrize("net", [UNESCAPED, "", "<net><edge><lane/></edge></net>"])
 def test_unreadable_network_is_refused(monkeypatch, net):
-    monkeypatch.setattr(mending, "convert_source", lambda *_, **__: Converted(net, ()))
+    monkeypatch.setattr(network_repair, "convert_source", lambda *_, **__: Converted(net, ()))
 
     with pytest.raises(InputError, match="a network of map.xml that cannot be read"):
-        mending.mend(SOURCE, "test", guess_signals=False, say=lambda _: None)
+        network_repair.repair_network(SOURCE, "test", guess_signals=False, say=lambda _: None)
 
 
 def test_map_that_exceeds_the_memory_limit_is_refused(monkeypatch):
@@ -42,11 +41,11 @@ def test_town_that_fails_to_reload_is_refused(monkeypatch):
     name, lane = next(iter(town.lanes.items()))
     high = replace(lane, points=lane.points + np.array([0.0, 0.0, 1e300]))
     town = replace(town, lanes={**town.lanes, name: high})
-    made = Mended("<net/>", town, [])
+    made = RepairedNetwork("<net/>", town, [])
     for function, result in {
         "read_source": SOURCE,
-        "mend": made,
-        "errors_of_sumo": [],
+        "repair_network": made,
+        "sumo_errors": [],
         "ends_of_edges": {},
         "check": [],
         "make_routes": [],

@@ -26,14 +26,14 @@ def write(folder, content):
 @pytest.mark.parametrize(
     ("content", "words"),
     [
-        ("", "no whole XML"),
-        ("<net><edge", "no whole XML"),
-        ("no xml at all", "no whole XML"),
+        ("", "not a complete XML"),
+        ("<net><edge", "not a complete XML"),
+        ("no xml at all", "not a complete XML"),
         ("<routes/>", "begins with <routes>"),
         (BOMB, "document type"),
         ("<!DOCTYPE osm SYSTEM 'file:///etc/passwd'><osm/>", "document type"),
         ("<net><include href='/etc/passwd'/></net>", "<include>"),
-        ("<net>" + "<a>" * 100 + "</a>" * 100 + "</net>", "inside each other"),
+        ("<net>" + "<a>" * 100 + "</a>" * 100 + "</net>", "nested elements"),
         ("<?xml version='1.0' encoding='utf-7'?><net/>", "UTF-8"),
         ("<net/>".encode("utf-16"), "UTF-8"),
         (b"PK\x03\x04....", "archive"),
@@ -52,7 +52,7 @@ def test_invalid_map_files_are_refused(content, words, tmp_path):
 
 
 def test_oversized_compressed_map_is_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr(source, "MOST_BYTES", 2**20)
+    monkeypatch.setattr(source, "MAX_BYTES", 2**20)
 
     with pytest.raises(InputError, match="more than 1 MB"):
         read_source(write(tmp_path, gzip.compress(b" " * 2**23)))
@@ -68,7 +68,7 @@ def test_compressed_network_is_read(tmp_path):
 
     assert found.kind is MapKind.SUMO
     assert found.internal_lanes
-    assert found.no_cars == 1
+    assert found.non_car_ways == 1
     assert found.counts["connection"] == 1
 
 

@@ -20,7 +20,7 @@ from plant_bench.world.town import Town
 from tests.builders import make_lane
 from tests.unit.towns.importing.carla_files import as_carla
 
-TOWN02 = TownFound("town02", networks_dir() / "town02", brought=False)
+TOWN02 = TownFound("town02", networks_dir() / "town02", must_copy=False)
 
 
 def town_routes(name):
@@ -56,7 +56,7 @@ def test_both_carla_formats_become_right_handed(tmp_path):
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("<routes></routes>", "holds no routes"),
+        ("<routes></routes>", "has no routes"),
         ("<net/>", "begins with <net>"),
         ("<routes><route id='1'><waypoint x='1' y='2'/></route></routes>", "two or more"),
         ("<routes><route id='1'><waypoint x='nan' y='2'/></route></routes>", "must be numbers"),
@@ -78,7 +78,7 @@ def test_matched_routes_equal_the_originals(version, tmp_path):
     ours = town_routes("town02")
 
     for route, match in zip(ours, matched(tmp_path, as_carla(ours, version=version)), strict=True):
-        assert match.route is not None, match.why
+        assert match.route is not None, match.reason
         assert match.worst < 0.3
         lanes = [span.lane for span in match.route.lanes]
         assert [span.lane for span in route.lanes][: len(lanes) - 1] == lanes[:-1]
@@ -90,13 +90,14 @@ def test_all_longest6_routes_match_their_own_towns(tmp_path):
     routes = load_suite("longest6")
     names = {route.town for route in routes}
     towns = {
-        f"Town{name[-2:]}": TownFound(name, networks_dir() / name, brought=False) for name in names
+        f"Town{name[-2:]}": TownFound(name, networks_dir() / name, must_copy=False)
+        for name in names
     }
 
     matches = match_routes(read(tmp_path, as_carla(routes)), towns, 1.5, lambda _: None)
 
     assert len(matches) == 36
-    assert [match.why for match in matches] == [""] * 36
+    assert [match.reason for match in matches] == [""] * 36
     assert max(match.worst for match in matches) < 1.0
     assert all(match.route is not None for match in matches)
 
@@ -108,7 +109,7 @@ def test_unmatched_point_names_route_point_and_reason(tmp_path):
     (match,) = matched(tmp_path, text)
 
     assert match.route is None
-    assert "the nearest lane is" in match.why
+    assert "the nearest lane is" in match.reason
     assert match.point == len(match.source.points) - 1
     assert "x 900.0, y -900.0" in str(match.row)
 
@@ -122,7 +123,7 @@ def test_distance_of_an_off_lane_point_is_measured(tmp_path):
     (match,) = matched(tmp_path, away, limit=0.5)
 
     assert match.route is None
-    assert match.why == "farther than 0.5 m from the lanes"
+    assert match.reason == "farther than 0.5 m from the lanes"
     assert 0.5 < match.worst < 1.8
     assert match.point == 0
 
@@ -138,7 +139,7 @@ def test_route_against_the_traffic_does_not_match(tmp_path):
     (match,) = matched(tmp_path, text, limit=0.5)
 
     assert match.route is None
-    assert match.why
+    assert match.reason
 
 
 @pytest.mark.parametrize(("height", "lane"), [(0.0, "below_0"), (7.0, "above_0")])
@@ -268,7 +269,7 @@ def test_damaged_town_is_refused_with_one_line(name, theirs, tmp_path):
 
 
 def test_too_many_points_to_match_are_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr(carla_routes, "MOST_POINTS_IN_ALL", 5)
+    monkeypatch.setattr(carla_routes, "MAX_POINTS_IN_FILE", 5)
     points = "<waypoint x='1' y='2'/>" * 2
     routes = "".join(f"<route id='{number}' town='a'>{points}</route>" for number in range(3))
 

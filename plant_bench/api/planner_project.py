@@ -95,8 +95,7 @@ def _words(name: str, kind: Kind) -> dict[str, str]:
         "package": name,
         "class_name": _class_name(name),
         "more_dependencies": ', "torch", "safetensors"' if learned else "",
-        "about": "\nIts network is untrained; the module's docstring says how to save a trained one."
-        * learned,
+        "about": "\nIts network is untrained: the module says how to save a trained one." * learned,
     }
 
 

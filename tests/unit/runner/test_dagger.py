@@ -9,7 +9,7 @@ from plant_bench.agent import Control, Input, Plan
 from plant_bench.controller import follow_plan
 from plant_bench.errors import AgentError, InputError
 from plant_bench.runner.collect import dagger as takeover
-from plant_bench.runner.collect.dagger import PATIENCE, RELIEF, DaggerOverride, check_driver
+from plant_bench.runner.collect.dagger import PATIENCE, TAKEOVER, DaggerOverride, check_driver
 from plant_bench.world.scene import TICK, Actors, EgoState, Scene
 
 OWN = Control(-1.0, 0.25)  # what the other planner answers
@@ -75,7 +75,7 @@ def test_it_decides_when_it_wants_to_and_its_plans_are_followed(at_the_wheel):
 
 
 def test_who_stands_against_the_experts_wish_is_relieved_for_a_while(at_the_wheel):
-    patience, relief = round(PATIENCE / TICK), round(RELIEF / TICK)
+    patience, relief = round(PATIENCE / TICK), round(TAKEOVER / TICK)
     wheel = at_the_wheel(Driver())
     done = executed(wheel, [GO] * (2 * (patience + relief)))
     once = [OWN] * patience + [GO] * relief

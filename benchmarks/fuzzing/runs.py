@@ -153,7 +153,7 @@ def _claim_seeds() -> list[bytes]:
 
 
 def _use_claim(box: Path) -> None:
-    """Claim what somebody else may have locked; a void claim is taken over."""
+    """Lock a folder that may hold a mutated lock; an expired one is taken over."""
     shutil.rmtree(box / "run", ignore_errors=True)
     for name in ("1of2", "2of2"):
         place = box / "run" / "claims" / f"{name}.json"

@@ -12,7 +12,7 @@ from plant_bench.runner.run.score_run import ScoreRequest
 def test_a_cluster_that_is_not_there_leaves_no_run_behind(tmp_path):
     how = Driving(workers=1, executor=RayExecutor("ray://127.0.0.1:1"))
 
-    with pytest.raises(InputError, match="Nobody answers"):
+    with pytest.raises(InputError, match="No response"):
         drive_missing(ScoreRequest("cruise"), tmp_path / "run", how, silent_monitor())
 
     assert not list(tmp_path.iterdir())

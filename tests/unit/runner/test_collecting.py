@@ -216,7 +216,7 @@ def test_an_expert_that_never_arrives_ends_it(tmp_path, pretend, monkeypatch):
     ("request_", "words"),
     [
         (CollectRequest(0), "1 at least"),
-        (CollectRequest(10, perturb=1.5), "a share of episodes"),
+        (CollectRequest(10, perturb=1.5), "a fraction of episodes"),
         (CollectRequest(10, perturb=0.5, driver="idm"), "give one of them"),
         (CollectRequest(10, driver="imd"), "Did you mean 'idm'"),
         (CollectRequest(10, driver="expert-nearest"), "asks for privileged"),

@@ -29,7 +29,9 @@ def test_workers_load_what_they_need_while_the_request_is_read(tmp_path, monkeyp
 
     monkeypatch.setattr(score, "open_run", open_run)
     with pytest.raises(InputError, match="no such planner"):
-        drive_missing(ScoreRequest("cruise"), tmp_path / "run", Driving(workers=2), silent_monitor())
+        drive_missing(
+            ScoreRequest("cruise"), tmp_path / "run", Driving(workers=2), silent_monitor()
+        )
 
     assert len(standing_by) == 2
     assert not any(child.is_alive() for child in standing_by)

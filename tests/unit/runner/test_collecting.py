@@ -215,7 +215,7 @@ def test_an_expert_that_never_arrives_ends_it(tmp_path, pretend, monkeypatch):
 @pytest.mark.parametrize(
     ("request_", "words"),
     [
-        (CollectRequest(0), "1 at least"),
+        (CollectRequest(0), "at least 1"),
         (CollectRequest(10, perturb=1.5), "a fraction of episodes"),
         (CollectRequest(10, perturb=0.5, driver="idm"), "give one of them"),
         (CollectRequest(10, driver="imd"), "Did you mean 'idm'"),

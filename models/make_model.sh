@@ -1,7 +1,7 @@
 #!/bin/sh
-# Makes a model as models/plant-mini was made, from nothing: drives of the expert, a training, drives
-# of the trained network that the expert answers, a training from both, and once more.
-# How plant-mini itself came about, and what it scored on the way, is in its card.
+# Reproduces the recipe of models/plant-mini from scratch: expert data, a training, then rounds of
+# DAgger (the trained network drives, the expert's actions are recorded) and further trainings.
+# The history and scores of plant-mini itself are in its model card.
 #
 #   SCALE=0.02 OUT=/tmp/trial models/make_model.sh     a trial of minutes
 #   models/make_model.sh                               1x data, in `reports/model/`
@@ -17,7 +17,7 @@ THREADS=${THREADS:-0}   # of a training; 0 is one a core
 BATCH=${BATCH:-128}
 BENCH=${BENCH:-plant-bench}
 
-# What the network is told; see docs/learning.md.
+# Inputs of the network; see docs/learning.md.
 BASIS="--horizon 5 --segments 4 --view 60 --vulnerable --stop-line --limit-input --speed-input --speed-dropout 0.1"
 ANSWERS="--targets expert-action --held-out 0.05 --batch $BATCH --threads $THREADS --workers $WORKERS --accelerator cpu"
 

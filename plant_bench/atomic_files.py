@@ -1,7 +1,6 @@
-"""Files that appear whole or not at all, whatever ends the process or the machine.
+"""Atomic file writes: a file has its complete content or does not exist, even after a power cut.
 
-A file is written under another name, brought to the disk, renamed, and its folder brought to the
-disk. So whoever finds the name finds all of the content, after a power cut too.
+A file is written under a temporary name, synced to disk, renamed, and its folder is synced.
 """
 
 import os

@@ -1,4 +1,4 @@
-"""Where networks, routes and models live: beside the package, or inside it in a wheel.
+"""Finds the folders of networks, routes and models: beside the package, or inside a wheel.
 
 Towns may also live elsewhere: in a folder `towns` in or beside a suite's, which each route of that
 suite remembers, and in the folders that the environment variable PLANT_BENCH_TOWNS lists (separated

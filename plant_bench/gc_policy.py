@@ -1,13 +1,12 @@
-"""How often Python looks for cycles that nothing refers to any more."""
+"""Tunes the cyclic garbage collector of processes that drive episodes."""
 
 import gc
 
 
 def tune_garbage_collector() -> None:
-    """Let it look seldom in this process: for those that drive or wait for who drives.
+    """Make the collector run rarely in this process.
 
-    Modules and episodes make hardly any cycles: looking as often as Python does by itself takes a
-    quarter of a command's start, and 8 % of an episode. Who makes cycles of large arrays would hold
-    them for long.
+    Modules and episodes create hardly any reference cycles; Python's defaults take a quarter of a
+    command's start-up and 8 % of an episode. Reference cycles with large arrays would be kept long.
     """
     gc.set_threshold(100_000, 50, 100)

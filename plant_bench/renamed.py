@@ -1,4 +1,4 @@
-"""Names of earlier versions: each gets one line that says the present one."""
+"""Renamed options and config keys: maps each old name to an error message with the new one."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from types import MappingProxyType

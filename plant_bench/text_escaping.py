@@ -1,4 +1,4 @@
-"""How text of strangers may stand in a message, in a table, on the terminal and inside a page."""
+"""Escapes untrusted text for messages, tables, the terminal and HTML pages."""
 
 import json
 from collections.abc import Callable

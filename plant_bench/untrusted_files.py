@@ -1,7 +1,6 @@
-"""Files from anywhere, read with care: text and JSON that may be broken on purpose.
+"""Reads untrusted text and JSON files, with limits on type, size and nesting.
 
-What is read here is an ordinary file of a bounded size; what is wrong with it is an OSError or a
-ValueError, whose text a caller puts into an `InputError`.
+Faults are raised as OSError or ValueError, whose text the caller puts into an `InputError`.
 """
 
 import json

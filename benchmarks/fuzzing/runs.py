@@ -16,7 +16,7 @@ from plant_bench.runner.review import submission
 from plant_bench.runner.review.submission import read_submission
 from plant_bench.runner.run.folder import RunFolder
 from plant_bench.runner.run.provenance import Provenance, provenance
-from plant_bench.runner.run.run_lock import LockInfo, Shard, claimed
+from plant_bench.runner.run.run_lock import LockInfo, Shard, locked
 from plant_bench.runner.run.speed import read_timings, speed_of
 from plant_bench.runner.run.summary_files import summary_texts, write_summary
 from plant_bench.scoring.infractions import Infraction, InfractionKind, Status
@@ -153,13 +153,13 @@ def _claim_seeds() -> list[bytes]:
 
 
 def _use_claim(box: Path) -> None:
-    """Claim what somebody else may have claimed; a void claim is taken over."""
+    """Lock a folder that may hold a mutated lock; an expired one is taken over."""
     shutil.rmtree(box / "run", ignore_errors=True)
     for name in ("1of2", "2of2"):
         place = box / "run" / "claims" / f"{name}.json"
         place.parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(box / "claim.json", place)
-    with claimed(box / "run", Shard(1, 2), "v"):
+    with locked(box / "run", Shard(1, 2), "v"):
         pass
 
 

@@ -1,1 +1,1 @@
-"""What `import plant_bench` gives: what commands do, as functions that return values."""
+"""The Python API: the commands as functions that return values and print nothing."""

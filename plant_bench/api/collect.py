@@ -1,4 +1,4 @@
-"""Collecting data to learn from: drive, and sum up the data that is there then."""
+"""Collects training data and writes its summary and data card."""
 
 import json
 import os
@@ -25,8 +25,8 @@ class Collected:
 
     Attributes:
         path: The folder.
-        data: What is in it, in numbers.
-        notes: How each episode has ended, those left out among them.
+        data: Statistics of the data.
+        notes: How each episode ended, excluded ones included.
     """
 
     path: Path
@@ -35,7 +35,7 @@ class Collected:
 
     @property
     def left_out(self) -> dict[str, int]:
-        """How many episodes are not in the data, by reason."""
+        """Number of excluded episodes, by reason."""
         return count_left_out(self.notes)
 
 
@@ -51,32 +51,32 @@ def collect(
     workers: int | None = None,
     on_event: Listener | None = None,
 ) -> Collected:
-    """Let the expert drive training routes and keep what it saw and did, as `plant-bench collect`.
+    """Record training data: the expert drives training routes, as in `plant-bench collect`.
 
-    The same call again goes on where it was interrupted; with more frames it adds to what is there.
+    The same call again continues an interrupted collection; with more frames it adds to the data.
 
     Args:
-        out: The data's folder.
-        frames: How many, at 2 Hz.
-        units: How much in PlanT's units of 228,000 frames, instead; 1 without both.
-        seed: Of routes, traffic and perturbations; others give other data.
-        perturb: Share of episodes with perturbations from which the expert recovers.
-        driver: Lets this planner drive, and keeps what the expert would do (DAgger): a name,
-            "file.py:Class", or a class of a module or file.
-        density: Of the traffic.
-        workers: Processes; one a core without it. The data does not depend on it.
-        on_event: Told of towns and episodes (`runner.collect.collection`).
+        out: Folder of the data.
+        frames: Amount of data, in frames at 2 Hz.
+        units: Amount of data in PlanT's units of 228,000 frames, instead of `frames`. Default: 1.
+        seed: Seed of routes, traffic and perturbations.
+        perturb: Fraction of episodes with perturbations, 0 to 1.
+        driver: DAgger: this planner drives, and the expert's actions are recorded as labels. A
+            name, "file.py:Class", or a class of a module or file.
+        density: Traffic density.
+        workers: Number of processes; does not change the data. Default: one per core.
+        on_event: Called with each `CollectEvent` (`runner.collect.collection`).
 
     Raises:
         InputError: The request cannot be met, or the folder holds data of another origin.
-        SimulationError: Worker processes do not start, or no episode is of use.
+        SimulationError: Worker processes do not start, or no episode is usable.
     """
     if units is not None and frames is not None:
-        message = "units and frames both say how much: give one of them."
+        message = "units and frames exclude each other: give one of them."
         raise InputError(message)
-    wanted = frames if frames is not None else round(UNIT * (1.0 if units is None else units))
+    amount = frames if frames is not None else round(UNIT * (1.0 if units is None else units))
     name = "" if driver is None else spec_of(driver, "collect")
-    request = CollectRequest(wanted, seed, density, perturb, name)
+    request = CollectRequest(amount, seed, density, perturb, name)
     return collect_data(
         request,
         Path(out),
@@ -88,11 +88,11 @@ def collect(
 def collect_data(
     request: CollectRequest, out: Path, *, workers: int, on_event: Listener
 ) -> Collected:
-    """Collect data, or go on with it, until there is enough; write what it holds then.
+    """Start or continue a collection until it has enough frames; write summary and data card.
 
     Raises:
-        PlantBenchError: It cannot be started or cannot go on.
-        KeyboardInterrupt: It was stopped; what was driven is kept.
+        PlantBenchError: The collection cannot start or continue.
+        KeyboardInterrupt: Ctrl-C was pressed; finished episodes are kept.
     """
     drive_collection(request, out, workers=workers, on_event=on_event)
     folder = DataFolder(out)

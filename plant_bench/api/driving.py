@@ -1,4 +1,4 @@
-"""One episode in this process, tick by tick: to look at what a planner sees, answers and causes."""
+"""Drives one episode in this process and yields every tick, for debugging a planner."""
 
 import os
 from collections.abc import Callable, Iterator
@@ -7,7 +7,7 @@ from typing import Any, cast
 
 from plant_bench.agent import Agent, Control, Input, Observation, Plan, Reason
 from plant_bench.agents.loading.registry import load_agent
-from plant_bench.api.planners import PlannerLike, check_planner, makes_planners
+from plant_bench.api.planners import PlannerLike, check_planner, is_planner_factory
 from plant_bench.errors import InputError
 from plant_bench.runner.decisions import PlannerSession
 from plant_bench.runner.episode.jobs import repetition_seed, select_routes
@@ -21,17 +21,17 @@ from plant_bench.world.scene import Scene
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Step:
-    """One tick of an episode: what there was, what the planner was given, and what it answered.
+    """One tick of an episode: the scene, the planner's observation and its action.
 
     Attributes:
-        scene: The world.
-        observation: What the planner was given; None where it did not decide, as at most ticks of
-            one with an `interval`, and at the last scene.
-        action: Its answer; None where it did not decide.
-        control: What the ego does until the next step; None at the last scene.
-        reason: Why, where the planner explains itself.
-        infractions: So far, in order of time.
-        completion: Share of the route driven so far, 0 to 1.
+        scene: State of the world.
+        observation: The planner's observation; None at ticks without a decision (a planner with an
+            `interval` skips ticks) and at the last scene.
+        action: The planner's plan or control; None at ticks without a decision.
+        control: Control executed until the next step; None at the last scene.
+        reason: The planner's own explanation, if it gives one.
+        infractions: Infractions so far, in order of time.
+        completion: Fraction of the route driven so far, 0 to 1.
         status: How the episode ended; None before the last scene.
     """
 
@@ -55,34 +55,34 @@ def drive(
     density: str = "dense",
     hazards: bool = True,
 ) -> Iterator[Step]:
-    """Drive one episode in this process, and give each of its ticks as it happens.
+    """Drive one episode in this process and yield each tick as it happens.
 
-    It is the episode that `score` drives with the same arguments. An object is driven itself, not a
-    copy, so that it can be looked at meanwhile. Only one episode at a time: SUMO is there once in a
-    process. Leaving the loop ends it.
+    The episode is the one that `score` drives with the same arguments. A planner object is used
+    itself, not a copy, so it can be inspected meanwhile. A process can drive one episode at a time,
+    since SUMO has one simulation per process. Leaving the loop ends the episode.
 
     Args:
         planner: A name, "module:Class", "file.py:Class", a class or an object.
-        route: Its id or number in the suite, or a route.
+        route: A route, or the id or number of one in the suite.
         suite: A suite's name, or a folder or file of routes.
-        repetition: Which of the route's episodes, from 0.
+        repetition: Repetition of the route, from 0.
         seed: Base seed of the traffic.
-        density: Of the traffic.
-        hazards: Whether the route's hazards are played.
+        density: Traffic density.
+        hazards: Whether the route's hazards are enabled.
 
     Raises:
         InputError: There is no such planner or route.
         AgentError: The planner fails.
         SimulationError: SUMO fails.
     """
-    agent = _made(planner)
+    agent = _make_planner(planner)
     chosen = route if isinstance(route, Route) else _route(suite, str(route))
     traffic = repetition_seed(seed, chosen.id, repetition)
     return _steps(agent, Scenario(chosen, traffic, density, hazards))
 
 
 def _steps(agent: Agent, scenario: Scenario) -> Iterator[Step]:
-    """Give the ticks of an episode, and its last scene."""
+    """Yield the ticks of an episode and its last scene."""
     self_driving = Input.SIMULATOR in agent.inputs
     with Episode(scenario, self_driving=self_driving) as episode:
         planner = PlannerSession(agent, scenario.route, scenario.seed)
@@ -94,12 +94,12 @@ def _steps(agent: Agent, scenario: Scenario) -> Iterator[Step]:
                 action=None if decision is None else decision.action,
                 control=tick.control,
                 reason=None if decision is None else decision.reason,
-                **_judged(episode.referee),
+                **_verdict(episode.referee),
             )
-        yield Step(episode.scene, None, None, None, None, **_judged(episode.referee))
+        yield Step(episode.scene, None, None, None, None, **_verdict(episode.referee))
 
 
-def _judged(referee: Referee) -> dict[str, Any]:
+def _verdict(referee: Referee) -> dict[str, Any]:
     return {
         "infractions": tuple(referee.infractions),
         "completion": referee.completion,
@@ -107,27 +107,27 @@ def _judged(referee: Referee) -> dict[str, Any]:
     }
 
 
-def _made(planner: PlannerLike) -> Agent:
-    """Return a planner to be driven in this process.
+def _make_planner(planner: PlannerLike) -> Agent:
+    """Return the planner object to be driven in this process.
 
     Raises:
-        InputError: It is none, or cannot be made.
+        InputError: It is not a planner, or cannot be created.
     """
     if isinstance(planner, str):
         return load_agent(planner)
-    if not makes_planners(planner):
+    if not is_planner_factory(planner):
         return check_planner(planner)
     make = cast("Callable[[], object]", planner)
     try:
         return check_planner(make())
     except TypeError as error:
-        message = f"The planner cannot be made: {error}."
+        message = f"The planner cannot be created: {error}."
         raise InputError(message) from error
 
 
 def _route(suite: str | os.PathLike[str], name: str) -> Route:
     found = select_routes(load_suite(os.fspath(suite)), name)
     if len(found) != 1:
-        message = f"'{name}' names {len(found)} routes: one is wanted."
+        message = f"route: expected one route, got '{name}', which names {len(found)}."
         raise InputError(message)
     return found[0]

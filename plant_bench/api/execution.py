@@ -1,4 +1,4 @@
-"""Who drives a run's episodes, and in which process its planner lives."""
+"""Chooses where episodes are driven (local or Ray) and whether the planner is isolated."""
 
 from collections.abc import Callable, Mapping
 from importlib.util import find_spec
@@ -14,23 +14,23 @@ RAY = "ray"
 def chosen_executor(
     where: str, address: str | None, workers: int | None, say: Callable[[str], None] = print
 ) -> Executor | None:
-    """Return who drives elsewhere; None for processes of this machine.
+    """Return the Ray executor; None for processes on this machine.
 
     Args:
         where: "local" or "ray".
-        address: Of the Ray cluster; None for the one that this machine is part of.
-        workers: The most that work at a time; None for one on each CPU of the cluster.
-        say: Told in one line what the user should know of the cluster's nodes.
+        address: Address of the Ray cluster; None for the one this machine is part of.
+        workers: Maximum number of workers; None for one per CPU of the cluster.
+        say: Called with one-line notes for the user about the cluster's nodes.
 
     Raises:
-        InputError: Ray is wanted and not installed, or the arguments contradict each other.
+        InputError: Ray is requested and not installed, or the arguments contradict each other.
     """
     if where not in (LOCAL, RAY):
         message = f"executor: expected '{LOCAL}' or '{RAY}', got '{where}'."
         raise InputError(message)
     if where == LOCAL:
         if address is not None:
-            message = "An address is of a Ray cluster: choose the executor 'ray' with it."
+            message = "An address requires the executor 'ray'."
             raise InputError(message)
         return None
     if find_spec("ray") is None:
@@ -44,26 +44,26 @@ def chosen_executor(
 def isolation_for(
     spec: str, *, isolate: bool, limits: Mapping[str, float | None] | None = None
 ) -> Isolation | None:
-    """Return how a planner is kept in a process of its own; None where the workers load it.
+    """Return how a planner is isolated; None if the workers load it themselves.
 
     Args:
-        spec: Names the planner; one that is a command is always kept apart.
-        isolate: Whether it is wanted for others.
-        limits: Of `Limits`, by name; None for what it has without.
+        spec: Name of the planner; a "command:" planner is always isolated.
+        isolate: Whether other planners are isolated.
+        limits: Fields of `Limits` by name; None for the default.
 
     Raises:
-        InputError: A limit is given for a planner that the workers load, or it does not start.
+        InputError: A limit is set for a planner that is not isolated, or it does not start.
     """
     from plant_bench.agents.loading.planner_spec import is_command
 
-    given = {name: value for name, value in (limits or {}).items() if value is not None}
+    chosen = {name: value for name, value in (limits or {}).items() if value is not None}
     if not isolate and not is_command(spec):
-        if given:
-            option = f"--{next(iter(given)).replace('_', '-')}-limit"
+        if chosen:
+            option = f"--{next(iter(chosen)).replace('_', '-')}-limit"
             message = f"{option} limits a planner in a process of its own: give --isolate, too."
             raise InputError(message)
         return None
     from plant_bench.agents.remote.process import Limits
     from plant_bench.runner.workers.isolation import isolation_of
 
-    return isolation_of(spec, Limits(**given))
+    return isolation_of(spec, Limits(**chosen))

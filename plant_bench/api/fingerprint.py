@@ -1,11 +1,11 @@
-"""A hash of what makes a planner drive as it does, where no file holds its code.
+"""Hashes a planner that is defined in a notebook, where no file holds its code.
 
-It covers the code of its class and its functions, of the bases and of all that they name in their
-notebook, and the values that an object holds. Of what is imported from a file it covers the file,
-or the whole package it is in; of installed packages the names alone. Comments, line numbers and the
-names of cells are no part of it, so the same cells give the same fingerprint in another session.
+The hash covers the code of its class, bases and functions, all globals that they use, and the
+values of an object. For imports from a file it covers the file or its whole package; for installed
+packages only the names. Comments, line numbers and cell names are excluded, so the same cells give
+the same fingerprint in another session.
 
-Pickles would not do: equal sets differ in them from one process to the next.
+Pickles are no alternative: equal sets have different pickles in different processes.
 """
 
 import dis
@@ -49,19 +49,19 @@ def fingerprint(value: object) -> str:
 
 
 class _Walk:
-    """Goes through all that a value is made of, once; mutable.
+    """Hashes a value and all its parts recursively, each once; mutable.
 
     Attributes:
-        digest: Of what has been met.
+        digest: Hash of the values visited so far.
     """
 
-    def __init__(self, met: dict[int | str, int] | None = None) -> None:
+    def __init__(self, visited: dict[int | str, int] | None = None) -> None:
         self.digest = hashlib.sha256()
-        self._met: dict[int | str, int] = {} if met is None else met
-        self._held: list[object] = []  # so that no two values share an id
+        self._visited: dict[int | str, int] = {} if visited is None else visited
+        self._kept_alive: list[object] = []  # so that no two values share an id
 
     def add(self, value: Any) -> None:
-        """Take in a value, and all that it is made of."""
+        """Hash a value and all its parts."""
         if isinstance(value, _ATOMS):
             self._say(type(value).__name__, repr(value))
         elif isinstance(value, np.ndarray | np.generic) and value.dtype != object:
@@ -70,8 +70,8 @@ class _Walk:
             self._add_all("tuple", value)
         elif type(value) in (set, frozenset):
             members: Any = value
-            self._say("set", *sorted(map(self._apart, members)))
-        elif not self._was_met(value):
+            self._say("set", *sorted(map(self._separate_digest, members)))
+        elif not self._was_visited(value):
             self._add_new(value)
 
     def _add_new(self, value: Any) -> None:
@@ -124,7 +124,7 @@ class _Walk:
         self._add_all("code", (*numbers, *names, *tables, value.co_consts))
 
     def _add_object(self, value: Any) -> None:
-        """Take in an object by what would make it again."""
+        """Hash an object by the parts from which pickle would rebuild it."""
         if isinstance(value, property):
             self._add_all("property", (value.fget, value.fset, value.fdel))
         elif isinstance(value, staticmethod | classmethod):
@@ -137,11 +137,11 @@ class _Walk:
             self._add_all("object", _parts_of(value))
 
     def _add_module(self, name: str) -> None:
-        """Take in a module that is imported: its files if they are a planner's own."""
+        """Hash an imported module: its name, and its files if they belong to the planner."""
         self._say("module", name)
         file = getattr(sys.modules.get(name), "__file__", None)
         for path in sorted(_own_files(name, Path(file).resolve() if file else None)):
-            if not self._was_met(str(path)):
+            if not self._was_visited(str(path)):
                 self._say(path.name, _content_hash(path))
 
     def _add_all(self, what: str, values: Any) -> None:
@@ -149,19 +149,19 @@ class _Walk:
         for value in values:
             self.add(value)
 
-    def _apart(self, value: object) -> str:
-        walk = _Walk(dict(self._met))
+    def _separate_digest(self, value: object) -> str:
+        walk = _Walk(dict(self._visited))
         walk.add(value)
         return walk.digest.hexdigest()
 
-    def _was_met(self, value: object) -> bool:
-        """Tell whether a value has been taken in before, and note where that was."""
+    def _was_visited(self, value: object) -> bool:
+        """Tell whether a value was hashed before; hash a reference to it if so."""
         key = value if isinstance(value, str) else id(value)
-        if key in self._met:
-            self._say("met", str(self._met[key]))
+        if key in self._visited:
+            self._say("met", str(self._visited[key]))
             return True
-        self._met[key] = len(self._met)
-        self._held.append(value)
+        self._visited[key] = len(self._visited)
+        self._kept_alive.append(value)
         return False
 
     def _say(self, *words: str) -> None:
@@ -172,14 +172,14 @@ class _Walk:
 
 
 def _is_tensor(value: object) -> bool:
-    """Tell whether a value is torch's, whose pickles tell where in memory it lies."""
+    """Tell whether a value is a torch tensor, whose pickle depends on its memory address."""
     torch: Any = sys.modules.get("torch")
     return torch is not None and isinstance(value, torch.Tensor)
 
 
 def _is_imported(value: Any) -> bool:
-    """Tell whether a class or function is found by its name in a module that is no notebook."""
-    if value.__module__ == "builtins":  # not all of them are found there by their name
+    """Tell whether a class or function can be imported by name from a module, not a notebook."""
+    if value.__module__ == "builtins":  # not all of them are attributes of the module
         return True
     if value.__module__ in (None, "__main__"):
         return False
@@ -190,7 +190,7 @@ def _is_imported(value: Any) -> bool:
 
 
 def _names_in(code: CodeType) -> set[str]:
-    """Return the global names that code looks up, in the functions inside it too."""
+    """Return the global names that code uses, including its nested functions."""
     names = {item.argval for item in dis.get_instructions(code) if item.opname in _LOOKS_UP}
     inner = [part for part in code.co_consts if isinstance(part, CodeType)]
     return names.union(*map(_names_in, inner))
@@ -199,12 +199,12 @@ def _names_in(code: CodeType) -> set[str]:
 def _content(cell: CellType) -> object:
     try:
         return cell.cell_contents
-    except ValueError:  # nothing has been put into it yet
+    except ValueError:  # the cell is empty
         return None
 
 
 def _parts_of(value: object) -> tuple[object, ...]:
-    """Return what an object is made again from."""
+    """Return the parts from which pickle would rebuild an object."""
     try:
         made = value.__reduce_ex__(4)
     except TypeError:
@@ -215,7 +215,7 @@ def _parts_of(value: object) -> tuple[object, ...]:
 
 
 def _pickled(value: object) -> bytes:
-    """Return what cloudpickle makes of a value that pickle does not know; nothing if it fails."""
+    """Return the cloudpickle of a value that pickle cannot handle; empty if that fails, too."""
     try:
         return cloudpickle.dumps(value)
     except TypeError:  # a part of Python itself
@@ -223,7 +223,7 @@ def _pickled(value: object) -> bytes:
 
 
 def _own_files(name: str, file: Path | None) -> set[Path]:
-    """Return the files of a module that are a planner's own, with those loaded from beside it."""
+    """Return the files of a module that belong to the planner, with those loaded beside it."""
     if file is None or name.partition(".")[0] in sys.stdlib_module_names:
         return set()
     if not _INSTALLED.isdisjoint(file.parts):

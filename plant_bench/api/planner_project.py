@@ -1,4 +1,4 @@
-"""Writes a planner's project from the templates beside this file."""
+"""Writes a starter project for a planner from the templates beside this file."""
 
 import importlib.util
 import keyword
@@ -14,12 +14,12 @@ from plant_bench.errors import InputError
 
 TEMPLATES = Path(__file__).with_name("templates")
 SUFFIX = ".tmpl"
-PACKAGE = "package"  # the templates' folder that gets the planner's name
+PACKAGE = "package"  # template folder that is renamed to the planner's name
 _NAME = re.compile(r"[a-z][a-z0-9_]{0,49}")
 
 
 class Kind(StrEnum):
-    """What sort of planner the project begins with."""
+    """Kind of planner that the project starts with."""
 
     RULES = "rules"
     TORCH = "torch"
@@ -30,9 +30,9 @@ class Project:
     """A project that has been written.
 
     Attributes:
-        folder: Of the project.
-        files: In it, relative to it.
-        spec: The planner as `load_agent` takes it, without being installed.
+        folder: Folder of the project.
+        files: Paths of its files, relative to the folder.
+        spec: Name of the planner for `load_agent`, without installation.
     """
 
     folder: Path
@@ -41,15 +41,15 @@ class Project:
 
 
 def write_project(name: str, parent: Path, kind: Kind) -> Project:
-    """Write a project into a new folder of that name, whole or not at all.
+    """Write a project into a new folder of that name, completely or not at all.
 
     Raises:
-        InputError: The name cannot be used, or the folder is there.
+        InputError: The name cannot be used, or the folder exists.
     """
     check_name(name)
     folder = parent / name
     if folder.exists() or folder.is_symlink():
-        message = f"{folder} is there and is left as it is. Choose another name, or --out."
+        message = f"{folder} exists already. Choose another name, or another folder with --out."
         raise InputError(message)
     if not parent.is_dir():
         message = f"There is no folder {parent} to put {name} in."
@@ -65,27 +65,27 @@ def write_project(name: str, parent: Path, kind: Kind) -> Project:
 
 
 def check_name(name: str) -> None:
-    """Check that a name can be that of a package and of a planner.
+    """Check that a name can be used for the package and the planner.
 
     Raises:
-        InputError: What is wrong with it.
+        InputError: It cannot.
     """
     if not _NAME.fullmatch(name) or keyword.iskeyword(name):
         near = re.sub(r"\W+", "_", name.lower()).strip("_")
         near = f" For instance: {near}." if _NAME.fullmatch(near) and near != name else ""
         message = (
-            f"'{name}' is no name for a package: small letters, digits and _ are wanted, "
-            f"a letter first, and no word of Python's.{near}"
+            f"'{name}' cannot be a package's name: expected lowercase letters, digits and _, "
+            f"beginning with a letter, and not a Python keyword.{near}"
         )
         raise InputError(message)
     from plant_bench.agents.loading.planner_spec import AGENTS
 
     if name.replace("_", "-") in AGENTS:
-        message = f"'{name}' is a planner of plant-bench's own. Choose another name."
+        message = f"'{name}' is a built-in planner. Choose another name."
         raise InputError(message)
     found = importlib.util.find_spec(name)
     if found is not None and found.origin is not None:
-        message = f"There is a package '{name}' in this Python already. Choose another name."
+        message = f"A package '{name}' is installed already. Choose another name."
         raise InputError(message)
 
 
@@ -100,7 +100,7 @@ def _words(name: str, kind: Kind) -> dict[str, str]:
 
 
 def _class_name(name: str) -> str:
-    """Return a class's name that no name of the contract has: a planner may be called control.
+    """Return a class name that does not clash with names used in the templates.
 
     >>> _class_name("my_planner"), _class_name("control")
     ('MyPlanner', 'ControlPlanner')

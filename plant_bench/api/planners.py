@@ -1,11 +1,10 @@
-"""A planner as a researcher has it, a name, a class or an object, as a text that workers can load.
+"""Turns a planner given as name, class or object into a name that worker processes can load.
 
-Workers are processes of their own and load planners by text. A class of a module or a file is named
-there. An object, and a class that lives in a notebook alone, is written down: with cloudpickle,
-into a folder that is called by its fingerprint, beside a module that reads it back.
+A class of a module or file is named by it. An object, or a class defined in a notebook, is pickled
+with cloudpickle into a folder named after its fingerprint, beside a module that loads it.
 
 reports/planners/<fingerprint>/<Class>.py      loads a fresh copy for each episode
-reports/planners/<fingerprint>/<Class>.pickle  the class, or the object as it was
+reports/planners/<fingerprint>/<Class>.pickle  the class or the object
 """
 
 import sys
@@ -21,8 +20,8 @@ from plant_bench.errors import InputError, in_one_line
 from plant_bench.runner.run.score_run import ScoreRequest
 
 PlannerLike = str | Agent | Callable[..., Agent]
-WRITTEN = Path("reports") / "planners"
-SHOWN = 8  # characters of a fingerprint
+PICKLED_PLANNERS = Path("reports") / "planners"
+FINGERPRINT_LENGTH = 8  # characters shown of a fingerprint
 
 _LOADER = '''"""A planner handed over from Python; plant-bench wrote this."""
 
@@ -45,46 +44,46 @@ class ResolvedPlanner:
     """A planner that workers can load.
 
     Attributes:
-        spec: As `load_agent` takes it.
-        title: What its runs are called; empty for what the text says.
+        spec: Name for `load_agent`.
+        title: Name for its runs; empty if that is `spec`.
     """
 
     spec: str
     title: str = ""
 
     def run_folder(self, request: ScoreRequest) -> Path | None:
-        """Return where a run of it lies without another wish; None for what the text says."""
+        """Return the default folder of a run; None if it follows from `spec`."""
         if not self.title:
             return None
         return Path("reports") / replace(request, agent=self.title).run_name
 
 
 def resolve(planner: object) -> ResolvedPlanner:
-    """Return a planner as workers load it; one that they could not is written down for them.
+    """Return a planner that workers can load; write a pickle if it has no importable name.
 
     Raises:
-        InputError: It is no planner, or cannot be handed over.
+        InputError: It is not a planner, or cannot be pickled.
     """
     if isinstance(planner, str):
         return ResolvedPlanner(planner)
-    if not makes_planners(planner):
+    if not is_planner_factory(planner):
         check_planner(planner)
-        return _written(planner, type(planner).__name__)
-    spec = importable(planner)
+        return _write_planner(planner, type(planner).__name__)
+    spec = importable_name(planner)
     name = getattr(planner, "__name__", type(planner).__name__)
-    return _written(planner, name) if spec is None else ResolvedPlanner(spec)
+    return _write_planner(planner, name) if spec is None else ResolvedPlanner(spec)
 
 
-def makes_planners(planner: object) -> bool:
-    """Tell whether something is called to have a planner: a class, a function."""
+def is_planner_factory(planner: object) -> bool:
+    """Tell whether an object is a factory of planners: a class or a function."""
     return isinstance(planner, type) or (callable(planner) and not isinstance(planner, Agent))
 
 
 def check_planner(planner: object) -> Agent:
-    """Return a planner if it is one.
+    """Return the argument if it is a planner.
 
     Raises:
-        InputError: It is none.
+        InputError: It is not.
     """
     if not isinstance(planner, Agent):
         message = (
@@ -96,27 +95,27 @@ def check_planner(planner: object) -> Agent:
 
 
 def spec_of(planner: PlannerLike, what: str) -> str:
-    """Return a planner that is named in other planners or in data, where only text can be kept.
+    """Return the name of a planner, where only an importable name can be stored.
 
     Args:
         planner: The planner.
-        what: Asks for it; for the message.
+        what: Name of the calling function, for the message.
 
     Raises:
-        InputError: It is no planner, or cannot be handed over.
+        InputError: It is not a planner, or has no importable name.
     """
     resolved = resolve(planner)
     if resolved.title:
         message = (
             f"{what}: expected a name or a class of a module or file, got {resolved.title}. Put "
-            "the class into a file, and give 'file.py:Class'."
+            "the class into a file and pass 'file.py:Class'."
         )
         raise InputError(message)
     return resolved.spec
 
 
-def importable(planner: object) -> str | None:
-    """Return the text that names a class or function in a process of its own; None if none does."""
+def importable_name(planner: object) -> str | None:
+    """Return the name by which another process can load a class or function; None if none can."""
     module = _module_of(planner)
     name = getattr(planner, "__qualname__", "")
     if module is None or getattr(module, name, None) is not planner:
@@ -125,29 +124,29 @@ def importable(planner: object) -> str | None:
     for known, ours in AGENTS.items():
         if ours == target:
             return known
-    if _is_found(module.__name__):
+    if _is_importable(module.__name__):
         return target
     file = getattr(module, "__file__", None)
     return None if file is None else f"{file}:{name}"
 
 
 def _module_of(thing: object) -> ModuleType | None:
-    """Return the module that a class or function is defined in; None in a notebook."""
+    """Return the module of a class or function; None for a notebook."""
     name = getattr(thing, "__module__", None)
     return None if name in (None, "__main__") else sys.modules.get(name)
 
 
-def _is_found(module: str) -> bool:
-    """Tell whether a process that has not loaded a module finds it by its name."""
+def _is_importable(module: str) -> bool:
+    """Tell whether another process can import a module by its name."""
     parent = module.rpartition(".")[0]
-    if parent and not _is_found(parent):
+    if parent and not _is_importable(parent):
         return False
     path = getattr(sys.modules.get(parent), "__path__", None) if parent else None
     finders = (getattr(finder, "find_spec", None) for finder in sys.meta_path)
     return any(find(module, path) is not None for find in finders if find is not None)
 
 
-def _written(planner: object, name: str) -> ResolvedPlanner:
+def _write_planner(planner: object, name: str) -> ResolvedPlanner:
     from plant_bench.api.fingerprint import fingerprint
 
     if not name.isidentifier():
@@ -155,15 +154,16 @@ def _written(planner: object, name: str) -> ResolvedPlanner:
         raise InputError(message)
     try:
         content = _pickled(planner)
-    except Exception as error:  # whatever a planner holds that cannot be copied
+    except Exception as error:  # any attribute that cannot be pickled
         message = (
-            f"{name} cannot be handed to worker processes ({type(error).__name__}: "
-            f"{in_one_line(error)}). Make what it holds in `reset`, or put the class into a file."
+            f"{name} cannot be sent to worker processes ({type(error).__name__}: "
+            f"{in_one_line(error)}). Create such attributes in `reset`, or put the class into a "
+            "file."
         )
         raise InputError(message) from error
     mark = fingerprint(planner)
-    file = WRITTEN / mark[:SHOWN] / f"{name}.py"
-    is_factory = makes_planners(planner)
+    file = PICKLED_PLANNERS / mark[:FINGERPRINT_LENGTH] / f"{name}.py"
+    is_factory = is_planner_factory(planner)
     text = _LOADER.format(
         fingerprint=mark,
         name=name,
@@ -177,15 +177,15 @@ def _written(planner: object, name: str) -> ResolvedPlanner:
     except OSError as error:
         message = f"Cannot write {file}: {error.strerror}."
         raise InputError(message) from error
-    return ResolvedPlanner(f"{file.as_posix()}:{name}", f"{name}-{mark[:SHOWN]}")
+    return ResolvedPlanner(f"{file.as_posix()}:{name}", f"{name}-{mark[:FINGERPRINT_LENGTH]}")
 
 
 def _pickled(planner: object) -> bytes:
-    """Return a planner as bytes, with its module's code where no other process finds the module."""
+    """Pickle a planner, with its module's code if other processes cannot import the module."""
     import cloudpickle
 
-    module = _module_of(planner if makes_planners(planner) else type(planner))
-    if module is None or _is_found(module.__name__):
+    module = _module_of(planner if is_planner_factory(planner) else type(planner))
+    if module is None or _is_importable(module.__name__):
         return cloudpickle.dumps(planner)
     cloudpickle.register_pickle_by_value(module)
     try:

@@ -17,7 +17,14 @@ from plant_bench.agents.ranking.expert_filtered import (
     ranks_itself,
 )
 from plant_bench.api.planners import PlannerLike, spec_of
-from plant_bench.api.score import Driving, Listener, Watch, cores, drive_missing, quietly
+from plant_bench.api.score import (
+    Driving,
+    Listener,
+    RunMonitor,
+    cores,
+    drive_missing,
+    silent_monitor,
+)
 from plant_bench.errors import InputError
 from plant_bench.runner.episode.jobs import episode_name
 from plant_bench.runner.run.score_run import Run as OpenRun
@@ -139,16 +146,16 @@ def rfds(
         recordings=False,
         penalties=penalty_scheme_of(penalties),
     )
-    return dict(score_relevance(request, how, quietly(on_event)).scores)
+    return dict(score_relevance(request, how, silent_monitor(on_event)).scores)
 
 
-def score_relevance(request: RelevanceRequest, how: Driving, watch: Watch) -> Relevance:
+def score_relevance(request: RelevanceRequest, how: Driving, monitor: RunMonitor) -> Relevance:
     """Drive the expert with everybody in sight and with each ranking, and write each RFDS.
 
     Args:
         request: What is asked for.
         how: Who drives it.
-        watch: Follows each of the runs, as of `drive_missing`.
+        monitor: Follows each of the runs, as of `drive_missing`.
 
     Raises:
         PlantBenchError: A run cannot be started or cannot go on.
@@ -162,7 +169,9 @@ def score_relevance(request: RelevanceRequest, how: Driving, watch: Watch) -> Re
         load_agent(agent)  # better now than after the first run
     runs: dict[str, OpenRun] = {}
     for name, agent in agents.items():
-        run = drive_missing(replace(request.drives, agent=agent), request.folder(name), how, watch)
+        run = drive_missing(
+            replace(request.drives, agent=agent), request.folder(name), how, monitor
+        )
         write_summary(run.folder, penalties=how.penalties)
         runs[name] = run
     whole = list(_results(runs[EXPERT]))

@@ -26,7 +26,7 @@ if TYPE_CHECKING:  # summaries are of pandas, which a run that is only driven do
     from plant_bench.api.run import Run
 
 Listener = Callable[[SuiteEvent], None]
-Watch = Callable[[OpenRun], AbstractContextManager[Listener]]
+RunMonitor = Callable[[OpenRun], AbstractContextManager[Listener]]
 FAILURES = (Status.SIMULATION_CRASHED, Status.AGENT_CRASHED)
 
 _log = logging.getLogger("plant_bench")
@@ -155,7 +155,7 @@ def score(
         resolved.spec, os.fspath(suite), routes, repetitions, seed, density, hazards
     )
     folder = resolved.run_folder(request) if out is None else Path(out)
-    run = drive_missing(request, folder, how, quietly(on_event))
+    run = drive_missing(request, folder, how, silent_monitor(on_event))
     for failure in failures_of(run):
         _log.warning("%s", failure)
     found = Run(run.folder.path, how.penalties)
@@ -164,14 +164,16 @@ def score(
     return found
 
 
-def drive_missing(request: ScoreRequest, out: Path | None, how: Driving, watch: Watch) -> OpenRun:
+def drive_missing(
+    request: ScoreRequest, out: Path | None, how: Driving, monitor: RunMonitor
+) -> OpenRun:
     """Drive what of a run has no record.
 
     Args:
         request: What is asked for.
         out: The run's folder; None for `reports/<run name>`.
         how: Who drives it.
-        watch: Given the run, before anything of it is driven, returns who is told how it goes,
+        monitor: Given the run, before anything of it is driven, returns who is told how it goes,
             as a context.
 
     Raises:
@@ -186,7 +188,7 @@ def drive_missing(request: ScoreRequest, out: Path | None, how: Driving, watch: 
         load = loader_of(how.isolation)  # this process loads planners, too
         run = open_run(request, out, overwrite=how.overwrite, shard=how.shard, hold=hold, load=load)
         try:
-            with watch(run) as listener:
+            with monitor(run) as listener:
                 run_suite(
                     run.missing,
                     run.folder,
@@ -215,16 +217,16 @@ def failures_of(run: OpenRun) -> list[Failure]:
     return found
 
 
-def quietly(on_event: Listener | None = None) -> Watch:
-    """Return a watch that shows nothing, and hands events on if anybody wants them."""
+def silent_monitor(on_event: Listener | None = None) -> RunMonitor:
+    """Return a monitor that shows nothing, and hands events on if anybody wants them."""
 
     @contextmanager
-    def watch(run: OpenRun) -> Iterator[Listener]:
+    def monitor(run: OpenRun) -> Iterator[Listener]:
         for note in run.notes:
             _log.info("%s", note)
         yield on_event or _ignore
 
-    return watch
+    return monitor
 
 
 def cores() -> int:

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from plant_bench.api.planners import importable
+from plant_bench.api.planners import importable_name
 from plant_bench.errors import InputError
 
 if TYPE_CHECKING:  # these load torch
@@ -57,7 +57,7 @@ def train(
     from plant_bench.training.settings import TrainingSettings
     from plant_bench.training.training_run import SILENT, Listeners, Machine, TrainingRun, learn
 
-    name = learner if isinstance(learner, str) else importable(learner)
+    name = learner if isinstance(learner, str) else importable_name(learner)
     if name is None:
         message = (
             f"{learner} is not found by other processes: put the class into a file, and give "

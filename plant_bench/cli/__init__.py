@@ -1,4 +1,4 @@
-"""The command line: text in, calls into the rooms below, text out."""
+"""The command line of plant-bench: registers all commands and turns errors into exit codes."""
 
 import sys
 from typing import Annotated
@@ -62,29 +62,31 @@ app.command("import")(import_town)
 app.command("import-routes")(import_routes)
 
 
-def _print_version(wanted: bool) -> bool:
-    if wanted:
+def _print_version(requested: bool) -> bool:
+    if requested:
         typer.echo(f"plant-bench {__version__}")
         raise typer.Exit
-    return wanted
+    return requested
 
 
 @app.callback()
 def _root(
     version: Annotated[
         bool,
-        typer.Option("--version", callback=_print_version, is_eager=True, help="Say the version."),
+        typer.Option(
+            "--version", callback=_print_version, is_eager=True, help="Print the version."
+        ),
     ] = False,
 ) -> None:
-    """Score driving planners in closed loop on SUMO: drive, compare, and score again.
+    """A closed-loop benchmark for driving planners on SUMO: score, compare and train planners.
 
-    Every command says more with --help. Exit codes: 0 done, 1 a difference or a failure,
-    2 unusable input, 130 stopped with Ctrl-C.
+    `plant-bench COMMAND --help` describes a command. Exit codes: 0 success, 1 a difference or a
+    failure, 2 unusable input, 130 stopped with Ctrl-C.
     """
 
 
 def main() -> None:
-    """Run the command line; every error raised on purpose becomes one line here."""
+    """Run the command line; every `PlantBenchError` is printed as one line, without a traceback."""
     try:
         if message := renamed_option(sys.argv[1:]):
             raise InputError(message)
@@ -98,7 +100,7 @@ def main() -> None:
     except OSError as error:
         where = "" if error.filename is None else f" {error.filename}"
         typer.secho(
-            f"plant-bench: Cannot use{where}: {error.strerror}. Choose another place.",
+            f"plant-bench: Cannot use{where}: {error.strerror}. Choose another path.",
             err=True,
             fg=typer.colors.RED,
         )

@@ -1,6 +1,6 @@
-"""What `plant-bench ablate` shows, and the table that it writes once all variants have driven.
+"""Runs `plant-bench ablate` and writes its table of results once all variants have been scored.
 
-OUT/ablations.md, ablations.csv   beside what `plant_bench.training.ablation_run` makes
+OUT/ablations.md, ablations.csv   beside the output of `plant_bench.training.ablation_run`
 """
 
 from pathlib import Path
@@ -8,9 +8,9 @@ from pathlib import Path
 import typer
 
 from plant_bench.api.score import Driving
-from plant_bench.cli.options import EXIT_INTERRUPTED
-from plant_bench.cli.run_progress import drive_missing, say_crashes
-from plant_bench.cli.training_progress import learn_visibly
+from plant_bench.cli.options import EXIT_INTERRUPTED, print_note
+from plant_bench.cli.run_progress import drive_missing, print_failures
+from plant_bench.cli.training_progress import train_with_progress
 from plant_bench.reports.ablation_report import (
     AblationRow,
     ablation_csv,
@@ -38,19 +38,19 @@ def ablate(request: AblationRequest) -> int:
     """Train and score every variant, and write the table.
 
     Returns:
-        The exit code, as `plant-bench score`.
+        The exit code, as of `plant-bench score`.
 
     Raises:
-        PlantBenchError: A training or a run cannot be started or cannot go on.
+        PlantBenchError: A training or a run cannot start or continue.
     """
 
-    def drive(asked: ScoreRequest, out: Path) -> Run | None:
+    def drive(score_request: ScoreRequest, out: Path) -> Run | None:
         driving = Driving(
             workers=request.machine.workers, overwrite=request.overwrite, recordings=False
         )
-        return drive_missing(asked, out, driving)
+        return drive_missing(score_request, out, driving)
 
-    runs = run_ablations(request, Helpers(learn_visibly, drive, _tell))
+    runs = run_ablations(request, Helpers(train_with_progress, drive, print_note))
     if runs is None:
         return EXIT_INTERRUPTED
     folder = RunFolder(request.out)
@@ -60,11 +60,7 @@ def ablate(request: AblationRequest) -> int:
     folder.write(CSV, ablation_csv(rows))
     typer.echo((request.out / TABLE).read_text(encoding="utf-8"))
     typer.echo(f"Table: {request.out / TABLE}")
-    return max(say_crashes(run) for some in runs.values() for run in some)
-
-
-def _tell(text: str) -> None:
-    typer.echo(text, err=True)
+    return max(print_failures(run) for some in runs.values() for run in some)
 
 
 def _row(variant: Variant, runs: list[Run]) -> AblationRow:
@@ -95,7 +91,7 @@ def _timings(run: Run) -> list[Timing]:
 
 
 def _facts(request: AblationRequest, runs: Runs) -> dict[str, str]:
-    """Return what all variants have in common, for the reader."""
+    """Return the settings that all variants share, by their heading in the table."""
     base, drives = request.base, request.drives
     all_runs = [run for some in runs.values() for run in some]
     processors = speed_of([timing for run in all_runs for timing in _timings(run)]).processors
@@ -105,6 +101,6 @@ def _facts(request: AblationRequest, runs: Runs) -> dict[str, str]:
         "data": f"{len(recordings_of(request.data, base.share))} episodes",
         "driven": f"{routes} routes of {drives.suite}, {drives.repetitions} repetitions, "
         f"{drives.density} traffic",
-        "seeds of training": str(request.seeds),
-        "IT": f"median of a forward pass, one thread of {'; '.join(processors) or 'unknown'}",
+        "training seeds": str(request.seeds),
+        "IT": f"median time of a forward pass, one thread of {'; '.join(processors) or 'unknown'}",
     }

@@ -1,4 +1,4 @@
-"""Live progress of `plant-bench collect` on standard error."""
+"""Progress bars of `plant-bench collect` on standard error."""
 
 import typer
 from rich.progress import TaskID, TextColumn
@@ -8,27 +8,27 @@ from plant_bench.runner.collect.collection import Began, CollectEvent, Ended, To
 
 
 class CollectProgress:
-    """Bars on standard error that follow what is collected; mutable.
+    """Progress bars that follow the events of a collection; mutable.
 
     Attributes:
-        bars: To be shown as long as it lasts.
-        frames: That are in the data so far.
+        bars: The bars; a context manager that shows them.
+        frames: Number of frames in the data so far.
 
     Args:
-        wanted: Frames asked for.
+        target: Number of frames requested.
     """
 
-    def __init__(self, wanted: int) -> None:
+    def __init__(self, target: int) -> None:
         self.bars = progress_bars(44, TextColumn("{task.fields[count]:>17}"))
         self.frames = 0
-        self._wanted = wanted
-        self._whole = self.bars.add_task("preparing towns and routes", total=wanted, count="")
+        self._target = target
+        self._total = self.bars.add_task("preparing towns and routes", total=target, count="")
         self._workers: dict[int, TaskID] = {}
         self._driven_s = self._wall_s = self._start_up_s = 0.0
         self._episodes = self._failed = 0
 
     def __call__(self, event: CollectEvent) -> None:
-        """Show what has happened."""
+        """Update the bars with an event."""
         match event:
             case TownsPrepared():
                 self.bars.console.print(f"{event.count} towns are ready.", highlight=False)
@@ -39,15 +39,15 @@ class CollectProgress:
             case Ended():
                 self._end(event)
 
-    def say_speed(self, wall_s: float, workers: int) -> None:
-        """Print how fast it went, if anything was driven."""
+    def print_speed(self, wall_s: float, workers: int) -> None:
+        """Print the speed of this collection, if any episode was driven."""
         if not self._episodes:
-            typer.echo("Nothing was left to drive: there were enough frames before.")
+            typer.echo("Nothing to drive: the data already has enough frames.")
             return
         typer.echo(
-            f"Driven now: {self._episodes} episodes, {self._driven_s / 3600.0:.2f} h simulated in "
+            f"Driven: {self._episodes} episodes, {self._driven_s / 3600.0:.2f} h simulated in "
             f"{wall_s / 60.0:.1f} min with {workers} workers: {self._driven_s / wall_s:.0f} x real "
-            f"time (start-up {self._start_up_s / max(self._wall_s, 1e-9):.0%} of the workers' time)"
+            f"time (start-up: {self._start_up_s / max(self._wall_s, 1e-9):.0%} of worker time)"
         )
 
     def _begin(self, worker: int, text: str) -> None:
@@ -69,6 +69,6 @@ class CollectProgress:
         if event.worker is not None and (note.left_out or not self.bars.console.is_terminal):
             text = note.left_out or f"{note.frames} frames"
             self.bars.console.print(f"{event.name}: {text}", highlight=False, markup=False)
-        count = f"{self.frames:,}/{self._wanted:,}"
-        about = f"frames at 2 Hz ({self._failed} episodes left out)"
-        self.bars.update(self._whole, completed=self.frames, description=about, count=count)
+        count = f"{self.frames:,}/{self._target:,}"
+        description = f"frames at 2 Hz ({self._failed} episodes excluded)"
+        self.bars.update(self._total, completed=self.frames, description=description, count=count)

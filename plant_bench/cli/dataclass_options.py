@@ -1,8 +1,8 @@
-"""Options of a command from dataclasses: each one, its default and its help are written once.
+"""Derives command-line options from the fields of dataclasses.
 
-The name, the type and the default are the field's; the help is the field's line in the docstring's
-"Attributes:"; a field's `metadata` may hold "min", "max", and "option": another name, or None for
-no option. Fields that are dataclasses themselves give options of their own.
+An option has the name, type and default of its field, and the field's entry under "Attributes:" of
+the docstring as its help. A field's `metadata` may hold "min", "max", and "option": another name,
+or None for no option. The fields of nested dataclasses become options as well.
 """
 
 import inspect
@@ -18,23 +18,23 @@ import typer
 
 from plant_bench.errors import InputError
 
-_PLAIN = (bool, int, float, str, Path)
-_ITEM = re.compile(r"(\w+): (.*)")
+_SCALAR_TYPES = (bool, int, float, str, Path)
+_ATTRIBUTE = re.compile(r"(\w+): (.*)")
 REQUIRED: Any = MISSING
 
 
 @dataclass(frozen=True)
 class OptionField:
-    """An option of a command, from a field of a dataclass.
+    """A command-line option derived from a field of a dataclass.
 
     Attributes:
-        path: Names of fields, from the outermost dataclass on.
-        name: Of the option, with underscores.
-        kind: Its type.
-        default: Its value where it is not given; `REQUIRED` if it must be.
-        help: One or more sentences.
-        low: Least value, if there is one.
-        high: Greatest value, if there is one.
+        path: Field names, from the outermost dataclass to the field.
+        name: Name of the option, with underscores.
+        kind: Type of the field.
+        default: Default value; `REQUIRED` if there is none.
+        help: Help text, one or more sentences.
+        low: Minimum, if there is one.
+        high: Maximum, if there is one.
     """
 
     path: tuple[str, ...]
@@ -46,36 +46,36 @@ class OptionField:
     high: int | float | None = None
 
     def parameter(self, *, optional: bool = False) -> inspect.Parameter:
-        """Return the parameter of a function that typer makes an option of.
+        """Return the function parameter from which typer makes the option.
 
         Args:
-            optional: None stands for "not given", whatever the default is.
+            optional: Make the default None, which means that the option was not passed.
         """
-        shown = _on_command_line(self.kind)
-        about = typer.Option(help=self.help, min=self.low, max=self.high)
+        cli_type = _command_line_type(self.kind)
+        option = typer.Option(help=self.help, min=self.low, max=self.high)
         return inspect.Parameter(
             self.name,
             inspect.Parameter.KEYWORD_ONLY,
-            default=None if optional else self._shown_default(),
-            annotation=Annotated[shown | None if optional else shown, about],
+            default=None if optional else self._command_line_default(),
+            annotation=Annotated[cli_type | None if optional else cli_type, option],
         )
 
-    def _shown_default(self) -> Any:
+    def _command_line_default(self) -> Any:
         if self.default is REQUIRED:
             return inspect.Parameter.empty
         if get_origin(self.kind) is Literal:
             return str(self.default)
         return self.default
 
-    def value(self, given: Any) -> Any:
-        """Return the field's value for what was given."""
-        if given is None:
+    def value(self, argument: Any) -> Any:
+        """Convert an argument of the command line to the field's type."""
+        if argument is None:
             return None
         if get_origin(self.kind) is Literal:
-            return next(item for item in get_args(self.kind) if str(item) == str(given))
+            return next(item for item in get_args(self.kind) if str(item) == str(argument))
         if get_origin(self.kind) is tuple:
-            return tuple(given)
-        return given
+            return tuple(argument)
+        return argument
 
 
 def option_fields(
@@ -88,31 +88,31 @@ def option_fields(
 
     Args:
         kind: The dataclass.
-        inside: What its fields of no type of their own are, by name.
-        without: Names of its fields that are no options.
+        inside: Types of fields that are annotated as `Any`, by field name.
+        without: Names of fields that get no option.
 
     Raises:
-        InputError: A field's type cannot be an option, or two options have one name.
+        InputError: A field's type cannot be an option, or two options have the same name.
     """
     found = list(_fields(kind, inside or {}, without, (), REQUIRED))
     names = [item.name for item in found]
-    twice = sorted({name for name in names if names.count(name) > 1})
-    if twice:
+    duplicates = sorted({name for name in names if names.count(name) > 1})
+    if duplicates:
         message = (
-            f"Options that are there twice: {', '.join(twice)}. Name the fields otherwise, or give "
-            'them metadata={"option": "another_name"}.'
+            f"Duplicate options: {', '.join(duplicates)}. Rename the fields, or set "
+            'metadata={"option": "another_name"}.'
         )
         raise InputError(message)
     return found
 
 
-def built(kind: type, values: Mapping[tuple[str, ...], Any], base: Any = REQUIRED) -> Any:
-    """Return an object of a dataclass with some values, by their fields' paths.
+def build_dataclass(kind: type, values: Mapping[tuple[str, ...], Any], base: Any = REQUIRED) -> Any:
+    """Build an instance of a dataclass from field values.
 
     Args:
         kind: The dataclass.
-        values: Of fields; a field that is not there is as in the base.
-        base: An object whose values are taken where none is given; by default the defaults.
+        values: Field values by field path; missing fields are taken from `base`.
+        base: Instance that supplies the missing values; without it the fields' defaults do.
     """
     arguments: dict[str, Any] = {}
     for item in fields(kind):
@@ -123,16 +123,16 @@ def built(kind: type, values: Mapping[tuple[str, ...], Any], base: Any = REQUIRE
         found = _default(item, base)
         if inner:
             inner_kind = type(found) if found is not REQUIRED else get_type_hints(kind)[item.name]
-            arguments[item.name] = built(inner_kind, inner, found)
+            arguments[item.name] = build_dataclass(inner_kind, inner, found)
         elif found is not REQUIRED:
             arguments[item.name] = found
     return kind(**arguments)
 
 
 def with_options(
-    function: Callable[..., Any], parameters: Sequence[inspect.Parameter], about: str
+    function: Callable[..., Any], parameters: Sequence[inspect.Parameter], description: str
 ) -> Callable[..., Any]:
-    """Return a function of keywords that typer takes for one with these parameters."""
+    """Wrap a keyword function so that typer sees the given parameters and description."""
 
     def command(**values: Any) -> Any:
         return function(**values)
@@ -141,15 +141,15 @@ def with_options(
     keywords = [item.replace(kind=inspect.Parameter.KEYWORD_ONLY) for item in ordered]
     command.__signature__ = inspect.Signature(keywords)  # pyright: ignore[reportFunctionMemberAccess]
     command.__annotations__ = {item.name: item.annotation for item in keywords}
-    command.__doc__ = about
+    command.__doc__ = description
     return command
 
 
 def attributes_of(kind: type) -> dict[str, str]:
-    """Return what a class's docstring says of its attributes, each in one line.
+    """Return the attribute descriptions of a class's docstring, each joined to one line.
 
     >>> attributes_of(OptionField)["low"]
-    'Least value, if there is one.'
+    'Minimum, if there is one.'
     """
     _, _, section = inspect.cleandoc(kind.__doc__ or "").partition("Attributes:\n")
     texts: dict[str, str] = {}
@@ -157,7 +157,7 @@ def attributes_of(kind: type) -> dict[str, str]:
     for line in section.splitlines():
         if line and not line.startswith(" "):
             break
-        found = _ITEM.fullmatch(line.removeprefix("    "))
+        found = _ATTRIBUTE.fullmatch(line.removeprefix("    "))
         if found and not line.startswith("     "):
             name = found[1]
             texts[name] = found[2].strip()
@@ -196,12 +196,11 @@ def _default(item: Field, base: Any) -> Any:
 
 
 def _check(of: Any, kind: type, name: str) -> None:
-    """Check that a type can be given on the command line."""
-    if not all(_is_plain(part) for part in _parts(of)):
+    """Check that a type can be an option's."""
+    if not all(_is_scalar(part) for part in _parts(of)):
         message = (
-            f"{kind.__name__}.{name} is of type {of}, which is no option's: numbers, texts, paths, "
-            "choices and tuples of them are. Give the field metadata={'option': None} to leave it "
-            "out."
+            f"{kind.__name__}.{name} has type {of}: expected a number, text, path, choice or a "
+            "tuple of these. To give the field no option, set metadata={'option': None}."
         )
         raise InputError(message)
 
@@ -212,14 +211,16 @@ def _parts(of: Any) -> list[Any]:
     return [of]
 
 
-def _is_plain(of: Any) -> bool:
+def _is_scalar(of: Any) -> bool:
     return (
-        get_origin(of) is Literal or of in _PLAIN or (isinstance(of, type) and issubclass(of, Enum))
+        get_origin(of) is Literal
+        or of in _SCALAR_TYPES
+        or (isinstance(of, type) and issubclass(of, Enum))
     )
 
 
-def _on_command_line(of: Any) -> Any:
-    """Return the type that typer is told: of texts, where choices are numbers."""
+def _command_line_type(of: Any) -> Any:
+    """Return the type for typer: choices as text, since it takes no numbers as choices."""
     if get_origin(of) is Literal:
         return Literal[tuple(str(item) for item in get_args(of))]
     if get_origin(of) is tuple and Ellipsis in get_args(of):

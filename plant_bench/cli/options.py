@@ -1,4 +1,4 @@
-"""Options that several commands have, with one meaning and one help text, and what they mean."""
+"""Command-line options shared by several commands, with their help texts; exit codes."""
 
 import os
 from enum import StrEnum
@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from plant_bench.errors import InputError
+from plant_bench.sim.densities import DENSITIES
 
 
 def _cores() -> int:
@@ -22,42 +23,56 @@ EXIT_FAILED = 1
 EXIT_INPUT = 2
 EXIT_INTERRUPTED = 130  # as a shell reports Ctrl-C
 
-SuiteOption = Annotated[str, typer.Option(help="A suite's name, or a folder or file of routes.")]
+SuiteOption = Annotated[
+    str, typer.Option(help="Route suite: its name, or a folder or file of routes.")
+]
 RoutesOption = Annotated[
     str | None,
-    typer.Option(help="Numbers, ranges and ids, as in 0,3-5,town02-1; all without it."),
+    typer.Option(
+        help="Routes of the suite: numbers, ranges and ids, e.g. 0,3-5,town02-1. Default: all."
+    ),
 ]
-RepetitionsOption = Annotated[int, typer.Option(help="Episodes on each route.", min=1)]
-DensityOption = Annotated[str, typer.Option(help="Of the traffic.")]
-WorkersOption = Annotated[int, typer.Option(help="Processes; scores do not depend on it.", min=1)]
-OverwriteOption = Annotated[bool, typer.Option("--overwrite", help="Run again what is finished.")]
+HazardsOption = Annotated[
+    bool,
+    typer.Option(help="Enable the routes' hazards; without them it is another protocol."),
+]
+RepetitionsOption = Annotated[int, typer.Option(help="Episodes per route.", min=1)]
+DensityOption = Annotated[str, typer.Option(help=f"Traffic density: {', '.join(DENSITIES)}.")]
+WorkersOption = Annotated[
+    int, typer.Option(help="Number of processes; does not change the results.", min=1)
+]
+OverwriteOption = Annotated[
+    bool, typer.Option("--overwrite", help="Replace existing results instead of keeping them.")
+]
 PenaltiesOption = Annotated[
     str,
     typer.Option(
-        help="Makes infractions a score: lb1.0, as Longest6, or lb2.1; records do not depend on it."
+        help="Penalty scheme that turns infractions into scores: lb1.0 (as in Longest6) or lb2.1. "
+        "Records do not depend on it."
     ),
 ]
 
 
-class Where(StrEnum):
-    """Who drives the episodes of a run."""
+class ExecutorKind(StrEnum):
+    """Where the episodes of a run are driven."""
 
     LOCAL = "local"
     RAY = "ray"
 
 
 ExecutorOption = Annotated[
-    Where, typer.Option("--executor", help="Processes of this machine, or a Ray cluster.")
+    ExecutorKind,
+    typer.Option("--executor", help="Where to drive: processes on this machine, or a Ray cluster."),
 ]
 AddressOption = Annotated[
     str | None,
-    typer.Option(help="Of the Ray cluster: auto (without it), HOST:6379 or ray://HOST:10001."),
+    typer.Option(help="Address of the Ray cluster: auto (default), HOST:6379 or ray://HOST:10001."),
 ]
 ManyWorkersOption = Annotated[
     int | None,
     typer.Option(
-        help=f"Processes; scores do not depend on it. Without it {CORES} here (one a core), and "
-        "on a Ray cluster one a CPU.",
+        help=f"Number of processes; does not change scores. Default: one per core ({CORES} here), "
+        "on a Ray cluster one per CPU.",
         min=1,
     ),
 ]
@@ -67,37 +82,42 @@ IsolateOption = Annotated[
     bool,
     typer.Option(
         "--isolate",
-        help="Run the planner in a process of its own, so that one that hangs, leaks or crashes "
-        "costs its own episode. It is no security sandbox.",
+        help="Run the planner in a separate process: if it hangs, leaks memory or crashes, only "
+        "its own episode fails. This is not a security sandbox.",
     ),
 ]
 TickLimitOption = Annotated[
-    float | None, typer.Option(help="Seconds for one decision, with --isolate; 5 without it.")
+    float | None,
+    typer.Option(help="With --isolate: time limit of one decision, seconds. Default: 5."),
 ]
 StartUpLimitOption = Annotated[
     float | None,
-    typer.Option(help="Seconds to start, and for each reset, with --isolate; 120 without it."),
+    typer.Option(
+        help="With --isolate: time limit of the start and of each reset, seconds. Default: 120."
+    ),
 ]
 MemoryLimitOption = Annotated[
     float | None,
-    typer.Option(help="GB that all of the planner's processes may hold; 4 without it."),
+    typer.Option(
+        help="With --isolate: memory limit of the planner's processes together, GB. Default: 4."
+    ),
 ]
 
 
-def say_aside(line: str) -> None:
-    """Print what the user should know beside a command's output, to standard error."""
+def print_note(line: str) -> None:
+    """Print a note for the user to standard error."""
     typer.echo(line, err=True)
 
 
-def refuse_overwriting(seed: int | None, out: Path | None, *, check: bool) -> None:
-    """Keep another seed's layout from replacing what the benchmark is made of.
+def check_build_options(seed: int | None, out: Path | None, *, check: bool) -> None:
+    """Check the options of `towns build` and `routes build`; keep the built-in files as they are.
 
     Raises:
-        InputError: The options do not go together.
+        InputError: The options contradict each other.
     """
     if check and (seed is not None or out is not None):
-        message = "--check looks at what is there: it goes with neither --seed nor --out."
+        message = "--check checks the existing files: do not combine it with --seed or --out."
         raise InputError(message)
     if seed is not None and out is None:
-        message = "--seed makes something new: say with --out where it is to go."
+        message = "--seed requires --out: another seed must not replace the benchmark's own files."
         raise InputError(message)

@@ -1,4 +1,4 @@
-"""What long commands show on standard error, and how Ctrl-C ends them."""
+"""Progress bars on standard error, and the exit on Ctrl-C."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -11,15 +11,15 @@ from plant_bench.cli.options import EXIT_INTERRUPTED
 if TYPE_CHECKING:
     from rich.progress import Progress, ProgressColumn
 
-STEADINESS = 300  # s over which the speed is taken for the time that remains
+SPEED_PERIOD = 300  # s over which the speed for the remaining time is averaged
 
 
 def progress_bars(width: int, count: "ProgressColumn") -> "Progress":
-    """Return bars to be shown, as a context.
+    """Return progress bars; a context manager that shows them.
 
     Args:
-        width: Of the description, characters.
-        count: What is shown behind the bar: how much is done.
+        width: Width of the description, characters.
+        count: Column after the bar that shows how much is done.
     """
     from rich.console import Console
     from rich.progress import (
@@ -37,13 +37,13 @@ def progress_bars(width: int, count: "ProgressColumn") -> "Progress":
         TimeElapsedColumn(),
         TimeRemainingColumn(),
         console=Console(stderr=True),
-        speed_estimate_period=STEADINESS,
+        speed_estimate_period=SPEED_PERIOD,
     )
 
 
 @contextmanager
-def ending_at_ctrl_c(message: str = "Stopped.") -> Iterator[None]:
-    """Say on standard error that Ctrl-C has ended the work, and leave.
+def exit_on_ctrl_c(message: str = "Stopped.") -> Iterator[None]:
+    """Exit with a message on standard error if Ctrl-C is pressed.
 
     Raises:
         typer.Exit: Ctrl-C was pressed.

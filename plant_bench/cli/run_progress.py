@@ -1,4 +1,4 @@
-"""A run that is being driven, on the terminal: its bars, what failed, and how far it came."""
+"""Terminal output while a run is driven: progress bars, failures, and what Ctrl-C leaves."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -25,16 +25,16 @@ from plant_bench.scoring.penalties import PenaltyScheme
 
 
 class RunProgress:
-    """Bars on standard error that follow a run's events; progress counts metres of route.
+    """Progress bars that follow the events of a run; progress is in metres of route.
 
     Args:
         jobs: All jobs of the run.
-        missing: Those that are yet to run.
-        penalties: By which infractions become scores.
+        missing: The jobs that are still to be run.
+        penalties: Penalty scheme of the scores shown.
     """
 
     def __init__(self, jobs: list[Job], missing: list[Job], penalties: PenaltyScheme) -> None:
-        self._law = penalties
+        self._penalties = penalties
         self._progress = progress_bars(34, TextColumn("{task.fields[count]:>9}"))
         self._ended = len(jobs) - len(missing)
         self._count = len(jobs)
@@ -46,7 +46,7 @@ class RunProgress:
 
     @contextmanager
     def shown(self) -> Iterator[None]:
-        """Show the bars as long as the context lasts."""
+        """Show the bars within the context."""
         with self._progress:
             self._refresh()
             try:
@@ -56,7 +56,7 @@ class RunProgress:
                     self._progress.remove_task(bar)
 
     def __call__(self, event: SuiteEvent) -> None:
-        """Show what has happened."""
+        """Update the bars with an event."""
         match event:
             case EpisodeStarted():
                 self._show(event.worker, f"{event.job.route.id} r{event.job.repetition}")
@@ -64,7 +64,7 @@ class RunProgress:
                 self._running[event.worker] = event.share * event.job.route.length
                 self._progress.update(self._bars[event.worker], completed=event.share)
             case EpisodeRetried():
-                self._say(event.job, f"{event.reason} Trying once more.")
+                self._print(event.job, f"{event.reason} Retrying.")
                 self._running.pop(event.worker, None)
             case EpisodeEnded():
                 self._end(event)
@@ -76,9 +76,10 @@ class RunProgress:
         self._ended += 1
         result = event.result
         if result.status in (Status.SIMULATION_CRASHED, Status.AGENT_CRASHED):
-            self._say(event.job, f"{result.status}: {result.reason}")
+            self._print(event.job, f"{result.status}: {result.reason}")
         elif not self._progress.console.is_terminal:
-            self._say(event.job, f"{result.status}, DS {result.driving_score_by(self._law):.1f}")
+            score = result.driving_score_by(self._penalties)
+            self._print(event.job, f"{result.status}, DS {score:.1f}")
 
     def _show(self, worker: int, text: str) -> None:
         description = f"worker {worker}: {text}"
@@ -87,7 +88,7 @@ class RunProgress:
         else:
             self._bars[worker] = self._progress.add_task(description, total=1.0, count="")
 
-    def _say(self, job: Job, text: str) -> None:
+    def _print(self, job: Job, text: str) -> None:
         name = f"{job.route.id} r{job.repetition}"
         self._progress.console.print(f"{name}: {text}", highlight=False, markup=False)
 
@@ -97,37 +98,37 @@ class RunProgress:
         self._progress.update(self._whole, completed=metres, count=count)
 
 
-class Watch:
-    """Shows each run that is driven; mutable.
+class RunMonitor:
+    """Shows the progress of each run that is driven; mutable.
 
     Attributes:
-        run: The one that is driven, or was the last.
+        run: The current run, or the last one.
 
     Args:
-        penalties: By which infractions become scores.
-        named: Say whose run it is.
+        penalties: Penalty scheme of the scores shown.
+        named: Print the agent's name before each run.
     """
 
     def __init__(self, penalties: PenaltyScheme, *, named: bool = False) -> None:
         self.run: Run | None = None
-        self._law = penalties
+        self._penalties = penalties
         self._named = named
 
     @contextmanager
     def __call__(self, run: Run) -> Iterator[Listener]:
-        """Show a run as long as the context lasts."""
+        """Show the progress of a run within the context."""
         self.run = run
         if self._named:
             typer.echo(f"{run.jobs[0].agent}:", err=True)
         for note in run.notes:
             typer.echo(note, err=True)
-        progress = RunProgress(run.jobs, run.missing, self._law)
+        progress = RunProgress(run.jobs, run.missing, self._penalties)
         with progress.shown():
             yield progress
 
     @contextmanager
-    def ending_at_ctrl_c(self) -> Iterator[None]:
-        """Say what of the run is kept when Ctrl-C has ended it, and leave.
+    def exit_on_ctrl_c(self) -> Iterator[None]:
+        """Print which episodes are kept and exit if Ctrl-C is pressed.
 
         Raises:
             typer.Exit: Ctrl-C was pressed.
@@ -137,28 +138,28 @@ class Watch:
         except KeyboardInterrupt:
             if self.run is None:
                 raise
-            say_stopped(self.run)
+            print_stopped(self.run)
             raise typer.Exit(EXIT_INTERRUPTED) from None
 
 
 def drive_missing(request: ScoreRequest, out: Path | None, how: Driving) -> Run | None:
-    """Drive what of a run has no record, and show how it goes; None if Ctrl-C ended it.
+    """Drive the episodes of a run that have no record, with progress bars; None after Ctrl-C.
 
     Raises:
-        PlantBenchError: The run cannot be started or cannot go on.
+        PlantBenchError: The run cannot start or continue.
     """
-    watch = Watch(how.penalties)
+    monitor = RunMonitor(how.penalties)
     try:
-        return score.drive_missing(request, out, how, watch)
+        return score.drive_missing(request, out, how, monitor)
     except KeyboardInterrupt:
-        if watch.run is None:
+        if monitor.run is None:
             raise
-        say_stopped(watch.run)
+        print_stopped(monitor.run)
         return None
 
 
-def say_crashes(run: Run) -> int:
-    """Tell of episodes that failed for another reason than driving; return the exit code."""
+def print_failures(run: Run) -> int:
+    """Print the crashes of agent and simulator; return the exit code."""
     code = 0
     for failure in failures_of(run):
         code = EXIT_FAILED if failure.status is Status.SIMULATION_CRASHED else EXIT_INPUT
@@ -166,11 +167,11 @@ def say_crashes(run: Run) -> int:
     return code
 
 
-def say_stopped(run: Run) -> None:
-    """Say what of a run is kept."""
+def print_stopped(run: Run) -> None:
+    """Print how many episodes of a stopped run are kept."""
     left = run.unfinished()
     typer.echo(
         f"Stopped. {len(run.jobs) - left} of {len(run.jobs)} episodes are finished and kept in "
-        f"{run.folder.path}. The same command again runs the other {left}.",
+        f"{run.folder.path}. Run the same command again for the other {left}.",
         err=True,
     )

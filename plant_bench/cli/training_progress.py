@@ -1,4 +1,4 @@
-"""Live progress of `plant-bench train` on standard error."""
+"""Progress bars of `plant-bench train` on standard error."""
 
 import typer
 from rich.progress import MofNCompleteColumn, Progress, TaskID
@@ -9,57 +9,57 @@ from plant_bench.training.events import Driving, EpochEnded, StepEnded, Training
 from plant_bench.training.history import NO_TENSORBOARD, has_tensorboard
 from plant_bench.training.training_run import Listeners, TrainingRun, learn
 
-SMOOTHING = 0.98  # of the loss shown
+SMOOTHING = 0.98  # exponential smoothing of the displayed loss
 
 
 class EpisodesProgress:
-    """Follows what is made of episodes; shows nothing if nothing is to be made. Mutable.
+    """A bar for the preprocessing of episodes, shown with the first one; mutable.
 
     Args:
-        bars: Are being shown.
-        what: Is being made.
+        bars: The progress bars on display.
+        description: Text of the bar.
     """
 
-    def __init__(self, bars: Progress, what: str) -> None:
-        self._bars, self._what = bars, what
+    def __init__(self, bars: Progress, description: str) -> None:
+        self._bars, self._description = bars, description
         self._task: TaskID | None = None
 
     def __call__(self, done: int, total: int) -> None:
-        """Show how many episodes are ready."""
+        """Show how many episodes are done."""
         if self._task is None:
-            self._task = self._bars.add_task(self._what, total=total)
+            self._task = self._bars.add_task(self._description, total=total)
         self._bars.update(self._task, completed=done)
 
 
 class TrainingProgress:
-    """Follows a training; mutable.
+    """Bars that follow the events of a training; mutable.
 
     Args:
-        bars: Are being shown.
-        epochs: How many there will be.
+        bars: The progress bars on display.
+        epochs: Number of epochs.
     """
 
     def __init__(self, bars: Progress, epochs: int) -> None:
         self._bars = bars
         self._epochs = epochs
         self._loss: float | None = None
-        self._whole: TaskID | None = None
+        self._total: TaskID | None = None
         self._steps: TaskID | None = None
 
     def __call__(self, event: TrainingEvent) -> None:
-        """Show what has happened."""
+        """Update the bars with an event."""
         match event:
             case StepEnded():
                 self._show_step(event)
             case Driving():
-                self._say(f"epoch {event.epoch + 1}: driving the validation routes")
+                self._print(f"epoch {event.epoch + 1}: driving the validation routes")
             case EpochEnded():
                 parts = [f"{name} {value:.4g}" for name, value in event.row.items()]
-                self._say(", ".join(parts))
+                self._print(", ".join(parts))
 
     def _show_step(self, event: StepEnded) -> None:
         if self._steps is None:
-            self._whole = self._bars.add_task("steps of all epochs", total=None)
+            self._total = self._bars.add_task("steps of all epochs", total=None)
             self._steps = self._bars.add_task("", total=event.steps)
         old = event.loss if self._loss is None else self._loss
         self._loss = SMOOTHING * old + (1.0 - SMOOTHING) * event.loss
@@ -69,24 +69,24 @@ class TrainingProgress:
             completed=event.step,
             description=f"epoch {event.epoch + 1} of {self._epochs}, loss {self._loss:.3f}",
         )
-        if self._whole is not None:
+        if self._total is not None:
             self._bars.update(
-                self._whole,
+                self._total,
                 total=self._epochs * event.steps,
                 completed=event.epoch * event.steps + event.step,
             )
 
-    def _say(self, text: str) -> None:
+    def _print(self, text: str) -> None:
         self._bars.console.print(text, highlight=False, markup=False)
 
 
 def bars() -> Progress:
-    """Return bars to be shown on standard error, as a context."""
+    """Return the progress bars; a context manager that shows them on standard error."""
     return progress_bars(34, MofNCompleteColumn())
 
 
-def learn_visibly(course: TrainingRun) -> bool:
-    """Train to the end; False if Ctrl-C ended it.
+def train_with_progress(course: TrainingRun) -> bool:
+    """Train with progress bars; return False if Ctrl-C ended the training.
 
     Raises:
         InputError: Data or a folder cannot be used, or the folder holds another training.
@@ -95,24 +95,24 @@ def learn_visibly(course: TrainingRun) -> bool:
         finished = learn(
             course,
             Listeners(
-                on_frames=EpisodesProgress(shown, "episodes made into frames"),
+                on_frames=EpisodesProgress(shown, "episodes converted to frames"),
                 on_encodings=EpisodesProgress(shown, "episodes encoded"),
-                on_split=introduce,
+                on_split=print_split,
                 on_event=TrainingProgress(shown, course.settings.epochs),
             ),
         )
     if not finished:
-        typer.echo("Stopped. The same command goes on from here.", err=True)
+        typer.echo("Stopped. Run the same command again to continue.", err=True)
     else:
         typer.echo(f"Model: {course.out}")
     return finished
 
 
-def introduce(split: Split) -> None:
-    """Say what there is to learn from."""
+def print_split(split: Split) -> None:
+    """Print the sizes of the training and the validation set."""
     typer.echo(
-        f"{len(split.training)} samples to learn from, {len(split.validation)} of "
-        f"{len(split.held_out)} other routes to check with.",
+        f"{len(split.training)} training samples, {len(split.validation)} validation samples "
+        f"(from {len(split.held_out)} held-out routes).",
         err=True,
     )
     if not has_tensorboard():

@@ -1,1 +1,1 @@
-"""One episode, a suite of them over worker processes, and the folder their records live in."""
+"""Runs episodes: one, a suite of them on worker processes, and the folder of their records."""

@@ -1,7 +1,7 @@
-"""Asking a planner: the one place where it is due, is shown a scene, answers and is checked.
+"""Queries a planner: when it is due, with its observation, and with its action checked.
 
-A `PlannerSession` is held by the loop of an episode, by what lets another planner drive in the
-expert's place, by explanations (planners answer while another drives), and by replays.
+`PlannerSession` is used by the episode loop, by DAgger, by explanations (planners queried without
+executing their actions), and by replays.
 """
 
 from collections.abc import Callable

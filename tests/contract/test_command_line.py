@@ -67,7 +67,7 @@ def test_help_of_each_command_shows_its_usage(command, tmp_path):
         (["score", "--agent", "cruise", "--suite", "broken.json"], "Cannot use the routes file"),
         (["score", "--agent", "cruise", "--repetitions", "0"], "--repetitions"),
         (["score"], "--agent"),
-        (["replay", "nowhere", "town01-0"], "Say what to make of it"),
+        (["replay", "nowhere", "town01-0"], "Expected at least one of --html"),
         (["replay", "nowhere", "town01-0", "--png", "a.png"], "no run of plant-bench"),
         (["serve", "nowhere"], "There is no folder nowhere"),
         (
@@ -119,7 +119,7 @@ def test_agents_are_listed_with_their_inputs(tmp_path):
     lines = plant_bench("agents", cwd=tmp_path).stdout.splitlines()
 
     assert [line.split()[0] for line in lines[::2]] == list(AGENTS)
-    assert all("is given:" in line for line in lines[1::2])
+    assert all("inputs:" in line for line in lines[1::2])
 
 
 def test_routes_are_listed_with_their_numbers(tmp_path):
@@ -144,7 +144,7 @@ def test_check_covers_all_suites_and_towns_by_default(monkeypatch):
 
     def checked(*arguments):
         lines = CliRunner().invoke(app, [*arguments, "--check"]).output.splitlines()
-        return [line.removesuffix(": sound") for line in lines]
+        return [line.removesuffix(": valid") for line in lines]
 
     assert checked("routes", "build") == ["longest6", "unseen"]
     assert checked("routes", "build", "--suite", "unseen") == ["unseen"]

@@ -91,7 +91,7 @@ def test_repeating_a_finished_command_drives_nothing(place):
 
     said = plant_bench(*score(agent, "one", workers=1), cwd=place)
 
-    assert "Nothing was left to drive" in said
+    assert "Nothing to drive" in said
     assert records(place / "one") == before
 
 

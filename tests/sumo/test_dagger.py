@@ -10,7 +10,7 @@ from plant_bench.agent import Control
 from plant_bench.agents.loading.checksum import agent_checksum
 from plant_bench.data.recording import Recording
 from plant_bench.runner.collect.collect_task import DriveTask, drive_one
-from plant_bench.runner.collect.dagger import PATIENCE, RELIEF, DaggerOverride
+from plant_bench.runner.collect.dagger import PATIENCE, TAKEOVER, DaggerOverride
 from plant_bench.runner.collect.data_folder import DataFolder, EpisodeNote
 from plant_bench.runner.collect.episode_plan import PlannedEpisode
 from plant_bench.runner.episode.jobs import Job
@@ -79,7 +79,7 @@ def test_data_holds_expert_responses_and_marks_other_controls(
     assert Control(-3.0, 0.125) not in asked
     differs = [one != other for one, other in zip(asked, done, strict=True)]
     assert recording.disturbed.tolist() == [*differs, False]
-    patience, relief = round(PATIENCE / TICK), round(RELIEF / TICK)
+    patience, relief = round(PATIENCE / TICK), round(TAKEOVER / TICK)
     assert all(differs[:patience])
     assert differs[patience:].count(False) >= relief
     moved = [math.hypot(*(place - recording.egos[0, :2])) for place in recording.egos[:, :2]]

@@ -9,11 +9,23 @@ import typer
 from typer.core import TyperCommand
 
 from plant_bench.cli.commands.train import command_of
-from plant_bench.cli.dataclass_options import OptionField, built, option_fields, with_options
-from plant_bench.cli.options import DensityOption, RepetitionsOption, SuiteOption
+from plant_bench.cli.dataclass_options import (
+    OptionField,
+    build_dataclass,
+    option_fields,
+    with_options,
+)
+from plant_bench.cli.options import (
+    DensityOption,
+    HazardsOption,
+    OverwriteOption,
+    RepetitionsOption,
+    RoutesOption,
+    SuiteOption,
+)
 
 LEARNER = "plant"
-_ALIKE = frozenset({"seed", "validate_every", "patience"})  # settings that are the same for all
+_NO_OPTION = frozenset({"seed", "validate_every", "patience"})  # settings that ablations fix
 
 
 def ablate_learner(
@@ -21,40 +33,40 @@ def ablate_learner(
         list[str] | None,
         typer.Argument(
             metavar="NAME",
-            help="Ablations, as rear, speeds, auxiliary, size (PlanT's), or data (any learner's); "
-            "or single choices, as small. All without a name; another name lists them.",
+            help="Ablations, e.g. rear, speeds, auxiliary, size (of PlanT) or data (of any "
+            "learner), or single variants, e.g. small. Default: all. An unknown name lists them.",
         ),
     ] = None,
-    out: Annotated[Path, typer.Option(help="Folder of all that is made.")] = Path(
+    out: Annotated[Path, typer.Option(help="Folder of models, runs and tables.")] = Path(
         "reports/ablations"
     ),
     learner: Annotated[
-        str, typer.Option(help="Who learns: a name, package.module:Class or file.py:Class.")
+        str,
+        typer.Option(help="Learner to train: a name, package.module:Class or file.py:Class."),
     ] = LEARNER,
     base: Annotated[
         Path | None,
-        typer.Option(help="A trained model whose network is the base; the defaults without it."),
+        typer.Option(
+            help="Trained model whose network options are the base. Default: the learner's "
+            "defaults."
+        ),
     ] = None,
-    seeds: Annotated[int, typer.Option(help="Trainings of each variant.", min=1)] = 1,
+    seeds: Annotated[int, typer.Option(help="Number of trainings per variant.", min=1)] = 1,
     suite: SuiteOption = "longest6",
-    routes: Annotated[
-        str | None, typer.Option(help="Which of them, as in `score --routes`; all without it.")
-    ] = None,
+    routes: RoutesOption = None,
     repetitions: RepetitionsOption = 3,
     density: DensityOption = "dense",
-    hazards: Annotated[bool, typer.Option(help="Play the routes' hazards.")] = True,
+    hazards: HazardsOption = True,
     onnx: Annotated[bool, typer.Option("--onnx", help="Drive with ONNX graphs.")] = False,
-    overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Make again what is finished.")
-    ] = False,
-    **of_training: Any,
+    overwrite: OverwriteOption = False,
+    **training_arguments: Any,
 ) -> None:
-    """Train and score a learner with one thing changed at a time, and put it in a table.
+    """Train and score a learner with one change at a time, and write a table of the results.
 
-    Each variant is an ordinary training and an ordinary run, of which the same command again makes
-    only what is missing. `ablations.md` and `ablations.csv` are written when all have driven.
+    Each variant is an ordinary training and an ordinary run; the same command again only does what
+    is missing. `ablations.md` and `ablations.csv` are written once all variants have been scored.
 
-    For instance:
+    Example commands:
 
         plant-bench ablate --data data/expert
 
@@ -70,24 +82,24 @@ def ablate_learner(
     from plant_bench.training.training_run import Machine
 
     kind = learner_class(learner)
-    common, own = _fields(learner)
-    given = {item.path: item.value(of_training[item.name]) for item in common}
-    chosen = {
-        item.path[1:]: item.value(of_training[item.name])
+    common, own = _training_options(learner)
+    values = {item.path: item.value(training_arguments[item.name]) for item in common}
+    own_values = {
+        item.path[1:]: item.value(training_arguments[item.name])
         for item in own
-        if of_training[item.name] is not None
+        if training_arguments[item.name] is not None
     }
     start = kind.Options() if base is None else options_in(kind, base)
-    settings = built(TrainingSettings, _inside("settings", given))
-    options = built(kind.Options, chosen, start)
+    settings = build_dataclass(TrainingSettings, _inside("settings", values))
+    options = build_dataclass(kind.Options, own_values, start)
     request = AblationRequest(
         names or (),
-        Recipe(Student(learner, options), settings, given["share",]),
-        given["data",],
+        Recipe(Student(learner, options), settings, values["share",]),
+        values["data",],
         out,
         ScoreRequest("", suite, routes, repetitions, density=density, hazards=hazards),
         seeds,
-        built(Machine, _inside("machine", given)),
+        build_dataclass(Machine, _inside("machine", values)),
         overwrite,
         onnx,
     )
@@ -95,7 +107,7 @@ def ablate_learner(
 
 
 class AblateCommand(TyperCommand):
-    """Becomes the command with the options of the learner that is asked for."""
+    """The `ablate` command, with the options of the learner named on the command line."""
 
     def make_context(
         self, info_name: str | None, args: list[str], parent: Any = None, **extra: Any
@@ -105,24 +117,24 @@ class AblateCommand(TyperCommand):
         Raises:
             InputError: There is no such learner.
         """
-        common, own = _fields(_learner_in(args))
+        common, own = _training_options(_learner_in(args))
         fixed = inspect.signature(ablate_learner, eval_str=True).parameters.values()
         parameters = [
             *(item for item in fixed if item.kind is not inspect.Parameter.VAR_KEYWORD),
             *(item.parameter() for item in common),
             *(item.parameter(optional=True) for item in own),
         ]
-        about = inspect.cleandoc(ablate_learner.__doc__ or "")
-        command = command_of("ablate", with_options(ablate_learner, parameters, about))
+        description = inspect.cleandoc(ablate_learner.__doc__ or "")
+        command = command_of("ablate", with_options(ablate_learner, parameters, description))
         return command.make_context(info_name, args, parent, **extra)
 
 
 def ablate_learner_stub() -> None:
-    """Train and score a learner with one thing changed at a time, and put it in a table."""
+    """Train and score a learner with one change at a time, and write a table of the results."""
 
 
-def _fields(learner: str) -> tuple[list[OptionField], list[OptionField]]:
-    """Return the options of all trainings, and the learner's own."""
+def _training_options(learner: str) -> tuple[list[OptionField], list[OptionField]]:
+    """Return the training options common to all learners, and the learner's own."""
     from plant_bench.training.learners import learner_class
     from plant_bench.training.training_run import TrainingRun
 
@@ -131,7 +143,7 @@ def _fields(learner: str) -> tuple[list[OptionField], list[OptionField]]:
     found = option_fields(TrainingRun, inside={"options": kind.Options}, without=_FIXED)
     own = [item for item in found if item.path[0] == "options" and item.path[1] in known]
     return [
-        item for item in found if item.path[0] != "options" and item.path[-1] not in _ALIKE
+        item for item in found if item.path[0] != "options" and item.path[-1] not in _NO_OPTION
     ], own
 
 
@@ -143,10 +155,10 @@ def _inside(name: str, values: Mapping[tuple[str, ...], Any]) -> dict[tuple[str,
 
 
 def _learner_in(arguments: list[str]) -> str:
-    """Return the learner that a command line names."""
-    for place, word in enumerate(arguments):
-        if word == "--learner" and place + 1 < len(arguments):
-            return arguments[place + 1]
+    """Return the value of --learner, or its default."""
+    for index, word in enumerate(arguments):
+        if word == "--learner" and index + 1 < len(arguments):
+            return arguments[index + 1]
         if word.startswith("--learner="):
             return word.partition("=")[2]
     return LEARNER

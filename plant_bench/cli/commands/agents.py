@@ -1,4 +1,4 @@
-"""`plant-bench agents`."""
+"""`plant-bench agents`: lists the available planners."""
 
 import typer
 
@@ -6,11 +6,12 @@ from plant_bench.errors import InputError
 
 
 def list_agents() -> None:
-    """List the planners that come with plant-bench and those of installed packages.
+    """List the built-in planners and those of installed packages, with their inputs.
 
-    Your own planner needs no registration: give `--agent path/to/file.py:Class` or
-    `--agent package.module:Class` to `plant-bench score`. A package that declares the entry point
-    `plant_bench.agents`, as `plant-bench new-agent` writes it, is found by its name.
+    Your own planner needs no registration: use `plant-bench score --agent path/to/file.py:Class`
+    or `--agent package.module:Class`. A planner of an installed package is available by name if
+    the package declares the entry point `plant_bench.agents`, as projects of `plant-bench
+    new-agent` do.
     """
     from plant_bench.agents.loading.installed import installed_planners
     from plant_bench.agents.loading.planner_spec import AGENTS
@@ -22,15 +23,15 @@ def list_agents() -> None:
     for name in [*AGENTS, *(name for name in installed if name not in AGENTS)]:
         source = f"\n{indent}  from {installed[name].distribution}" if name not in AGENTS else ""
         try:
-            about, inputs = describe_agent(name)
-            told = f"is given: {', '.join(sorted(inputs)) or 'nothing but its own state'}"
+            description, inputs = describe_agent(name)
+            details = f"inputs: {', '.join(sorted(inputs)) or 'the ego state only'}"
         except InputError as error:
-            about, told = "(cannot be used)", str(error)
-        typer.echo(f"{name:<{width}}  {about}\n{indent}  {told}{source}")
+            description, details = "(unusable)", str(error)
+        typer.echo(f"{name:<{width}}  {description}\n{indent}  {details}{source}")
     for name in installed:
         if name in AGENTS:
             typer.echo(
-                f"'{name}' of {installed[name].distribution} is hidden by plant-bench's own "
-                f"planner of that name: give --agent {installed[name].target}.",
+                f"'{name}' of {installed[name].distribution} is hidden by the built-in planner of "
+                f"that name: use --agent {installed[name].target}.",
                 err=True,
             )

@@ -1,4 +1,4 @@
-"""`plant-bench collect`."""
+"""`plant-bench collect`: records training data."""
 
 import time
 from pathlib import Path
@@ -10,49 +10,54 @@ from plant_bench.cli.options import CORES, EXIT_INTERRUPTED, DensityOption
 
 
 def collect(
-    out: Annotated[Path, typer.Option(help="The data's folder.")],
+    out: Annotated[Path, typer.Option(help="Folder of the data.")],
     units: Annotated[
-        float | None, typer.Option(help="How much, in PlanT's units of 228,000 frames.")
+        float | None,
+        typer.Option(help="Amount of data, in PlanT's units of 228,000 frames. Default: 1."),
     ] = None,
     frames: Annotated[
-        int | None, typer.Option(help="How much, in frames at 2 Hz; instead of --units.", min=1)
+        int | None,
+        typer.Option(help="Amount of data, in frames at 2 Hz; instead of --units.", min=1),
     ] = None,
     seed: Annotated[
         int,
-        typer.Option(help="Of routes, traffic and perturbations; others give other data.", min=0),
+        typer.Option(help="Seed of routes, traffic and perturbations.", min=0),
     ] = 0,
     perturb: Annotated[
         float,
         typer.Option(
-            help="Share of episodes with perturbations that the expert recovers from; PlanT: none.",
+            help="Fraction of episodes in which the executed control is perturbed, so that the "
+            "data shows how to recover (PlanT: 0).",
             min=0.0,
             max=1.0,
         ),
     ] = 0.0,
     driver: Annotated[
         str,
-        typer.Option(help="Let this planner drive, and keep what the expert would do (DAgger)."),
+        typer.Option(
+            help="DAgger: this planner drives, and the expert's actions are recorded as labels."
+        ),
     ] = "",
     density: DensityOption = "dense",
     workers: Annotated[
-        int, typer.Option(help="Processes; the data does not depend on it.", min=1)
+        int, typer.Option(help="Number of processes; does not change the data.", min=1)
     ] = CORES,
 ) -> None:
-    """Let the expert drive training routes and keep what it saw and did, to learn from.
+    """Record training data: the expert drives training routes.
 
-    Routes and traffic are never the benchmark's. Without --units and --frames it is one unit, about
-    32 hours of driving. The same command again goes on where it was stopped with Ctrl-C; with more
-    units it adds to what is there. Episodes that failed are left out and counted.
+    Routes and traffic seeds are never those of the benchmark. One unit is about 32 hours of
+    driving. The same command again continues after Ctrl-C; with more units it adds to the data.
+    Failed episodes are excluded and counted.
 
-    For instance:
+    Example commands:
 
         plant-bench collect --out data/first --frames 20000
 
         plant-bench collect --out data/plant-1x
 
-        plant-bench collect --out data/recovering --units 1 --perturb 0.3 --workers 2
+        plant-bench collect --out data/perturbed --units 1 --perturb 0.3 --workers 2
 
-        plant-bench collect --out data/own-mistakes --units 0.3 --driver plant --seed 1
+        plant-bench collect --out data/dagger --units 0.3 --driver plant --seed 1
     """
     from plant_bench.api.collect import collect_data
     from plant_bench.cli.collect_progress import CollectProgress
@@ -62,10 +67,10 @@ def collect(
     from plant_bench.runner.collect.request import UNIT, CollectRequest
 
     if units is not None and frames is not None:
-        message = "--units and --frames both say how much: give one of them."
+        message = "--units and --frames exclude each other: give one of them."
         raise InputError(message)
-    wanted = frames if frames is not None else round(UNIT * (1.0 if units is None else units))
-    request = CollectRequest(wanted, seed, density, perturb, driver)
+    amount = frames if frames is not None else round(UNIT * (1.0 if units is None else units))
+    request = CollectRequest(amount, seed, density, perturb, driver)
     start = time.monotonic()
     progress = CollectProgress(request.frames)
     try:
@@ -73,13 +78,13 @@ def collect(
             found = collect_data(request, out, workers=workers, on_event=progress)
     except KeyboardInterrupt:
         typer.echo(
-            f"Stopped. {progress.frames:,} of {request.frames:,} frames are kept in {out}. The "
-            "same command again goes on.",
+            f"Stopped. {progress.frames:,} of {request.frames:,} frames are kept in {out}. Run the "
+            "same command again to continue.",
             err=True,
         )
         raise typer.Exit(EXIT_INTERRUPTED) from None
-    progress.say_speed(time.monotonic() - start, workers)
+    progress.print_speed(time.monotonic() - start, workers)
     print_data(found.data, answers=bool(request.driver))
     rows = [(reason, str(number)) for reason, number in found.left_out.items()]
-    print_rows(f"Left out of {len(found.notes)} episodes", ["why", "episodes"], rows)
+    print_rows(f"Excluded of {len(found.notes)} episodes", ["reason", "episodes"], rows)
     typer.echo(f"Data: {found.path}")

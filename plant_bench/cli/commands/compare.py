@@ -1,4 +1,4 @@
-"""`plant-bench compare`."""
+"""`plant-bench compare`: tests whether one run scores better than another."""
 
 from pathlib import Path
 from typing import Annotated
@@ -9,16 +9,16 @@ from plant_bench.cli.options import PenaltiesOption
 
 
 def compare_runs(
-    first: Annotated[Path, typer.Argument(help="The run to compare with.")],
-    second: Annotated[Path, typer.Argument(help="The run in question.")],
+    first: Annotated[Path, typer.Argument(help="Folder of the baseline run.")],
+    second: Annotated[Path, typer.Argument(help="Folder of the new run.")],
     penalties: PenaltiesOption = "lb1.0",
 ) -> None:
-    """Say whether the second run is better or worse than the first.
+    """Test whether the second run scores better or worse than the first.
 
-    Episodes are paired by route and seed, so that both have driven in the same traffic. Exit code 1
-    on a regression: where the whole interval of the difference in driving score is below zero.
+    Episodes are paired by route and seed, so both runs had the same traffic. Exit code 1 on a
+    regression: the confidence interval of the difference in driving score lies below zero.
 
-    For instance:
+    Example commands:
 
         plant-bench compare reports/rule-based-longest6 reports/my_agent.py_MyAgent-longest6
     """

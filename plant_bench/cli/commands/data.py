@@ -1,4 +1,4 @@
-"""`plant-bench data`."""
+"""`plant-bench data`: describes and checks collected data."""
 
 from pathlib import Path
 from typing import Annotated
@@ -7,20 +7,20 @@ import typer
 
 data_app = typer.Typer(no_args_is_help=True, help="Describe and check collected data.")
 
-Folder = Annotated[Path, typer.Argument(help="A folder that `plant-bench collect` filled.")]
+Folder = Annotated[Path, typer.Argument(help="Folder of `plant-bench collect`.")]
 
 
 @data_app.command("describe")
 def describe(
     folder: Folder,
     out: Annotated[
-        Path | None, typer.Option(help="Folder for the plots; FOLDER/plots without it.")
+        Path | None, typer.Option(help="Folder for the plots. Default: FOLDER/plots.")
     ] = None,
-    plots: Annotated[bool, typer.Option(help="Save plots, too.")] = True,
+    plots: Annotated[bool, typer.Option(help="Save plots.")] = True,
 ) -> None:
-    """Say what is in collected data: tables, and plots as PNG files.
+    """Print statistics of collected data, and save plots as PNG files.
 
-    For instance:
+    Example commands:
 
         plant-bench data describe data/plant-1x
     """
@@ -43,11 +43,11 @@ def describe(
 
 @data_app.command("check")
 def check(folder: Folder) -> None:
-    """Read collected data whole and say whether all of it can be used.
+    """Read all files of collected data and check that they can be used.
 
-    Exit code 2 where a file is broken or cut off, or belongs to no route.
+    Exit code 2 if a file is broken or truncated, or belongs to no route.
 
-    For instance:
+    Example commands:
 
         plant-bench data check data/plant-1x
     """
@@ -58,8 +58,8 @@ def check(folder: Folder) -> None:
     count = len(episode_files(folder))
     if faults:
         message = (
-            f"{len(faults)} of {count} files cannot be used. The first: {faults[0]} Remove what is "
-            "broken, and run the same `plant-bench collect` again: it drives what is missing."
+            f"{len(faults)} of {count} files cannot be used. The first: {faults[0]} Remove the "
+            "broken files and run the same `plant-bench collect` again: it drives what is missing."
         )
         raise InputError(message)
-    typer.echo(f"{folder}: sound, {count} episodes.")
+    typer.echo(f"{folder}: valid, {count} episodes.")

@@ -1,4 +1,4 @@
-"""`plant-bench export`."""
+"""`plant-bench export`: writes a run in the format of other tools."""
 
 from pathlib import Path
 from typing import Annotated
@@ -7,21 +7,27 @@ import typer
 
 
 def export_run(
-    run: Annotated[Path, typer.Argument(help="A folder that `plant-bench score` wrote.")],
+    run: Annotated[Path, typer.Argument(help="Folder of a run.")],
     out: Annotated[Path, typer.Option(help="The file to write.")],
     format_: Annotated[
-        str, typer.Option("--format", help="carla: the CARLA leaderboard's checkpoint JSON.")
+        str,
+        typer.Option(
+            "--format", help="File format; carla: checkpoint JSON of CARLA's leaderboard."
+        ),
     ] = "carla",
     repetition: Annotated[
-        str, typer.Option(help="A number from 0, or all; PlanT's own parser wants one.")
+        str,
+        typer.Option(
+            help="Repetition to export: a number from 0, or all. PlanT's own parser reads one only."
+        ),
     ] = "all",
 ) -> None:
-    """Write a run as a file that the tools of others read.
+    """Write a run as a file that other tools read.
 
-    The CARLA leaderboard's checkpoint JSON (1.0) holds scores, infractions and lengths of each
-    episode; what it has no place for is in keys named "plant_bench", so that nothing is lost.
+    The checkpoint JSON of CARLA's leaderboard (1.0) holds scores, infractions and length of each
+    episode. Values that it has no field for are stored under keys named "plant_bench".
 
-    For instance:
+    Example commands:
 
         plant-bench export reports/plant-longest6 --out plant_longest6.json
 
@@ -33,15 +39,15 @@ def export_run(
     from plant_bench.runner.run.folder import RunFolder
 
     if format_ != "carla":
-        message = f"There is no format '{format_}' of export: carla is known."
+        message = f"--format: expected carla, got '{format_}'."
         raise InputError(message)
     if repetition != "all" and not repetition.isdecimal():
-        message = f"--repetition {repetition}: a number from 0, or all, is wanted."
+        message = f"--repetition: expected a number from 0, or all, got '{repetition}'."
         raise InputError(message)
     folder = RunFolder.open(run)
     only = None if repetition == "all" else int(repetition)
-    made = run_checkpoint(folder, only)
-    write_checkpoint(made.content, out)
-    whole = made.episodes == made.expected
-    missing = "" if whole else f" of {made.expected}; the run is not finished"
-    typer.echo(f"{out}: {made.episodes} episodes{missing}.")
+    checkpoint = run_checkpoint(folder, only)
+    write_checkpoint(checkpoint.content, out)
+    complete = checkpoint.episodes == checkpoint.expected
+    missing = "" if complete else f" of {checkpoint.expected}; the run is not finished"
+    typer.echo(f"{out}: {checkpoint.episodes} episodes{missing}.")

@@ -1,28 +1,28 @@
-"""`plant-bench hazards`."""
+"""`plant-bench hazards`: lists the hazards of a suite."""
 
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-hazards_app = typer.Typer(no_args_is_help=True, help="Tell of the hazards on the routes.")
+from plant_bench.cli.options import SuiteOption
+
+hazards_app = typer.Typer(no_args_is_help=True, help="List the hazards on the routes.")
 
 
 @hazards_app.callback()
 def _hazards() -> None:
-    """Tell of the hazards on the routes."""
+    """List the hazards on the routes."""
 
 
 @hazards_app.command("list")
 def list_hazards(
-    suite: Annotated[
-        str, typer.Option(help="A suite's name, or a folder or file of routes.")
-    ] = "longest6",
+    suite: SuiteOption = "longest6",
     pictures: Annotated[
-        Path | None, typer.Option(help="Folder to save a sketch of each kind to.")
+        Path | None, typer.Option(help="Folder in which to save a sketch of each kind.")
     ] = None,
 ) -> None:
-    """List the kinds of hazards: what happens, CARLA's scenario type, how many a suite has."""
+    """List the kinds of hazards: what happens, CARLA's scenario type, number in the suite."""
     from collections import Counter
 
     from plant_bench.reports.tables import print_rows

@@ -1,4 +1,4 @@
-"""`plant-bench import`."""
+"""`plant-bench import`: makes a town with routes from a map file."""
 
 from pathlib import Path
 from typing import Annotated
@@ -6,28 +6,32 @@ from typing import Annotated
 import typer
 
 from plant_bench.cli.options import OverwriteOption
-from plant_bench.cli.progress import ending_at_ctrl_c
+from plant_bench.cli.progress import exit_on_ctrl_c
 
 
 def import_town(
-    file: Annotated[Path, typer.Argument(help="map.net.xml, map.xodr or map.osm; also as .gz.")],
-    name: Annotated[str, typer.Option(help="The town's name.")],
+    file: Annotated[Path, typer.Argument(help="Map file: .net.xml, .xodr or .osm, also .gz.")],
+    name: Annotated[str, typer.Option(help="Name of the town.")],
     out: Annotated[
-        Path | None, typer.Option(help="Folder to write to; ./NAME without it. May hold others.")
+        Path | None,
+        typer.Option(help="Output folder; it may hold other towns. Default: ./NAME."),
     ] = None,
-    routes: Annotated[int, typer.Option(help="Routes to choose, where there are as many.")] = 6,
-    min_length: Annotated[float, typer.Option(help="Of a route, metres.")] = 400.0,
-    max_length: Annotated[float, typer.Option(help="Of a route, metres.")] = 1500.0,
-    seed: Annotated[int, typer.Option(help="Of routes and hazards.", min=0)] = 0,
+    routes: Annotated[int, typer.Option(help="Number of routes; fewer if the map is small.")] = 6,
+    min_length: Annotated[float, typer.Option(help="Minimum length of a route, metres.")] = 400.0,
+    max_length: Annotated[float, typer.Option(help="Maximum length of a route, metres.")] = 1500.0,
+    seed: Annotated[int, typer.Option(help="Seed of routes and hazards.", min=0)] = 0,
     hazards: Annotated[bool, typer.Option(help="Place hazards on the routes.")] = True,
     guess_signals: Annotated[
-        bool, typer.Option("--guess-signals", help="Put signals at junctions that seem to need it.")
+        bool,
+        typer.Option(
+            "--guess-signals", help="Add traffic lights where a junction seems to need one."
+        ),
     ] = False,
     overwrite: OverwriteOption = False,
 ) -> None:
-    """Make a town of a map, with routes through it, and say what could not be driven.
+    """Make a town with routes from a map, and list the parts that had to be changed or removed.
 
-    For instance:
+    Example commands:
 
         plant-bench import map.osm --name mytown
 
@@ -46,17 +50,17 @@ def import_town(
     check_name(name)
     folder = out if out is not None else Path(name)
     refuse_existing(folder, name, overwrite=overwrite)
-    wanted = RouteRequest(routes, min_length, max_length, seed, hazards)
-    with ending_at_ctrl_c("Stopped. Nothing was written."):
-        made = make_imported_town(file, name, wanted, guess_signals=guess_signals, say=_say)
-        about = {"file": file.name, "seed": seed, "guess_signals": guess_signals}
-        suite = save_imported_town(made, folder, about, overwrite=overwrite)
+    request = RouteRequest(routes, min_length, max_length, seed, hazards)
+    with exit_on_ctrl_c("Stopped. Nothing was written."):
+        made = make_imported_town(file, name, request, guess_signals=guess_signals, say=_print_step)
+        origin = {"file": file.name, "seed": seed, "guess_signals": guess_signals}
+        suite = save_imported_town(made, folder, origin, overwrite=overwrite)
     print_rows(f"Town {name}", list(HEADS), finding_rows(made.findings))
     if len(made.routes) < routes:
-        typer.echo(f"Only {len(made.routes)} different routes of {routes} were found.", err=True)
+        typer.echo(f"Found only {len(made.routes)} distinct routes of {routes}.", err=True)
     typer.echo(f"{name}: {made.town.lane_km:.1f} km of lanes, {len(made.routes)} routes")
-    typer.echo(f"Drive it: plant-bench score --suite {suite} --agent expert")
+    typer.echo(f"To drive it: plant-bench score --suite {suite} --agent expert")
 
 
-def _say(what: str) -> None:
-    typer.echo(f"{what}...", err=True)
+def _print_step(step: str) -> None:
+    typer.echo(f"{step}...", err=True)

@@ -1,4 +1,4 @@
-"""`plant-bench import-routes`."""
+"""`plant-bench import-routes`: maps routes of CARLA's leaderboard onto imported towns."""
 
 from pathlib import Path
 from typing import Annotated
@@ -6,26 +6,34 @@ from typing import Annotated
 import typer
 
 from plant_bench.cli.options import OverwriteOption
-from plant_bench.cli.progress import ending_at_ctrl_c
+from plant_bench.cli.progress import exit_on_ctrl_c
 
 
 def import_routes(
-    file: Annotated[Path, typer.Argument(help="A route file of CARLA's leaderboard, 1.0 or 2.0.")],
+    file: Annotated[Path, typer.Argument(help="Route file of CARLA's leaderboard, 1.0 or 2.0.")],
     town_map: Annotated[
         list[str],
-        typer.Option(help="TOWN=OURS: CARLA's name and ours, or a town's folder. Once for each."),
+        typer.Option(
+            help="CARLA_TOWN=TOWN: CARLA's town and the imported one (its name or folder). Repeat "
+            "the option for each town."
+        ),
     ],
-    out: Annotated[Path, typer.Option(help="The suite's folder; towns beside it are found.")],
+    out: Annotated[
+        Path, typer.Option(help="Folder of the new suite; towns beside it are found by name.")
+    ],
     limit_distance: Annotated[
-        float, typer.Option(help="Metres that a point may be from the matched lanes.", min=0.01)
+        float,
+        typer.Option(help="Maximum distance of a point from the matched lanes, metres.", min=0.01),
     ] = 1.5,
-    seed: Annotated[int, typer.Option(help="Of the hazards.", min=0)] = 0,
+    seed: Annotated[int, typer.Option(help="Seed of the hazards.", min=0)] = 0,
     hazards: Annotated[bool, typer.Option(help="Place hazards on the routes.")] = True,
     overwrite: OverwriteOption = False,
 ) -> None:
-    """Put CARLA's routes onto imported towns; exit code 1 if a route does not fit.
+    """Match CARLA's routes to the lanes of imported towns.
 
-    For instance:
+    Exit code 1 if a route does not fit.
+
+    Example commands:
 
         plant-bench import Town01.xodr --name carla01 --out carla
 
@@ -45,15 +53,15 @@ def import_routes(
     refuse_existing(out, overwrite=overwrite)
     routes = read_carla_routes(file)
     towns = find_towns(_pairs(town_map), out)
-    with ending_at_ctrl_c("Stopped. Nothing was written."):
-        matches = match_routes(routes, towns, limit_distance, _say)
+    with exit_on_ctrl_c("Stopped. Nothing was written."):
+        matches = match_routes(routes, towns, limit_distance, _print_step)
         print_rows(f"Routes of {file.name}", list(HEADS), [match.row for match in matches])
         count = save_matches(
             matches, list(towns.values()), out, seed=seed if hazards else None, overwrite=overwrite
         )
-    typer.echo(f"{count} of {len(matches)} routes are matched within {limit_distance:g} m.")
+    typer.echo(f"{count} of {len(matches)} routes match within {limit_distance:g} m.")
     if count:
-        typer.echo(f"Drive them: plant-bench score --suite {out} --agent expert")
+        typer.echo(f"To drive them: plant-bench score --suite {out} --agent expert")
     if count < len(matches):
         raise typer.Exit(1)
 
@@ -62,14 +70,17 @@ def _pairs(town_map: list[str]) -> dict[str, str]:
     from plant_bench.errors import InputError
 
     pairs: dict[str, str] = {}
-    for given in (part for item in town_map for part in item.split()):
-        carla, sign, ours = given.partition("=")
-        if not (carla and sign and ours) or carla in pairs:
-            message = f"--town-map {given[:60]!r}: TOWN=OURS is wanted, once a town: Town01=mytown."
+    for argument in (part for item in town_map for part in item.split()):
+        carla, sign, town = argument.partition("=")
+        if not (carla and sign and town) or carla in pairs:
+            message = (
+                "--town-map: expected CARLA_TOWN=TOWN once per town, as in Town01=mytown, got "
+                f"{argument[:60]!r}."
+            )
             raise InputError(message)
-        pairs[carla] = ours
+        pairs[carla] = town
     return pairs
 
 
-def _say(what: str) -> None:
-    typer.echo(f"{what}...", err=True)
+def _print_step(step: str) -> None:
+    typer.echo(f"{step}...", err=True)

@@ -1,4 +1,4 @@
-"""`plant-bench replay`."""
+"""`plant-bench replay`: shows an episode from above as a page, video or image."""
 
 import dataclasses
 from pathlib import Path
@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from plant_bench.cli.progress import ending_at_ctrl_c
+from plant_bench.cli.progress import exit_on_ctrl_c
 
 if TYPE_CHECKING:
     from plant_bench.reports.replay.movie import MovieRequest
@@ -14,42 +14,54 @@ if TYPE_CHECKING:
 
 
 def replay(
-    run: Annotated[Path, typer.Argument(help="A folder that `score --recordings` wrote.")],
-    route: Annotated[str, typer.Argument(help="A route's id or number, as town01-0.")],
+    run: Annotated[Path, typer.Argument(help="Folder of a run with recordings.")],
+    route: Annotated[str, typer.Argument(help="Id or number of a route, e.g. town01-0.")],
     repetition: Annotated[
-        int | None, typer.Option(help="Of the route; the first one without it.", min=0)
+        int | None, typer.Option(help="Repetition of the route. Default: the first.", min=0)
     ] = None,
     against: Annotated[
-        Path | None, typer.Option(help="Another run: its drive of the same route beside it.")
+        Path | None, typer.Option(help="Another run; its drive of the route is shown beside it.")
     ] = None,
-    html: Annotated[Path | None, typer.Option(help="Folder for a page that plays it.")] = None,
-    mp4: Annotated[Path | None, typer.Option(help="Film; needs plant-bench[video].")] = None,
-    gif: Annotated[Path | None, typer.Option(help="Moving picture of a part.")] = None,
+    html: Annotated[
+        Path | None, typer.Option(help="Folder for an HTML page that plays the episode.")
+    ] = None,
+    mp4: Annotated[
+        Path | None, typer.Option(help="Video file; requires plant-bench[video].")
+    ] = None,
+    gif: Annotated[Path | None, typer.Option(help="Animated GIF file, of a part.")] = None,
     png: Annotated[
-        Path | None, typer.Option(help="Picture of one moment; a strip with --from and --to.")
+        Path | None,
+        typer.Option(help="Image file of one moment; with --from and --to a series of images."),
     ] = None,
     time: Annotated[
         float | None,
-        typer.Option(help="Moment of --png, seconds; else the first infraction or the middle."),
+        typer.Option(
+            help="Time of --png, seconds. Default: the first infraction, or the middle if none."
+        ),
     ] = None,
-    start: Annotated[float | None, typer.Option("--from", help="First second shown.")] = None,
-    end: Annotated[float | None, typer.Option("--to", help="Last second shown.")] = None,
-    fps: Annotated[float | None, typer.Option(help="Pictures a second: MP4 20, GIF 10.")] = None,
-    dark: Annotated[bool, typer.Option("--dark", help="Pictures in dark colours.")] = False,
+    start: Annotated[
+        float | None, typer.Option("--from", help="Start of the part, seconds.")
+    ] = None,
+    end: Annotated[float | None, typer.Option("--to", help="End of the part, seconds.")] = None,
+    fps: Annotated[
+        float | None, typer.Option(help="Frames per second. Default: 20 for MP4, 10 for GIF.")
+    ] = None,
+    dark: Annotated[bool, typer.Option("--dark", help="Dark colours for images.")] = False,
     expert: Annotated[
-        bool, typer.Option("--expert", help="Show whom the expert would brake for, in blue.")
+        bool,
+        typer.Option("--expert", help="Mark in blue the actor that the expert would brake for."),
     ] = False,
 ) -> None:
-    """Show an episode from above, as a page that plays it, a film or a picture.
+    """Show an episode from above, as an HTML page that plays it, a video or an image.
 
-    The run must have recordings: `plant-bench score --recordings`. A page works from disk, without
-    a network; `plant-bench serve` is there for browsers that refuse that.
+    The run must have recordings (the default of `plant-bench score`). The page opens from disk and
+    needs no network; for browsers that block local files use `plant-bench serve`.
 
-    Red box: top relevance to the planner. Blue box: whom the expert would brake for; in the run of
-    another planner only with --expert, which simulates the episode again (about 0.1 s a second).
-    White dashes: whom the planner itself says it brakes for.
+    Red box: the actor most relevant to the planner. Blue box: the actor the expert would brake
+    for; for other planners only with --expert, which simulates the episode again (about 0.1 s per
+    simulated second). White dashes: the actor the planner itself reports braking for.
 
-    For instance:
+    Example commands:
 
         plant-bench replay reports/plant-longest6 town02-5 --html reports/replay
 
@@ -62,12 +74,12 @@ def replay(
     from plant_bench.reports.replay.movie import MovieRequest, check_folder, check_path
     from plant_bench.reports.replay.replay_source import source_in_run
 
-    made = {"png": png, "gif": gif, "mp4": mp4}
-    files = {name: path for name, path in made.items() if path is not None}
+    outputs = {"png": png, "gif": gif, "mp4": mp4}
+    files = {name: path for name, path in outputs.items() if path is not None}
     if html is None and not files:
-        message = "Say what to make of it: --html FOLDER, --png FILE, --gif FILE or --mp4 FILE."
+        message = "Expected at least one of --html FOLDER, --png FILE, --gif FILE, --mp4 FILE."
         raise InputError(message)
-    wanted = MovieRequest(time, start, end, fps, dark)
+    request = MovieRequest(time, start, end, fps, dark)
     for name, path in files.items():
         check_path(name, path)
     if html is not None:
@@ -75,16 +87,16 @@ def replay(
     sources = [source_in_run(run, route, repetition)]
     if against is not None:
         sources.append(source_in_run(against, route, sources[0].result.repetition))
-    wanted.check(max(source.result.duration for source in sources))
+    request.check(max(source.result.duration for source in sources))
     if expert:
         from plant_bench.runner.review.expert_queries import ask_expert
 
         sources = [dataclasses.replace(source, ask_expert=ask_expert) for source in sources]
-    with ending_at_ctrl_c("Stopped. What was half written is removed."):
+    with exit_on_ctrl_c("Stopped. Partly written files are removed."):
         if html is not None:
             _write_page(sources, html)
         if files:
-            _write_files(sources, files, wanted)
+            _write_files(sources, files, request)
 
 
 def _write_page(sources: "list[ReplaySource]", out: Path) -> None:
@@ -95,19 +107,19 @@ def _write_page(sources: "list[ReplaySource]", out: Path) -> None:
     from plant_bench.reports.replay.replay_source import load_recording
 
     for source in sources:
-        load_recording(source)  # a page would tell as well what is wrong, but later
+        load_recording(source)  # reports a broken recording before the page is begun
     with progress_bars(8, MofNCompleteColumn()) as bars:
         bar = bars.add_task("replays", total=len(sources))
 
-        def told(done: int, count: int) -> None:
+        def show_progress(done: int, count: int) -> None:
             bars.update(bar, completed=done, total=count)
 
-        write_replays(out, sources, workers=1, progress=told)
+        write_replays(out, sources, workers=1, progress=show_progress)
     typer.echo(f"{out / 'replay.html'}#{'&'.join(source.id for source in sources)}")
 
 
 def _write_files(
-    sources: "list[ReplaySource]", files: dict[str, Path], wanted: "MovieRequest"
+    sources: "list[ReplaySource]", files: dict[str, Path], request: "MovieRequest"
 ) -> None:
     from rich.progress import MofNCompleteColumn, TaskID
 
@@ -124,9 +136,9 @@ def _write_files(
         for name, path in files.items():
             task = bars.add_task(name, total=None)
 
-            def told(done: int, count: int, task: TaskID = task) -> None:
+            def show_progress(done: int, count: int, task: TaskID = task) -> None:
                 bars.update(task, completed=done, total=count)
 
-            SAVERS[name](episodes, wanted, path, told)
+            SAVERS[name](episodes, request, path, show_progress)
     for path in files.values():
         typer.echo(path)

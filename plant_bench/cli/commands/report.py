@@ -1,4 +1,4 @@
-"""`plant-bench report`."""
+"""`plant-bench report`: writes the leaderboard of several runs."""
 
 import math
 from contextlib import ExitStack
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from plant_bench.cli.options import CORES, PenaltiesOption, WorkersOption
-from plant_bench.cli.progress import ending_at_ctrl_c, progress_bars
+from plant_bench.cli.progress import exit_on_ctrl_c, progress_bars
 
 if TYPE_CHECKING:
     from rich.progress import TaskID
@@ -16,39 +16,40 @@ if TYPE_CHECKING:
     from plant_bench.reports.leaderboard.board import Leaderboard
     from plant_bench.scoring.penalties import PenaltyScheme
 
-WIDTH = 34  # of what the bar tells, characters
+WIDTH = 34  # characters of a bar's description
 
 
 def report(
     runs: Annotated[
         list[Path] | None,
         typer.Argument(
-            help="Folders of runs and of `plant-bench rfds`, checkpoint files of the CARLA "
-            "leaderboard; all below reports/ without them."
+            help="Folders of runs and of `plant-bench rfds`, and checkpoint files of CARLA's "
+            "leaderboard. Default: all below reports/."
         ),
     ] = None,
-    out: Annotated[Path, typer.Option(help="Folder of the leaderboard.")] = Path(
-        "reports/leaderboard"
-    ),
+    out: Annotated[Path, typer.Option(help="Output folder.")] = Path("reports/leaderboard"),
     penalties: PenaltiesOption = "lb1.0",
     paper: Annotated[
-        bool, typer.Option("--paper", help="Show PlanT's own figures, from CARLA, in a table.")
+        bool,
+        typer.Option("--paper", help="Add a table of the results in the PlanT paper (CARLA)."),
     ] = False,
     replays: Annotated[
-        bool, typer.Option(help="Make a replay of each episode that was recorded.")
+        bool, typer.Option(help="Include a replay of each recorded episode.")
     ] = True,
     expert: Annotated[
         bool,
-        typer.Option("--expert", help="Replays show whom the expert would brake for; slow."),
+        typer.Option(
+            "--expert", help="Mark in replays the actor that the expert would brake for; slow."
+        ),
     ] = False,
     workers: WorkersOption = CORES,
 ) -> None:
-    """Put runs into a leaderboard: a page to look at, files for programs and papers.
+    """Write a leaderboard of runs: an HTML page, tables for papers, and files for programs.
 
-    Open OUT/leaderboard.html in a browser; it needs neither server nor network. Runs under
-    different protocols or on different suites never share a table.
+    Open OUT/leaderboard.html in a browser; it needs neither server nor network. Runs of different
+    protocols or suites are never in the same table.
 
-    For instance:
+    Example commands:
 
         plant-bench report
 
@@ -60,7 +61,7 @@ def report(
     from plant_bench.scoring.penalties import penalty_scheme_of
 
     chosen = penalty_scheme_of(penalties)
-    with ending_at_ctrl_c():
+    with exit_on_ctrl_c():
         leaderboard = _write(
             runs or [],
             out,
@@ -72,7 +73,7 @@ def report(
         )
         for note in leaderboard.notes:
             typer.echo(note, err=True)
-        _say_who_leads(leaderboard)
+        _print_ranking(leaderboard)
         typer.echo(f"Open {out / PAGE} in a browser.")
 
 
@@ -97,13 +98,13 @@ def _write(
     with ExitStack() as shown:
         tasks: dict[str, TaskID] = {}
 
-        def begin(what: str, steps: int) -> None:
+        def begin(description: str, steps: int) -> None:
             if "steps" in tasks:
                 bars.advance(tasks["steps"])  # a step is done when the next one starts
             else:
                 shown.enter_context(bars)
                 tasks["steps"] = bars.add_task("", total=steps)
-            text = f"{escape(table_cell(what, WIDTH)):<{WIDTH}}"
+            text = f"{escape(table_cell(description, WIDTH)):<{WIDTH}}"
             bars.update(tasks["steps"], description=text)
 
         def show_replays(done: int, total: int) -> None:
@@ -128,8 +129,8 @@ def _write(
     return found
 
 
-def _say_who_leads(leaderboard: "Leaderboard") -> None:
-    """Say the order of each board, and whether the first two can be told apart."""
+def _print_ranking(leaderboard: "Leaderboard") -> None:
+    """Print the ranking of each board, and the difference between its first two planners."""
     from plant_bench.reports.leaderboard.table_text import p_text
     from plant_bench.text_escaping import table_cell
 
@@ -143,7 +144,7 @@ def _say_who_leads(leaderboard: "Leaderboard") -> None:
             if {item.better, item.worse} == top:
                 paired = item.paired
                 interval = (
-                    "on too few routes for an interval"
+                    "too few routes for a confidence interval"
                     if math.isnan(paired.low)
                     else f"95 % interval {paired.low:.1f} to {paired.high:.1f}, "
                     f"p {p_text(item.p_corrected)}"

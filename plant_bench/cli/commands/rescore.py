@@ -1,4 +1,4 @@
-"""`plant-bench rescore`."""
+"""`plant-bench rescore`: scores recordings again, without the simulator."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -12,14 +12,14 @@ if TYPE_CHECKING:
 
 
 def rescore_run(
-    run: Annotated[Path, typer.Argument(help="A folder that `plant-bench score` wrote.")],
+    run: Annotated[Path, typer.Argument(help="Folder of a run with recordings.")],
     penalties: PenaltiesOption = "lb1.0",
 ) -> None:
-    """Score a run's recordings again, without the simulator, and say whether the records agree.
+    """Score a run's recordings again, without the simulator, and compare with its records.
 
-    The new records and their summary are in RUN/rescored. Exit code 1 where a record differs.
+    The new records and their summary are written to RUN/rescored. Exit code 1 if a record differs.
 
-    For instance:
+    Example commands:
 
         plant-bench rescore reports/expert-longest6
 
@@ -31,7 +31,7 @@ def rescore_run(
 
     chosen = penalty_scheme_of(penalties)
 
-    def say(episode: "Rescored") -> None:
+    def print_difference(episode: "Rescored") -> None:
         if episode.again is None:
             typer.echo(f"{episode.name}: no recording", err=True)
         elif not episode.equal:
@@ -41,7 +41,7 @@ def rescore_run(
                 err=True,
             )
 
-    found = rescore(run, penalties=chosen, on_episode=say)
+    found = rescore(run, penalties=chosen, on_episode=print_difference)
     if found.summary is not None:
         print_summary(found.summary)
     typer.echo(

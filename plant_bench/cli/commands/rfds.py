@@ -1,4 +1,4 @@
-"""`plant-bench rfds`."""
+"""`plant-bench rfds`: scores how well a planner ranks the relevance of vehicles."""
 
 from pathlib import Path
 from typing import Annotated
@@ -9,57 +9,59 @@ from plant_bench.cli.options import (
     CORES,
     AddressOption,
     DensityOption,
+    ExecutorKind,
     ExecutorOption,
+    HazardsOption,
     ManyWorkersOption,
     OverwriteOption,
     PenaltiesOption,
     RepetitionsOption,
     RoutesOption,
     SuiteOption,
-    Where,
-    say_aside,
+    print_note,
 )
 
 RANKER_HELP = (
-    "attention (the planner's own ranking), masking (one vehicle taken out at a time, for any "
-    "planner); or, without a planner: distance, random, oracle (whom the expert brakes for), none. "
-    "May be given several times; attention without it, masking for planners that do not rank."
+    "attention (the planner's own ranking) or masking (leave-one-out, for any planner); without a "
+    "planner: distance, random, oracle (the actor the expert brakes for) or none. Repeat the "
+    "option for several. Default: attention, or masking if the planner has no ranking."
 )
 
 
 def score_rfds(
     agent: Annotated[
-        str | None, typer.Option(help="Whose ranking is scored; as for `plant-bench score`.")
+        str | None,
+        typer.Option(help="Planner whose ranking is scored, as for `plant-bench score`."),
     ] = None,
     ranker: Annotated[list[str] | None, typer.Option(help=RANKER_HELP)] = None,
     suite: SuiteOption = "longest6",
     routes: RoutesOption = None,
     repetitions: RepetitionsOption = 3,
-    seed: Annotated[int, typer.Option(help="Base seed of traffic.")] = 0,
+    seed: Annotated[int, typer.Option(help="Base seed of the traffic.")] = 0,
     density: DensityOption = "dense",
-    hazards: Annotated[bool, typer.Option(help="Play the routes' hazards.")] = True,
+    hazards: HazardsOption = True,
     workers: ManyWorkersOption = None,
-    executor: ExecutorOption = Where.LOCAL,
+    executor: ExecutorOption = ExecutorKind.LOCAL,
     address: AddressOption = None,
     out: Annotated[
         Path | None,
-        typer.Option(help="Folder of the runs, one each; without it where `score` puts them."),
+        typer.Option(help="Folder of the runs, one sub-folder each. Default: as for `score`."),
     ] = None,
     overwrite: OverwriteOption = False,
     recordings: Annotated[
-        bool, typer.Option(help="Keep every tick, for rescoring and replays.")
+        bool, typer.Option(help="Record every tick, for rescoring and replays.")
     ] = False,
     penalties: PenaltiesOption = "lb1.0",
 ) -> None:
-    """Say how well a planner knows which vehicle matters: the relative filtered driving score.
+    """Score how well a planner ranks the relevance of vehicles: relative filtered driving score.
 
-    The expert drives seeing, of all vehicles, only the one that ranks highest at each decision
-    (pedestrians and lights stay in sight). RFDS is its driving score in percent of that of the
-    expert that sees everybody, on the same routes and seeds. The planner itself need not drive
-    well. Runs are kept as `plant-bench score --agent expert` and `--agent
-    expert-filtered@RANKER:AGENT` keep them, and go on where they were stopped.
+    The expert drives while it observes, of all vehicles, only the one ranked most relevant at each
+    decision (pedestrians and traffic lights are not filtered). RFDS is its driving score in percent
+    of the unfiltered expert's, on the same routes and seeds. The planner itself does not drive.
+    Runs are stored like those of `plant-bench score --agent expert` and `--agent
+    expert-filtered@RANKER:AGENT`; the same command again continues them.
 
-    For instance:
+    Example commands:
 
         plant-bench rfds --agent plant
 
@@ -70,7 +72,7 @@ def score_rfds(
     from plant_bench.api.execution import chosen_executor
     from plant_bench.api.rfds import RelevanceRequest, score_relevance
     from plant_bench.api.score import Driving
-    from plant_bench.cli.run_progress import Watch, say_crashes
+    from plant_bench.cli.run_progress import RunMonitor, print_failures
     from plant_bench.reports.tables import print_relative_scores
     from plant_bench.runner.run.score_run import ScoreRequest
     from plant_bench.scoring.penalties import penalty_scheme_of
@@ -80,14 +82,14 @@ def score_rfds(
         overwrite=overwrite,
         recordings=recordings,
         penalties=penalty_scheme_of(penalties),
-        executor=chosen_executor(executor, address, workers, say_aside),
+        executor=chosen_executor(executor, address, workers, print_note),
     )
     drives = ScoreRequest("expert", suite, routes, repetitions, seed, density, hazards)
     request = RelevanceRequest(agent, ranker or (), drives, out)
-    watch = Watch(how.penalties, named=True)
-    with watch.ending_at_ctrl_c():
-        found = score_relevance(request, how, watch)
+    monitor = RunMonitor(how.penalties, named=True)
+    with monitor.exit_on_ctrl_c():
+        found = score_relevance(request, how, monitor)
     print_relative_scores(found.scores)
     for run in found.runs:
         typer.echo(f"Records: {run.folder.path}")
-    raise typer.Exit(max(say_crashes(run) for run in found.runs))
+    raise typer.Exit(max(print_failures(run) for run in found.runs))

@@ -1,37 +1,38 @@
-"""`plant-bench routes`."""
+"""`plant-bench routes`: builds, checks and lists route suites."""
 
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from plant_bench.cli.options import refuse_overwriting
+from plant_bench.cli.options import SuiteOption, check_build_options
 
 routes_app = typer.Typer(no_args_is_help=True, help="Build, check and list the routes.")
-
-Suite = Annotated[str, typer.Option(help="A suite's name, or a folder or file of routes.")]
 
 
 @routes_app.command("build")
 def build(
     suite: Annotated[
         str | None,
-        typer.Option(help="Name of the suite; without it longest6, and with --check all."),
+        typer.Option(help="Name of the suite. Default: longest6, with --check all."),
     ] = None,
     town: Annotated[
-        list[str] | None, typer.Option(help="Only this town; may be given more than once.")
+        list[str] | None,
+        typer.Option(help="Build only this town's routes. Repeat the option for several."),
     ] = None,
-    seed: Annotated[int | None, typer.Option(help="Other routes of the same kind.", min=0)] = None,
+    seed: Annotated[
+        int | None, typer.Option(help="Seed for other routes of the same kind.", min=0)
+    ] = None,
     out: Annotated[
-        Path | None, typer.Option(help="Folder to write to, instead of the suite's own.")
+        Path | None, typer.Option(help="Output folder, instead of the suite's own.")
     ] = None,
     check: Annotated[
-        bool, typer.Option("--check", help="Write nothing: check the routes that are there.")
+        bool, typer.Option("--check", help="Check the existing routes; write nothing.")
     ] = False,
 ) -> None:
-    """Choose a suite's routes again; the same seed gives the same routes.
+    """Choose the routes of a suite again; the same seed gives the same routes.
 
-    For instance:
+    Example commands:
 
         plant-bench routes build --check
 
@@ -39,7 +40,7 @@ def build(
     """
     from plant_bench.towns.routes import SUITES, build_suite, check_suite
 
-    refuse_overwriting(seed, out, check=check)
+    check_build_options(seed, out, check=check)
     if not check:
         name = suite or "longest6"
         typer.echo(f"{name}: {build_suite(name, towns=town, seed=seed, out=out)}")
@@ -48,7 +49,7 @@ def build(
     for name in [suite] if suite is not None else SUITES:
         found = check_suite(name)
         faults.extend(found)
-        typer.echo(f"{name}: {'sound' if not found else f'{len(found)} faults'}")
+        typer.echo(f"{name}: {'valid' if not found else f'{len(found)} faults'}")
     for fault in faults:
         typer.echo(fault, err=True)
     if faults:
@@ -57,12 +58,12 @@ def build(
 
 @routes_app.command("list")
 def list_routes(
-    suite: Suite = "longest6",
+    suite: SuiteOption = "longest6",
     pictures: Annotated[
-        Path | None, typer.Option(help="Folder to save a picture of each route to.")
+        Path | None, typer.Option(help="Folder in which to save an image of each route.")
     ] = None,
 ) -> None:
-    """List a suite's routes; the number is what `plant-bench score --routes` takes."""
+    """List the routes of a suite, with the numbers for `plant-bench score --routes`."""
     from plant_bench.reports.tables import print_rows
     from plant_bench.towns.route_image import save_suite_pictures
     from plant_bench.towns.routes import describe_suite

@@ -1,4 +1,4 @@
-"""`plant-bench score`."""
+"""`plant-bench score`: drives a route suite with a planner and scores it."""
 
 import time
 from contextlib import nullcontext
@@ -12,7 +12,9 @@ from plant_bench.cli.options import (
     CORES,
     AddressOption,
     DensityOption,
+    ExecutorKind,
     ExecutorOption,
+    HazardsOption,
     IsolateOption,
     ManyWorkersOption,
     MemoryLimitOption,
@@ -23,8 +25,7 @@ from plant_bench.cli.options import (
     StartUpLimitOption,
     SuiteOption,
     TickLimitOption,
-    Where,
-    say_aside,
+    print_note,
 )
 from plant_bench.gc_policy import tune_garbage_collector
 from plant_bench.runner.workers.executors import LocalExecutor
@@ -39,33 +40,35 @@ def score(
     agent: Annotated[
         str,
         typer.Option(
-            help="A name of `plant-bench agents`, module:Class or file.py:Class; weights after an "
-            "@, as in plant@models/mine. Or command:PROGRAM for one in another process."
+            help="Planner: a name listed by `plant-bench agents`, module:Class or file.py:Class, "
+            "with weights after an @, e.g. plant@models/mine; or command:PROGRAM for a planner in "
+            "a separate program."
         ),
     ],
     suite: SuiteOption = "longest6",
     routes: RoutesOption = None,
     repetitions: RepetitionsOption = 3,
-    seed: Annotated[int, typer.Option(help="Base seed of traffic; equal for all agents.")] = 0,
+    seed: Annotated[
+        int, typer.Option(help="Base seed of the traffic; the same for all compared agents.")
+    ] = 0,
     density: DensityOption = "dense",
-    hazards: Annotated[
-        bool, typer.Option(help="Play the routes' hazards; without them it is another protocol.")
-    ] = True,
+    hazards: HazardsOption = True,
     workers: ManyWorkersOption = None,
-    executor: ExecutorOption = Where.LOCAL,
+    executor: ExecutorOption = ExecutorKind.LOCAL,
     address: AddressOption = None,
     shard: Annotated[
         str | None,
         typer.Option(
-            help="Drive one part of the episodes, as 1/8 (1 to 8): for array jobs that share --out."
+            help="Drive one part of the episodes, e.g. 1/8 (to 8/8); for array jobs that share "
+            "--out."
         ),
     ] = None,
     out: Annotated[
-        Path | None, typer.Option(help="The run's folder; reports/AGENT-SUITE without it.")
+        Path | None, typer.Option(help="Folder of the run. Default: reports/AGENT-SUITE.")
     ] = None,
     overwrite: OverwriteOption = False,
     recordings: Annotated[
-        bool, typer.Option(help="Keep every tick, for rescoring and replays.")
+        bool, typer.Option(help="Record every tick, for rescoring and replays.")
     ] = True,
     penalties: PenaltiesOption = "lb1.0",
     isolate: IsolateOption = False,
@@ -73,12 +76,12 @@ def score(
     start_up_limit: StartUpLimitOption = None,
     memory_limit: MemoryLimitOption = None,
 ) -> None:
-    """Drive a suite and say how well.
+    """Drive a route suite with a planner and print its scores.
 
-    The same command again runs only what is missing, so a run may be stopped with Ctrl-C at any
-    time. An episode that crashes is recorded and stays in every mean.
+    The same command again runs only the missing episodes, so a run can be stopped with Ctrl-C at
+    any time. Crashed episodes are recorded and count in every mean.
 
-    For instance:
+    Example commands:
 
         plant-bench score --agent expert --routes 0 --repetitions 1
 
@@ -89,9 +92,9 @@ def score(
         plant-bench score --agent plant --executor ray --address ray://head:10001
     """
     tune_garbage_collector()
-    cluster = chosen_executor(executor, address, workers, say_aside)
+    cluster = chosen_executor(executor, address, workers, print_note)
     here = LocalExecutor(workers or CORES, loading(agent, isolate=isolate))
-    # First of all, since its workers load what they need while this process does.
+    # Connect first: the workers import their modules while this process imports its own.
     with here.connected() if cluster is None else nullcontext():
         from plant_bench.api.score import Driving
         from plant_bench.runner.run.run_lock import Shard
@@ -121,18 +124,18 @@ def score(
 
 
 def _drive(request: "ScoreRequest", out: Path | None, how: "Driving") -> int:
-    """Drive a run to its end, or until Ctrl-C, and print what it scores.
+    """Drive the missing episodes of a run, or until Ctrl-C, and print the scores.
 
     Returns:
         The exit code: 2 if the agent failed in an episode, 1 if the simulator did.
     """
     from plant_bench.api.score import drive_missing
-    from plant_bench.cli.run_progress import Watch, say_crashes
+    from plant_bench.cli.run_progress import RunMonitor, print_failures
 
     start = time.monotonic()
-    watch = Watch(how.penalties)
-    with watch.ending_at_ctrl_c():
-        run = drive_missing(request, out, how, watch)
+    monitor = RunMonitor(how.penalties)
+    with monitor.exit_on_ctrl_c():
+        run = drive_missing(request, out, how, monitor)
     from plant_bench.reports.tables import print_planner_time, print_speed, print_summary
     from plant_bench.runner.episode.jobs import episode_name
     from plant_bench.runner.run.speed import read_timings, speed_of, write_speed
@@ -140,8 +143,8 @@ def _drive(request: "ScoreRequest", out: Path | None, how: "Driving") -> int:
 
     if left := run.unfinished_by_others():
         typer.echo(
-            f"Shard {how.shard} is finished: {len(run.jobs)} episodes. Of the other shards' "
-            f"{len(run.others)}, {left} have no record yet; who ends last writes the summary."
+            f"Shard {how.shard} is finished: {len(run.jobs)} episodes. {left} of the other shards' "
+            f"{len(run.others)} episodes are not finished; the last shard writes the summary."
         )
     else:
         print_summary(write_summary(run.folder, penalties=how.penalties))
@@ -149,6 +152,6 @@ def _drive(request: "ScoreRequest", out: Path | None, how: "Driving") -> int:
     now = speed_of(read_timings(run.folder, map(episode_name, run.missing)))
     print_speed(now, wall_s=time.monotonic() - start, workers=str(how))
     if not run.missing:
-        typer.echo("Nothing was left to drive: these episodes were finished before.")
+        typer.echo("Nothing to drive: all of these episodes were finished before.")
     typer.echo(f"Records: {run.folder.path}")
-    return say_crashes(run)
+    return print_failures(run)

@@ -1,4 +1,4 @@
-"""`plant-bench towns`."""
+"""`plant-bench towns`: builds, checks and lists towns."""
 
 from dataclasses import asdict
 from pathlib import Path
@@ -6,27 +6,27 @@ from typing import Annotated
 
 import typer
 
-from plant_bench.cli.options import refuse_overwriting
+from plant_bench.cli.options import check_build_options
 
 towns_app = typer.Typer(no_args_is_help=True, help="Build, check and list the towns.")
 
 
 @towns_app.command("build")
 def build(
-    town: Annotated[str | None, typer.Option(help="One town; all without it.")] = None,
+    town: Annotated[str | None, typer.Option(help="Name of the town. Default: all.")] = None,
     seed: Annotated[
-        int | None, typer.Option(help="Another layout of the same character.", min=0)
+        int | None, typer.Option(help="Seed for another layout of the same character.", min=0)
     ] = None,
     out: Annotated[
-        Path | None, typer.Option(help="Folder to write to, instead of the towns' own.")
+        Path | None, typer.Option(help="Output folder, instead of the towns' own.")
     ] = None,
     check: Annotated[
-        bool, typer.Option("--check", help="Write nothing: check the towns that are there.")
+        bool, typer.Option("--check", help="Check the existing towns; write nothing.")
     ] = False,
 ) -> None:
-    """Build towns again from spec and seed; the same seed gives the same bytes.
+    """Build towns again from specification and seed; the same seed gives the same bytes.
 
-    For instance:
+    Example commands:
 
         plant-bench towns build --check
 
@@ -34,14 +34,14 @@ def build(
     """
     from plant_bench.towns.generate import build_town, check_town, stored_towns, town_names
 
-    refuse_overwriting(seed, out, check=check)
+    check_build_options(seed, out, check=check)
     faults: list[str] = []
-    every = stored_towns() if seed is None else town_names()  # a character each is enough
-    for name in [town] if town is not None else every:
+    names = stored_towns() if seed is None else town_names()  # with a seed: one per character
+    for name in [town] if town is not None else names:
         if check:
             found = check_town(name)
             faults.extend(f"{name}: {fault}" for fault in found)
-            typer.echo(f"{name}: {'sound' if not found else f'{len(found)} faults'}")
+            typer.echo(f"{name}: {'valid' if not found else f'{len(found)} faults'}")
         else:
             folder = None if out is None else out / name
             typer.echo(f"{name}: {build_town(name, seed=seed, out=folder)}")
@@ -54,13 +54,14 @@ def build(
 @towns_app.command("list")
 def list_towns(
     pictures: Annotated[
-        Path | None, typer.Option(help="Folder to save a picture of each town to.")
+        Path | None, typer.Option(help="Folder in which to save an image of each town.")
     ] = None,
     suite: Annotated[
-        str | None, typer.Option(help="Only the towns of this suite (its name, folder or file).")
+        str | None,
+        typer.Option(help="List only the towns of this suite (its name, folder or file)."),
     ] = None,
 ) -> None:
-    """List the towns and what each contains; imported ones with --suite NAME/routes."""
+    """List the towns and their contents; for an imported town use --suite NAME/routes."""
     from plant_bench.reports.tables import print_rows
     from plant_bench.towns.generate import describe_town, stored_towns
     from plant_bench.towns.town_image import save_town_picture

@@ -1,4 +1,4 @@
-"""`plant-bench train NAME`: a command for each learner, with its own options among the common."""
+"""`plant-bench train LEARNER`: one command per learner, with common and its own options."""
 
 import inspect
 from typing import Any
@@ -6,19 +6,19 @@ from typing import Any
 import typer
 from typer.core import TyperCommand, TyperGroup
 
-from plant_bench.cli.dataclass_options import built, option_fields, with_options
+from plant_bench.cli.dataclass_options import build_dataclass, option_fields, with_options
 from plant_bench.cli.options import EXIT_INTERRUPTED
 
-_ABOUT = """
+_DESCRIPTION = """
 
-    The same command goes on where it was stopped, with Ctrl-C or by a crash, and comes to the same
-    weights. A model is `weights.safetensors`, `config.json` and `card.md`.
+    The same command again continues a training that was stopped by Ctrl-C or a crash, with the same
+    final weights. A model consists of `weights.safetensors`, `config.json` and `card.md`.
 
-    For instance:
+    Example commands:
 
         plant-bench train {name} --data data/expert --out models/mine --epochs 10
 
-        plant-bench train {name} --data data/expert --data data/own-mistakes --targets expert-action
+        plant-bench train {name} --data data/expert --data data/dagger --targets expert-action
         --start models/mine --out models/better
 
         plant-bench score --agent {agent}@models/mine
@@ -27,7 +27,7 @@ SETTINGS = {"help_option_names": ["-h", "--help"]}
 
 
 class TrainGroup(TyperGroup):
-    """Has a command for every learner: ours, installed ones, and what a module or file holds."""
+    """A command for every learner: built in, installed, or named by module or file."""
 
     def list_commands(self, ctx: Any) -> list[str]:
         """Return the names of the learners."""
@@ -49,20 +49,20 @@ class TrainGroup(TyperGroup):
 train_app = typer.Typer(
     cls=TrainGroup,
     no_args_is_help=True,
-    help="Learn to drive from recordings: NAME, package.module:Class or file.py:Class.",
+    help="Train a planner from recordings: LEARNER, package.module:Class or file.py:Class.",
 )
 
 
 @train_app.callback()
 def _root() -> None:
-    """Learn to drive from recordings: NAME, package.module:Class or file.py:Class."""
+    """Train a planner from recordings: LEARNER, package.module:Class or file.py:Class."""
 
 
 def train_command(name: str) -> TyperCommand:
     """Return the command that trains a learner.
 
     Raises:
-        InputError: There is no such learner, or its options are none.
+        InputError: There is no such learner, or its options cannot be used.
     """
     from plant_bench.training.learners import learner_class
     from plant_bench.training.training_run import TrainingRun
@@ -72,27 +72,27 @@ def train_command(name: str) -> TyperCommand:
         TrainingRun, inside={"options": kind.Options}, without=frozenset({"learner"})
     )
 
-    def train(**given: Any) -> None:
-        from plant_bench.cli.training_progress import learn_visibly
+    def train(**arguments: Any) -> None:
+        from plant_bench.cli.training_progress import train_with_progress
 
-        values = {item.path: item.value(given[item.name]) for item in found}
-        options = built(kind.Options, _inside("options", values))
+        values = {item.path: item.value(arguments[item.name]) for item in found}
+        options = build_dataclass(kind.Options, _inside("options", values))
         others = {path: value for path, value in values.items() if path[0] != "options"}
-        course = built(TrainingRun, {**others, ("learner",): name, ("options",): options})
-        if not learn_visibly(course):
+        run = build_dataclass(TrainingRun, {**others, ("learner",): name, ("options",): options})
+        if not train_with_progress(run):
             raise typer.Exit(EXIT_INTERRUPTED)
 
-    about = inspect.cleandoc(kind.__doc__ or "").partition("\n")[0] or f"Train {name}."
-    text = about + _ABOUT.format(name=name, agent=kind.agent)
+    first_line = inspect.cleandoc(kind.__doc__ or "").partition("\n")[0] or f"Train {name}."
+    text = first_line + _DESCRIPTION.format(name=name, agent=kind.agent)
     return command_of(name, with_options(train, [item.parameter() for item in found], text))
 
 
 def command_of(name: str, function: Any) -> TyperCommand:
-    """Return a function as a command that looks like all others."""
+    """Turn a function into a command in the style of the other commands."""
     app = typer.Typer(add_completion=False, rich_markup_mode="markdown", context_settings=SETTINGS)
     app.command(name, context_settings=SETTINGS)(function)
     found = typer.main.get_command(app)
-    assert isinstance(found, TyperCommand)  # noqa: S101  a single command is no group
+    assert isinstance(found, TyperCommand)  # noqa: S101  not a group, for a single command
     return found
 
 

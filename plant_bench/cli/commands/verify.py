@@ -1,4 +1,4 @@
-"""`plant-bench verify`."""
+"""`plant-bench verify`: checks a run and simulates a sample of its episodes again."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -13,7 +13,7 @@ from plant_bench.cli.options import (
     StartUpLimitOption,
     TickLimitOption,
 )
-from plant_bench.cli.progress import ending_at_ctrl_c, progress_bars
+from plant_bench.cli.progress import exit_on_ctrl_c, progress_bars
 from plant_bench.errors import InputError
 
 if TYPE_CHECKING:
@@ -22,46 +22,52 @@ if TYPE_CHECKING:
 
 
 def verify_run(
-    run: Annotated[Path, typer.Argument(help="A folder that `plant-bench score` wrote, anywhere.")],
+    run: Annotated[Path, typer.Argument(help="Folder of the run, from this or another machine.")],
     sample: Annotated[
-        str, typer.Option(help="Episodes to simulate again: a share as in 10%, or a number.")
+        str, typer.Option(help="Episodes to simulate again: a percentage, e.g. 10%, or a number.")
     ] = "10%",
-    all_of_them: Annotated[bool, typer.Option("--all", help="Simulate all again.")] = False,
+    all_of_them: Annotated[
+        bool, typer.Option("--all", help="Simulate all episodes again.")
+    ] = False,
     seed: Annotated[
-        int | None, typer.Option(help="Draws the sample; a new one each time without it.", min=0)
+        int | None, typer.Option(help="Seed of the sample. Default: a new one each time.", min=0)
     ] = None,
-    workers: Annotated[int, typer.Option(help="Processes.", min=1)] = CORES,
+    workers: Annotated[int, typer.Option(help="Number of processes.", min=1)] = CORES,
     agent: Annotated[
         str | None,
-        typer.Option(help="Who drives again, as for `score`; its code is run: trust it first."),
+        typer.Option(
+            help="Planner that drives again, as for `score`. Its code is executed: only name one "
+            "that you trust."
+        ),
     ] = None,
     controls: Annotated[
         bool, typer.Option("--controls", help="Execute the recorded controls instead of the agent.")
     ] = False,
     suite: Annotated[
-        str | None, typer.Option(help="The routes you trust, where the run's are its own.")
+        str | None,
+        typer.Option(help="Routes that you trust, if the run's suite is not built in."),
     ] = None,
     routes: Annotated[
-        str | None, typer.Option(help="Which routes it should have driven; all without it.")
+        str | None, typer.Option(help="Routes that the run must contain. Default: all.")
     ] = None,
     repetitions: Annotated[
-        int | None, typer.Option(help="And how often; as the run says without it.", min=1)
+        int | None,
+        typer.Option(help="Repetitions per route that it must contain. Default: as in it.", min=1),
     ] = None,
-    json: Annotated[Path | None, typer.Option(help="Write what was found for machines.")] = None,
+    json: Annotated[Path | None, typer.Option(help="Write the findings to this JSON file.")] = None,
     isolate: IsolateOption = False,
     tick_limit: TickLimitOption = None,
     start_up_limit: StartUpLimitOption = None,
     memory_limit: MemoryLimitOption = None,
 ) -> None:
-    """Confirm a run's scores: simulate a sample of its episodes again, and check all the rest.
+    """Verify a run's scores: check all its files, and simulate a sample of its episodes again.
 
-    Records, names, checksums and the summary are checked for all episodes; a sample, over all
-    towns, is simulated again: by the agent where it is one of plant-bench's own of the same
-    checksum or is named with --agent, else by the recorded controls. Nothing in RUN is executed
-    or written to. An agent's code is run only if it is plant-bench's or you name it. Exit code 0:
-    confirmed, 1: something differs, 2: it cannot be checked.
+    Records, names, checksums and summary are checked for all episodes. A sample over all towns is
+    simulated again: with the agent if it is built in and has the same checksum, or is named with
+    --agent; otherwise with the recorded controls. Nothing in RUN is executed or changed. Exit code
+    0: confirmed, 1: something differs, 2: the run cannot be checked.
 
-    For instance:
+    Example commands:
 
         plant-bench verify reports/plant-longest6
 
@@ -73,7 +79,7 @@ def verify_run(
     from plant_bench.api.verify import VerifyRequest
 
     if isolate and agent is None:
-        message = "--isolate keeps the planner apart that --agent names: give --agent, too."
+        message = "--isolate requires --agent: it isolates the planner named there."
         raise InputError(message)
     isolation = isolation_for(
         agent or "",
@@ -89,7 +95,7 @@ def verify_run(
         controls=controls,
         isolation=isolation,
     )
-    with ending_at_ctrl_c():
+    with exit_on_ctrl_c():
         found = _verify(request, suite=suite, routes=routes, repetitions=repetitions)
         if json is not None:
             write_whole_text(json, found.to_json())
@@ -99,7 +105,7 @@ def verify_run(
 def _verify(
     request: "VerifyRequest", *, suite: str | None, routes: str | None, repetitions: int | None
 ) -> "Verification":
-    """Verify a run, and print what is found as it is found."""
+    """Verify a run and print the findings step by step."""
     from rich.progress import TaskProgressColumn
 
     from plant_bench.api import verify

@@ -1,11 +1,11 @@
-"""`plant-bench why`."""
+"""`plant-bench why`: explains the infractions of a run."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from plant_bench.cli.progress import ending_at_ctrl_c, progress_bars
+from plant_bench.cli.progress import exit_on_ctrl_c, progress_bars
 
 if TYPE_CHECKING:
     from rich.progress import Progress, TaskID
@@ -15,26 +15,29 @@ if TYPE_CHECKING:
 
 
 def explain_run(
-    run: Annotated[Path, typer.Argument(help="A folder that `plant-bench score` wrote.")],
+    run: Annotated[Path, typer.Argument(help="Folder of a run with recordings.")],
     route: Annotated[
-        str | None, typer.Argument(help="Its id or number; without it, all infractions are listed.")
+        str | None,
+        typer.Argument(help="Id or number of a route. Without it, all infractions are listed."),
     ] = None,
     repetition: Annotated[
-        int | None, typer.Option(help="All with infractions without it.", min=0)
+        int | None,
+        typer.Option(help="Repetition of the route. Default: all with infractions.", min=0),
     ] = None,
     out: Annotated[
-        Path | None, typer.Option(help="A PNG file or a folder for pictures; RUN/why without it.")
+        Path | None, typer.Option(help="PNG file, or folder for images. Default: RUN/why.")
     ] = None,
     before: Annotated[
-        float, typer.Option(help="Seconds to look at before each.", min=0.5, max=60.0)
+        float, typer.Option(help="Seconds shown before each infraction.", min=0.5, max=60.0)
     ] = 4.0,
 ) -> None:
-    """Say why it went wrong: the seconds before each infraction, and what the expert would do.
+    """Explain infractions: the seconds before each one, and what the expert would have done.
 
-    The episode is simulated again with the recorded controls; whether the scenes are the recorded
-    ones is checked at every tick. The expert, and the planner for its ranking, answer to them.
+    The episode is simulated again with the recorded controls, and every tick is compared with the
+    recording. The expert (for its action) and the planner (for its ranking) are queried at these
+    ticks; their actions are not executed.
 
-    For instance:
+    Example commands:
 
         plant-bench why reports/plant-longest6
 
@@ -45,7 +48,7 @@ def explain_run(
     from plant_bench.reports.why.incident_list import print_infractions
     from plant_bench.runner.run.folder import RunFolder
 
-    with ending_at_ctrl_c():
+    with exit_on_ctrl_c():
         folder = RunFolder.open(run)
         if route is None:
             print_infractions(folder.results(), str(run))
@@ -56,7 +59,7 @@ def explain_run(
 def _explain(
     folder: "RunFolder", route: str, repetition: int | None, out: Path, before: float
 ) -> None:
-    """Print and draw each infraction of a route's episodes, as they are looked at."""
+    """Print and draw the infractions of a route, episode by episode."""
     from plant_bench.api.why import explain
     from plant_bench.reports.episode_selection import episodes_of
     from plant_bench.reports.why.incident_text import episode_line, print_episode
@@ -69,11 +72,11 @@ def _explain(
                 continue
             print_episode(item.postmortem, item.findings)
             for path in item.save_pictures(out, tagged=several):
-                typer.echo(f"Picture: {path}")
+                typer.echo(f"Image: {path}")
 
 
 class _EpisodeBar:
-    """A bar for each episode that is looked at, gone before anything is printed; mutable."""
+    """A progress bar for each episode, removed before its text is printed; mutable."""
 
     def __init__(self) -> None:
         self._shown: tuple[Progress, TaskID] | None = None
@@ -85,7 +88,7 @@ class _EpisodeBar:
         self._end()
 
     def __call__(self, result: "EpisodeResult", share: float) -> None:
-        """Show how far an episode has been looked at; it is done at 1."""
+        """Show the progress of an episode, 0 to 1."""
         if self._shown is None:
             from rich.progress import TaskProgressColumn
 

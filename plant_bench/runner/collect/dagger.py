@@ -1,8 +1,8 @@
-"""Another planner at the wheel while the expert only answers (DAgger; Ross et al., 2011).
+"""DAgger (Ross et al., 2011): another planner drives while the expert's actions are recorded.
 
-What is recorded is what the expert would have done where the other planner got to, so that a
-learner sees answers to its own mistakes. Nobody learns from standing at one place for minutes: who
-stands while the expert would go is relieved by the expert for a few seconds.
+The recording holds what the expert would have done in the states that the other planner reached. A
+planner that stays stationary although the expert would go adds no information, so the expert then
+takes over for a few seconds.
 """
 
 from plant_bench.agent import Control
@@ -13,12 +13,12 @@ from plant_bench.sensing.inputs import DRIVER_ONLY
 from plant_bench.world.route import Route
 from plant_bench.world.scene import TICK, Scene
 
-STANDING = 0.1  # m/s
-WANTED = 0.2  # m/s2 asked for by the expert that count as a wish to go
-PATIENCE = 6.0  # s that the other planner may stand against the expert's wish
-RELIEF = 5.0  # s that the expert drives then
+STATIONARY_SPEED = 0.1  # m/s
+MIN_EXPERT_ACCELERATION = 0.2  # m/s2, above which the expert would go
+PATIENCE = 6.0  # s that the planner may stay stationary although the expert would go
+TAKEOVER = 5.0  # s that the expert drives then
 
-_PATIENCE_TICKS, _RELIEF_TICKS = round(PATIENCE / TICK), round(RELIEF / TICK)
+_PATIENCE_TICKS, _TAKEOVER_TICKS = round(PATIENCE / TICK), round(TAKEOVER / TICK)
 
 
 def check_driver(driver: str) -> None:
@@ -31,8 +31,8 @@ def check_driver(driver: str) -> None:
     if refused := inputs & DRIVER_ONLY:
         message = (
             f"'{driver}' cannot drive while the expert answers: it asks for "
-            f"{' and '.join(sorted(refused))}. A planner that drives by what it sees is wanted, "
-            "as plant@models/mine."
+            f"{' and '.join(sorted(refused))}. Expected a planner without these inputs, e.g. "
+            "plant@models/mine."
         )
         raise InputError(message)
 
@@ -52,8 +52,8 @@ class DaggerOverride:
     def __init__(self, driver: str, route: Route, seed: int) -> None:
         self._driver = PlannerSession(load_agent(driver), route, seed, "the driver's ")
         self._control: Control | None = None  # None until it was asked
-        self._stood = 0  # ticks
-        self._relieved_until = 0  # tick
+        self._stationary_ticks = 0  # ticks
+        self._takeover_until = 0  # tick
 
     def executed(self, scene: Scene, progress: float, offset: float, control: Control) -> Control:
         """Return what is executed: the other planner's control most of the time.
@@ -62,12 +62,14 @@ class DaggerOverride:
             AgentError: The other planner fails.
         """
         answer = self._answer(scene, progress, offset)
-        if scene.tick < self._relieved_until:
+        if scene.tick < self._takeover_until:
             return control
-        waits = scene.ego.speed < STANDING and control.acceleration > WANTED
-        self._stood = self._stood + 1 if waits else 0
-        if self._stood > _PATIENCE_TICKS:
-            self._stood, self._relieved_until = 0, scene.tick + _RELIEF_TICKS
+        waits = (
+            scene.ego.speed < STATIONARY_SPEED and control.acceleration > MIN_EXPERT_ACCELERATION
+        )
+        self._stationary_ticks = self._stationary_ticks + 1 if waits else 0
+        if self._stationary_ticks > _PATIENCE_TICKS:
+            self._stationary_ticks, self._takeover_until = 0, scene.tick + _TAKEOVER_TICKS
             return control
         return answer
 

@@ -1,7 +1,7 @@
-"""Disturbances of the executed control, from which the driver recovers while data is collected.
+"""Perturbs the executed control during data collection, so that the driver must recover.
 
-The recorded answer stays the driver's own. A perturbation pulls the front wheels aside or changes
-the acceleration for a moment; it ends early where the ego has come too far from its route.
+The recorded action remains the driver's own. A perturbation adds steering or acceleration for a
+moment; it ends early if the ego is too far from its route.
 """
 
 import math

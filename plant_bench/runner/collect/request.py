@@ -44,11 +44,11 @@ class CollectRequest:
             InputError: What was found, and what is wanted.
         """
         if self.frames < 1:
-            message = f"{self.frames} frames are asked for: 1 at least is wanted."
+            message = f"frames: expected at least 1, got {self.frames}."
             raise InputError(message)
         if self.driver and self.perturb:
             message = "--driver and --perturb both change what is driven: give one of them."
             raise InputError(message)
         if not 0.0 <= self.perturb <= 1.0:
-            message = f"--perturb {self.perturb:g} found: a share of episodes, 0 to 1, is wanted."
+            message = f"--perturb: expected a fraction of episodes, 0 to 1, got {self.perturb:g}."
             raise InputError(message)

@@ -1,4 +1,4 @@
-"""Which episodes a run is made of: the routes chosen, the repetitions, and the seed of each."""
+"""Jobs: the episodes of a run, from selected routes and repetitions, each with its seed."""
 
 import hashlib
 import re

@@ -1,4 +1,4 @@
-"""What an episode depends on, as hashes: its key names its files, and equal keys share a score.
+"""Hashes of the code that an episode depends on; part of the key that names its files.
 
 An episode's key is made of the scenario, the planner (`agents.loading.checksum`), the town and the
 rules: all code that the loop of an episode imports, and the versions of the libraries that compute.

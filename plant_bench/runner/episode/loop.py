@@ -1,4 +1,4 @@
-"""One episode: the one loop in which everything meets."""
+"""The episode loop: simulation, planner, controller and referee, tick by tick."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""What an episode gives; known to who never simulates one."""
+"""The result of an episode: record and timing; importable without the simulator."""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,4 @@
-"""How long an episode took, part by part; all that depends on the clock is here."""
+"""Timing of an episode by part; everything that depends on the clock is here."""
 
 import time
 from typing import Annotated

@@ -1,4 +1,4 @@
-"""Being a driver of a Ray cluster that exists."""
+"""Connects to an existing Ray cluster."""
 
 import logging
 import os
@@ -58,5 +58,5 @@ def _check_answers(address: str) -> None:
         with socket.create_connection((host, int(port)), timeout=REACH):
             return
     except (OSError, ValueError) as error:
-        message = f"Nobody answers at the --address '{address}' ({error})."
+        message = f"No response at the --address '{address}' ({error})."
         raise InputError(message) from error

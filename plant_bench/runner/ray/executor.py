@@ -1,8 +1,8 @@
-"""Runs tasks on a Ray cluster: the same events and the same results as in processes here.
+"""Runs tasks on a Ray cluster, with the same events and results as local processes.
 
-Each worker is an actor that is bound to a node and minds one process (`runner.ray.node`). What
-fails in that process counts as it does locally. An actor that is lost is no fault of its task: the
-task runs again elsewhere. This process alone writes into the run's folder.
+Each worker is an actor bound to a node that supervises one process (`runner.ray.node`). A failure
+in that process counts as it does locally. A lost actor is not a failure of its task: the task runs
+again elsewhere. Only this process writes into the run's folder.
 """
 
 import time
@@ -113,7 +113,7 @@ class _RayPool:
         self._ray = ray
         self._settings, self._tasks, self._work = settings, tasks, work
         self._on_event, self._logs, self._keep = on_event, logs, keep
-        self._cargo = ray.put(payload)
+        self._payload = ray.put(payload)
         self._agenda = Agenda(len(tasks), on_event)
         self._workers: list[_Remote] = []
         self._refused: dict[str, str] = {}  # why, by node
@@ -210,7 +210,7 @@ class _RayPool:
         remote: Any = self._ray.remote(NodeWorker)
         strategy = NodeAffinitySchedulingStrategy(node, soft=False)
         actor = remote.options(num_cpus=1, max_restarts=0, scheduling_strategy=strategy).remote()
-        answer = actor.start.remote(self._cargo, self._work)
+        answer = actor.start.remote(self._payload, self._work)
         self._workers.append(_Remote(number, actor, node, f"{name} ({node[:8]})", answer))
 
     def _take(self, one: _Remote) -> None:

@@ -1,4 +1,4 @@
-"""The part of a Ray run that lives on a node: an actor that minds one worker process.
+"""The Ray actor on a node, which supervises one worker process.
 
 Simulators and planners run in a process of their own, the same as in a local run, not in the
 actor: what a crash of it means can then be told from the loss of the node, in the same words as

@@ -1,9 +1,8 @@
-"""What travels to another machine with a run's tasks: planners' code and weights, and towns.
+"""Payload sent to Ray nodes with a run's tasks: planners' code and weights, and towns.
 
-The files are sent as bytes and lie on the node in a folder of the run's own, each where it lies
-here: a tree like this machine's with these files alone. So relative paths mean there what they mean
-here, and absolute ones are found below that folder. What arrives is compared by its hash, and so
-is all that does not travel because every node must have it: plant-bench itself, SUMO, the packages.
+On the node, the files have the same absolute paths as here, below a per-run folder. Relative paths
+therefore keep their meaning. Received files are checked by hash, and so is all that must be
+installed on every node: plant-bench itself, SUMO, the packages.
 """
 
 import hashlib

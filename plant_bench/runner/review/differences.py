@@ -1,4 +1,4 @@
-"""In what a record differs from what simulating its episode again gives."""
+"""Compares a record with the result of simulating its episode again."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

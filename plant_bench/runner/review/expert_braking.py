@@ -1,4 +1,4 @@
-"""Whom the expert would brake for, through an episode that was driven by it or by another."""
+"""The actors that the expert would brake for, over an episode driven by any planner."""
 
 from dataclasses import dataclass
 

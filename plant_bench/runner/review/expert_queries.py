@@ -1,4 +1,4 @@
-"""Asks the expert, about twice a second, whom it would brake for where somebody else drove."""
+"""Queries the expert at 2 Hz for the actor it would brake for, in another planner's episode."""
 
 import numpy as np
 

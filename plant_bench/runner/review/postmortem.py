@@ -1,8 +1,8 @@
-"""Looks at an episode again, the planner and the expert answering in the shadow of what was driven.
+"""Postmortem of an episode: simulates it again and queries planner and expert in shadow mode.
 
-The expert answers to the scenes into which the planner drove, as it does for `collect --driver`.
-The planner is asked again to learn its ranking, which no recording holds; its answers must be the
-recorded ones, else it is another planner by now and is not believed.
+The expert's actions in the scenes that the planner reached show what it would have done. The
+planner is queried for its ranking, which is not recorded; its actions must equal the recorded ones,
+else its code has changed and the ranking is dropped.
 """
 
 from collections.abc import Callable, Sequence

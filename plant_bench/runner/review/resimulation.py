@@ -1,7 +1,7 @@
-"""An episode once more: the recorded controls executed in place of the planner, tick by tick.
+"""Simulates an episode again by executing its recorded controls, tick by tick.
 
-An episode is deterministic, so the simulator comes to the recorded scenes again and can tell what
-no recording holds: the privileged facts. Whether it did is checked at every tick, not believed.
+Episodes are deterministic, so the simulator reproduces the recorded scenes and can supply the
+privileged facts, which are not recorded. Equality of the scenes is checked at every tick.
 """
 
 from collections.abc import Callable, Iterator

@@ -1,4 +1,4 @@
-"""What an episode looked like in some seconds of it, and what planner and expert said to that."""
+"""Data of a postmortem: the ticks around infractions, with planner's and expert's decisions."""
 
 from dataclasses import dataclass
 

@@ -1,6 +1,6 @@
-"""A run that somebody else made: read with care, and held against the routes, towns and rules here.
+"""Reads an untrusted run and checks it against the routes, towns and rules installed here.
 
-Nothing of it is executed, and nothing is written into it.
+Nothing in the run is executed or changed.
 """
 
 from collections.abc import Mapping

@@ -1,4 +1,4 @@
-"""What a submitted run says, held against the routes, towns and rules here; needs no simulator."""
+"""Checks of a submitted run against installed routes, towns and rules, without the simulator."""
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence

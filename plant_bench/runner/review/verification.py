@@ -1,4 +1,4 @@
-"""Episodes of a submitted run once more: driven again by the agent, or by the recorded controls."""
+"""Simulates episodes of a submitted run again, with the agent or with the recorded controls."""
 
 import random
 import tempfile

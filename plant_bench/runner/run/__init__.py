@@ -1,1 +1,1 @@
-"""A run on disk: what was asked for, records, locks, summary, provenance."""
+"""A run on disk: request, records, lock, summary, provenance."""

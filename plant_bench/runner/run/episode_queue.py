@@ -1,4 +1,4 @@
-"""Runs many episodes over worker processes and writes each one's record the moment it ends."""
+"""Runs the episodes of a suite on worker processes and writes each record when it ends."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -39,7 +39,7 @@ class EpisodeStarted:
 
 @dataclass(frozen=True)
 class EpisodeProgressed:
-    """How far a worker is with its job, 0 to 1."""
+    """Progress of a worker's job, 0 to 1."""
 
     worker: int
     job: Job
@@ -48,7 +48,7 @@ class EpisodeProgressed:
 
 @dataclass(frozen=True)
 class EpisodeRetried:
-    """A job failed for no fault of the agent and will be tried again."""
+    """A job failed through no fault of the agent and will be retried."""
 
     worker: int
     job: Job
@@ -57,7 +57,7 @@ class EpisodeRetried:
 
 @dataclass(frozen=True)
 class EpisodeEnded:
-    """A job's record is on disk; no timing where the simulation crashed."""
+    """A job's record is on disk; no timing if the simulation crashed."""
 
     worker: int
     job: Job
@@ -70,7 +70,7 @@ SuiteEvent = EpisodeStarted | EpisodeProgressed | EpisodeRetried | EpisodeEnded
 
 @dataclass(frozen=True)
 class _Task:
-    """What a worker is given."""
+    """A job as it is sent to a worker."""
 
     job: Job
     recording: Path | None
@@ -79,13 +79,13 @@ class _Task:
 
     @property
     def needs(self) -> Requirements:
-        """What it must find on another machine."""
+        """Files that the task requires on another machine."""
         return Requirements(
             frozenset({self.job.agent}), frozenset({self.job.route.town_dir}), self.isolation
         )
 
     def at(self, place: NodePaths) -> "_Task":
-        """Return the same task as it is done on another machine."""
+        """Return the same task with the paths of another machine."""
         recording = self.recording and place.output / "recordings" / self.recording.name
         planner = place.planner(self.job.agent)
         job = replace(
@@ -108,23 +108,23 @@ def run_suite(
     executor: Executor | None = None,
     isolation: Isolation | None = None,
 ) -> None:
-    """Run jobs and write each one's record the moment it ends.
+    """Run jobs and write each record when its episode ends.
 
-    A job whose worker dies, or whose simulator fails, is tried once more and then recorded as
-    "Failed - Simulation crashed", so that it stays in every mean.
+    A job whose worker dies or whose simulator fails is retried once and then recorded as
+    "Failed - Simulation crashed", so that it counts in every mean.
 
     Args:
-        jobs: What to run; records that are there are replaced.
-        folder: Where to write.
-        workers: Number of processes of this machine, without an executor.
-        recordings: Also write every tick.
-        on_event: Told what happens, in this process.
+        jobs: Jobs to run; existing records are replaced.
+        folder: Folder of the run.
+        workers: Number of processes on this machine, without an executor.
+        recordings: Also record every tick.
+        on_event: Called in this process with each event.
         run_episode: "module:function" that runs a job.
-        executor: Runs the jobs, with as many workers as it likes.
-        isolation: Keeps the planner in a process of its own.
+        executor: Runs the jobs, with its own number of workers.
+        isolation: Runs the planner in a separate process; None to load it in the workers.
 
     Raises:
-        InputError: Something no episode can run without is missing or cannot be written.
+        InputError: An input that all episodes need is missing, or the folder is not writable.
         SimulationError: Worker processes do not start.
     """
     tasks = [
@@ -163,7 +163,7 @@ def run_suite(
 
 
 def _run_task(task: _Task, report: Report) -> Outcome:
-    """Run an episode: what a worker does."""
+    """Run an episode in a worker process."""
     module, _, function = task.run_episode.partition(":")
     run_episode = getattr(import_module(module), function)
     load = loader_of(task.isolation)
@@ -171,7 +171,7 @@ def _run_task(task: _Task, report: Report) -> Outcome:
 
 
 def crashed_result(job: Job, reason: str, load: Loader = load_agent) -> EpisodeResult:
-    """Return the record of an episode that the simulator never brought to an end."""
+    """Return the record of an episode whose simulation crashed."""
     header = job.header(load(job.agent).inputs)
     return EpisodeResult(
         **header.model_dump(),

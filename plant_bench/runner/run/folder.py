@@ -1,14 +1,14 @@
-"""The folder of one run: one record an episode, and all that is derived from the records.
+"""The folder of a run: reads and writes one record per episode and the derived files.
 
-run.json: what it was made with (`Provenance`).
-episodes/<route>_r<repetition>_<key>.json: an `EpisodeResult`; nothing of it depends on the clock.
-timing/<the same>.json: a `Timing`; all that depends on the clock.
+run.json: versions and settings of the run (`Provenance`).
+episodes/<route>_r<repetition>_<key>.json: an `EpisodeResult`, independent of the clock.
+timing/<the same>.json: a `Timing`, all that depends on the clock.
 recordings/<the same>.parquet: every tick, for rescoring and replays.
 summary.json, summary.csv: derived from the records alone.
 speed.json: derived from the timings.
 superseded/: episodes of an earlier agent, town, route or protocol.
-logs/: what the workers printed.
-claims/: who is driving into it now (`runner.run.lock`).
+logs/: output of the workers.
+claims/: locks of the processes that drive into the folder (`runner.run.run_lock`).
 """
 
 import re
@@ -28,7 +28,7 @@ _PARTS = {"episodes": ".json", "timing": ".json", "recordings": ".parquet"}
 
 
 def in_order(results: Iterable[EpisodeResult]) -> list[EpisodeResult]:
-    """Return records by route and repetition: sums of their numbers depend on the order."""
+    """Sort records by route and repetition, since floating-point sums depend on the order."""
     return sorted(results, key=lambda result: (result.route, result.repetition))
 
 
@@ -57,14 +57,14 @@ class RunFolder:
 
     @property
     def run_file(self) -> Path:
-        """Where the provenance lies."""
+        """Path of the provenance file."""
         return self.path / "run.json"
 
     def create(self, *, sweeping: Sequence[str] | None = None) -> None:
-        """Make the folder, and clear away what an interrupted run left half written.
+        """Create the folder, and remove partly written files of an interrupted run.
 
         Args:
-            sweeping: As in `sweep`.
+            sweeping: The argument of `sweep`.
 
         Raises:
             InputError: It cannot be written to.
@@ -76,10 +76,10 @@ class RunFolder:
         (self.path / "probe").unlink(missing_ok=True)
 
     def sweep(self, names: Sequence[str] | None = None) -> None:
-        """Remove what killed workers left half written.
+        """Remove the partly written files of killed workers.
 
         Args:
-            names: Of episodes that nobody else drives; None where nobody else drives any.
+            names: Names of the episodes that only this process drives; None for all.
         """
         starts = None if names is None else tuple(f"{name}." for name in names)
         for leftover in (*self.path.glob(f"*{UNFINISHED}"), *self.path.glob(f"*/*{UNFINISHED}")):
@@ -87,10 +87,10 @@ class RunFolder:
                 leftover.unlink(missing_ok=True)
 
     def make(self, name: str) -> None:
-        """Make a sub-folder.
+        """Create a sub-folder.
 
         Raises:
-            InputError: It cannot be made.
+            InputError: It cannot be created.
         """
         try:
             (self.path / name).mkdir(parents=True, exist_ok=True)
@@ -103,21 +103,21 @@ class RunFolder:
         return sorted((self.path / "episodes").glob("*.json"))
 
     def recording_path(self, name: str) -> Path:
-        """Return where an episode's recording lies."""
+        """Return the path of an episode's recording."""
         return self.path / "recordings" / f"{name}.parquet"
 
     def record(self, name: str) -> EpisodeResult | None:
-        """Return an episode's record if it is there and whole."""
+        """Return an episode's record; None if it is missing or broken."""
         path = self.path / "episodes" / f"{name}.json"
         if not path.is_file():
             return None
         try:
             return EpisodeResult.load(path)
         except InputError:
-            return None  # broken: it is made again
+            return None  # broken: the episode is driven again
 
     def save(self, name: str, result: EpisodeResult, timing: BaseModel | None) -> None:
-        """Write an episode's files, each whole or not at all; the record last.
+        """Write an episode's files, each completely or not at all; the record last.
 
         Raises:
             InputError: The disk is full, or the folder has gone.
@@ -127,13 +127,13 @@ class RunFolder:
         self.write(f"episodes/{name}.json", result.to_json())
 
     def forget(self, names: Iterable[str]) -> None:
-        """Remove the files of episodes that are driven anew."""
+        """Remove the files of episodes that are driven again."""
         for name in names:
             for part, suffix in _PARTS.items():
                 (self.path / part / f"{name}{suffix}").unlink(missing_ok=True)
 
     def write(self, name: str, text: str) -> None:
-        """Write a text file, whole or not at all.
+        """Write a text file, completely or not at all.
 
         Raises:
             InputError: The disk is full, or the folder has gone.
@@ -141,7 +141,7 @@ class RunFolder:
         self.keep(name, text.encode())
 
     def keep(self, name: str, content: bytes) -> None:
-        """Write a file, whole or not at all, also where others write the same one.
+        """Write a file, completely or not at all, even if other processes write the same one.
 
         Raises:
             InputError: The disk is full, or the folder has gone.
@@ -162,16 +162,16 @@ class RunFolder:
         return in_order(EpisodeResult.load(path) for path in self.record_files())
 
     def repetitions(self) -> int:
-        """Return how many repetitions the records' names speak of."""
+        """Return the number of repetitions, from the names of the records."""
         names = [path.stem for path in self.record_files()]
         found = [re.search(r"_r(\d+)_[0-9a-f]+$", name) for name in names]
         return max((int(match[1]) + 1 for match in found if match), default=0)
 
     def set_aside(self, keep: Iterable[str]) -> int:
-        """Move all episodes but the named ones to `superseded/`.
+        """Move all episodes except the named ones to `superseded/`.
 
         Returns:
-            How many records were moved.
+            Number of records moved.
         """
         kept = set(keep)
         stale = [path.stem for path in self.record_files() if path.stem not in kept]
@@ -186,9 +186,9 @@ class RunFolder:
         return len(stale)
 
     def provenance(self) -> Provenance | None:
-        """Return what an earlier command noted here, None in a new folder.
+        """Return the provenance written by an earlier command; None in a new folder.
 
         Raises:
-            InputError: The note is broken.
+            InputError: The file is broken.
         """
         return Provenance.load(self.run_file) if self.run_file.is_file() else None

@@ -1,4 +1,4 @@
-"""What a run was made with: everything needed to make it again, or to tell why it differs."""
+"""Provenance of a run: settings, checksums and versions needed to reproduce it."""
 
 import platform
 import shlex
@@ -24,19 +24,19 @@ class Provenance(BaseModel):
 
     Attributes:
         format: Version of this record.
-        agent: The agent as it was asked for.
+        agent: The agent as named by the user.
         agent_checksum: Content hash of the agent's code and weights.
         suite: Name of the suite, or the path it was read from.
         seed: The base seed; each episode's own seed is in its record.
-        density: Of the traffic.
-        hazards: Whether the routes' hazards are played.
-        protocol: The rules.
+        density: Traffic density.
+        hazards: Whether the routes' hazards are enabled.
+        protocol: Name and version of the rules.
         towns: Checksum of each town.
         routes: Checksum of each route of the suite.
-        repetitions: Number asked for by the last command.
+        repetitions: Repetitions requested by the last command.
         command: The last command.
-        versions: Of everything that could change a number.
-        processor: Timings depend on it, scores do not.
+        versions: Versions of all software that can change a result.
+        processor: Name of the processor; timings depend on it, scores do not.
     """
 
     model_config = ConfigDict(frozen=True, extra="ignore")
@@ -58,7 +58,7 @@ class Provenance(BaseModel):
 
     @property
     def identity(self) -> list[tuple[str, object]]:
-        """What all episodes of one folder have in common; the agent's version may change."""
+        """Settings that all episodes of a folder share; the agent's version may change."""
         names = ("agent", "suite", "seed", "density", "hazards")
         return [(name, getattr(self, name)) for name in names]
 
@@ -110,12 +110,12 @@ def provenance(
 
 
 def command_line() -> str:
-    """Return the command that runs now, to be shown to others; see `without_folders`."""
+    """Return the current command for publication, without private folders (`without_folders`)."""
     return shlex.join(map(without_folders, [Path(sys.argv[0]).name, *sys.argv[1:]]))
 
 
 def installed_versions() -> dict[str, str]:
-    """Return the versions of plant-bench, Python and the packages that make the numbers."""
+    """Return the versions of plant-bench, Python and the packages that can change results."""
     versions = {"plant-bench": __version__, "python": platform.python_version()}
     for package in _PACKAGES:
         try:
@@ -126,7 +126,7 @@ def installed_versions() -> dict[str, str]:
 
 
 def processor_name() -> str:
-    """Return the processor's name as the system tells it."""
+    """Return the processor's name as reported by the system."""
     try:
         text = Path("/proc/cpuinfo").read_text(encoding="utf-8")
     except OSError:

@@ -1,4 +1,4 @@
-"""Scores a whole run again from its recordings, with no simulator."""
+"""Scores a whole run again from its recordings, without the simulator."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -17,9 +17,9 @@ class Rescored:
     """One episode, scored twice.
 
     Attributes:
-        name: Of the episode's files.
-        first: The record as it was written.
-        again: What the recording gives; None where there is no recording.
+        name: Name of the episode's files.
+        first: The original record.
+        again: The record computed from the recording; None without a recording.
     """
 
     name: str
@@ -28,7 +28,7 @@ class Rescored:
 
     @property
     def equal(self) -> bool:
-        """Whether both give the same bytes, in the format of the first."""
+        """Whether both records have the same bytes, in the format version of the first."""
         if self.again is None:
             return False
         return self.again.as_format(self.first.format).to_json() == self.first.to_json()
@@ -63,6 +63,6 @@ def rescore_folder(folder: RunFolder) -> Iterator[Rescored]:
 def _again(recording: Path, route: Route) -> EpisodeResult:
     try:
         return rescore(Recording.load(recording), route.load_town(), route)
-    except ValueError as error:  # such as a distance that no record may hold
+    except ValueError as error:  # e.g. a value outside the range of a record's field
         message = f"Cannot score {recording} ({in_one_line(error)}): drive the episode again."
         raise InputError(message) from error

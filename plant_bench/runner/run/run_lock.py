@@ -1,9 +1,9 @@
-"""Who drives into a run's folder: claims of whole runs and of shards, right on network disks too.
+"""Locks a run's folder, or one shard of it, against other processes; also on network disks.
 
-A claim is a small file in `claims/`. It is made by `O_EXCL`, which one process alone can win, also
-over NFS; only then are the others read, so of two that conflict at least one sees the other. A
-claim is beaten (its time is set) now and then. One of a dead process of this host is taken over at
-once, one of another host when it has not been beaten for long.
+A lock is a small file in `claims/`. It is created exclusively, which only one process can do, also
+over NFS. Only then are the other locks read, so of two conflicting owners at least one sees the
+other. The owner refreshes the file's time every `HEARTBEAT` seconds. A lock whose process on this
+host is dead is taken over at once; a lock of another host, after `EXPIRY` without a heartbeat.
 """
 
 import json
@@ -25,20 +25,20 @@ from plant_bench.errors import InputError
 from plant_bench.untrusted_files import read_text
 
 HEARTBEAT = 30.0  # s
-EXPIRY = 300.0  # s without a beat after which a claim of another host is void
+EXPIRY = 300.0  # s without a heartbeat after which a lock of another host has expired
 WHOLE = "whole"
-LARGEST_CLAIM = 10_000  # bytes
+LARGEST_LOCK = 10_000  # bytes
 _Number = Annotated[int, Field(ge=0, lt=1 << 31)]
 _Item = TypeVar("_Item")
 
 
 @dataclass(frozen=True)
 class Shard:
-    """One of several parts of a run's episodes that are driven apart.
+    """One part of a run's episodes, driven separately from the others.
 
     Attributes:
-        number: From 1.
-        count: Of the parts.
+        number: Number of the part, from 1.
+        count: Number of parts.
     """
 
     number: int
@@ -46,10 +46,10 @@ class Shard:
 
     @classmethod
     def parse(cls, text: str) -> "Shard":
-        """Return what "2/8" means.
+        """Parse a shard such as "2/8".
 
         Raises:
-            InputError: It means nothing.
+            InputError: The text is not a shard.
         """
         number, _, count = text.partition("/")
         if number.isdecimal() and count.isdecimal() and 1 <= int(number) <= int(count):
@@ -61,9 +61,9 @@ class Shard:
         return f"{self.number}/{self.count}"
 
     def of(self, items: Sequence[_Item], lengths: Sequence[float]) -> list[_Item]:
-        """Return this shard's part: each item goes, the longest first, where least is yet.
+        """Return this shard's items: the longest first, each goes to the least loaded shard.
 
-        It depends on items and lengths alone, so all shards agree on who has what.
+        The result depends on items and lengths alone, so all shards agree on the division.
         """
         order = sorted(range(len(items)), key=lambda place: (-lengths[place], place))
         loads = [0.0] * self.count
@@ -78,16 +78,16 @@ class Shard:
 
 @dataclass(frozen=True)
 class LockInfo:
-    """Who claims, and what.
+    """Content of a lock file: its owner, and what is locked.
 
     Attributes:
         what: "whole", or a shard as "2of8".
-        version: Of what is driven: all episodes that the shards divide.
-        host: The machine.
-        pid: The process there.
-        born: When that process started, in the system's ticks since its boot; 0 where unknown.
-        since: When it was claimed, for people.
-        token: No two claims have the same.
+        version: Hash of all episodes that the shards divide.
+        host: Name of the machine.
+        pid: Process id on it.
+        born: Start time of the process, in system ticks since boot; 0 if unknown.
+        since: Time of locking, for people.
+        token: Unique random text.
     """
 
     what: Annotated[str, Field(pattern=r"^(whole|[1-9][0-9]{0,8}of[1-9][0-9]{0,8})$")]
@@ -99,12 +99,12 @@ class LockInfo:
     token: str
 
     def described(self) -> str:
-        """Say who it is."""
+        """Return a description of the owner for messages."""
         what = "A run" if self.what == WHOLE else f"Shard {self.what.replace('of', '/')}"
         return f"{what} (host {self.host}, process {self.pid}, since {self.since})"
 
     def conflicts(self, other: "LockInfo") -> bool:
-        """Tell whether two may not drive at the same time: only shards of one division may."""
+        """Tell whether two locks exclude each other: only shards of one division do not."""
         if WHOLE in (self.what, other.what) or self.version != other.version:
             return True
         number, count = self.what.split("of")
@@ -116,46 +116,46 @@ _READER = TypeAdapter(LockInfo)
 
 
 @contextmanager
-def claimed(folder: Path, shard: Shard | None, version: str) -> Iterator[None]:
-    """Have a run's folder, or one shard of it, as long as the context lasts.
+def locked(folder: Path, shard: Shard | None, version: str) -> Iterator[None]:
+    """Lock a run's folder, or one shard of it, within the context.
 
     Args:
-        folder: The run's; it is made if it is not there.
-        shard: What is claimed; None for the whole.
-        version: Of what is driven; shards of another one are refused.
+        folder: Folder of the run; created if it does not exist.
+        shard: The part that is locked; None for the whole run.
+        version: Hash of all episodes; shards of another division are refused.
 
     Raises:
-        InputError: Somebody else has it, or it cannot be written to.
+        InputError: Another process holds a conflicting lock, or the folder is not writable.
     """
     what = WHOLE if shard is None else f"{shard.number}of{shard.count}"
     since = time.strftime("%Y-%m-%d %H:%M:%S")
     host, pid = socket.gethostname(), os.getpid()
-    me = LockInfo(what, version, host, pid, _born(pid), since, secrets.token_hex(8))
+    me = LockInfo(what, version, host, pid, _start_time(pid), since, secrets.token_hex(8))
     place = folder / "claims"
     try:
-        mine = _claim(place, me)
+        mine = _acquire(place, me)
     except OSError as error:
         message = f"Cannot write to {folder}: {error.strerror}. Choose another with --out."
         raise InputError(message) from error
     ended = threading.Event()
-    beating = threading.Thread(target=_beat, args=(mine, ended), daemon=True)
+    heartbeat = threading.Thread(target=_heartbeat, args=(mine, ended), daemon=True)
     try:
         _check_others(place, mine, me)
-        beating.start()
+        heartbeat.start()
         yield
     finally:
         ended.set()
         if _read(mine) == me:
             mine.unlink(missing_ok=True)
         with _ignored():
-            place.rmdir()  # if nobody else has a claim
+            place.rmdir()  # if there is no other lock
 
 
-def _claim(place: Path, me: LockInfo) -> Path:
-    """Make the file of a claim, over a void one too.
+def _acquire(place: Path, me: LockInfo) -> Path:
+    """Create a lock file, replacing an expired one.
 
     Raises:
-        InputError: Somebody has it.
+        InputError: Another process holds the lock.
     """
     path = place / f"{me.what}.json"
     for _ in range(3):
@@ -166,14 +166,14 @@ def _claim(place: Path, me: LockInfo) -> Path:
         except FileExistsError:
             lock_owner = _read(path)
             if lock_owner is not None:
-                if not _void(path, lock_owner):
-                    raise _refusal(lock_owner, path) from None
-                _take_away(path, lock_owner)
+                if not _has_expired(path, lock_owner):
+                    raise _lock_error(lock_owner, path) from None
+                _remove_expired(path, lock_owner)
         except FileNotFoundError:
-            continue  # who held the last claim has just removed the folder
+            continue  # the owner of the last lock has just removed the folder
         else:
             return path
-    message = f"{path} is claimed and given up by others over and over. Try again."
+    message = f"{path} is locked and released by other processes repeatedly. Try again."
     raise InputError(message)
 
 
@@ -182,38 +182,38 @@ def _check_others(place: Path, mine: Path, me: LockInfo) -> None:
         lock_owner = None if path == mine else _read(path)
         if lock_owner is None or not me.conflicts(lock_owner):
             continue
-        if not _void(path, lock_owner):
-            raise _refusal(lock_owner, path)
-        _take_away(path, lock_owner)
+        if not _has_expired(path, lock_owner):
+            raise _lock_error(lock_owner, path)
+        _remove_expired(path, lock_owner)
 
 
-def _refusal(lock_owner: LockInfo, path: Path) -> InputError:
+def _lock_error(lock_owner: LockInfo, path: Path) -> InputError:
     return InputError(
         f"{lock_owner.described()} is driving into {path.parents[1]}. Wait until it has ended, or "
-        f"choose another folder with --out. (What another host claims is void "
-        f"{EXPIRY / 60.0:.0f} minutes after its last sign of life; if you know that it has ended, "
-        f"remove {path}.)"
+        f"choose another folder with --out. (A lock of another host expires "
+        f"{EXPIRY / 60.0:.0f} minutes after its last heartbeat; if you know that its process has "
+        f"ended, remove {path}.)"
     )
 
 
-def _void(path: Path, lock_owner: LockInfo) -> bool:
-    """Tell whether who made a claim is certainly gone."""
+def _has_expired(path: Path, lock_owner: LockInfo) -> bool:
+    """Tell whether the owner of a lock has certainly ended."""
     if lock_owner.host == socket.gethostname():
         return (
-            _born(lock_owner.pid) != lock_owner.born
+            _start_time(lock_owner.pid) != lock_owner.born
             if lock_owner.born
-            else not _lives(lock_owner.pid)
+            else not _is_running(lock_owner.pid)
         )
     return _age(path) > EXPIRY
 
 
 def _age(path: Path) -> float:
-    """Return the seconds since a claim was beaten, by the clock of the disk it lies on."""
+    """Return the seconds since a lock's last heartbeat, by the clock of its file system."""
     probe = path.with_name(f"{secrets.token_hex(8)}.now")
     try:
         with probe.open("x"):
             now = probe.stat().st_mtime
-        with path.open("rb") as file:  # opened: NFS asks the server then
+        with path.open("rb") as file:  # opening makes NFS query the server
             return now - os.fstat(file.fileno()).st_mtime
     except FileNotFoundError:
         return 0.0
@@ -221,8 +221,8 @@ def _age(path: Path) -> float:
         probe.unlink(missing_ok=True)
 
 
-def _take_away(path: Path, lock_owner: LockInfo) -> None:
-    """Remove a void claim, unless another process has just done so and made its own."""
+def _remove_expired(path: Path, lock_owner: LockInfo) -> None:
+    """Remove an expired lock, unless another process has just replaced it by its own."""
     aside = path.with_name(f"{secrets.token_hex(8)}.void")
     try:
         path.rename(aside)
@@ -235,22 +235,22 @@ def _take_away(path: Path, lock_owner: LockInfo) -> None:
 
 
 def _read(path: Path) -> LockInfo | None:
-    """Return who made a claim, None where it is gone; of a broken one nobody is known."""
+    """Return the content of a lock file; None if it is gone, an unknown owner if it is broken."""
     try:
-        return _READER.validate_json(read_text(path, largest=LARGEST_CLAIM), strict=True)
+        return _READER.validate_json(read_text(path, largest=LARGEST_LOCK), strict=True)
     except FileNotFoundError:
         return None
     except (OSError, ValueError):
         return LockInfo(WHOLE, "", "unknown", 0, 0, "unknown", "")
 
 
-def _beat(path: Path, ended: threading.Event) -> None:
+def _heartbeat(path: Path, ended: threading.Event) -> None:
     while not ended.wait(HEARTBEAT):
         with _ignored():
             os.utime(path)
 
 
-def _lives(pid: int) -> bool:
+def _is_running(pid: int) -> bool:
     try:
         os.kill(pid, 0)
     except ProcessLookupError:
@@ -260,8 +260,8 @@ def _lives(pid: int) -> bool:
     return True
 
 
-def _born(pid: int) -> int:
-    """Return when a process started, in ticks since boot; 0 where there is none or none can say."""
+def _start_time(pid: int) -> int:
+    """Return the start time of a process, in ticks since boot; 0 if unknown or not running."""
     try:
         text = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8")
     except OSError:

@@ -1,4 +1,4 @@
-"""A run: what was asked for, what of it is finished, and what is left to do."""
+"""Prepares a run: from the request, finds which episodes are missing in its folder."""
 
 import hashlib
 import re
@@ -13,23 +13,23 @@ from plant_bench.errors import InputError
 from plant_bench.runner.episode.jobs import Job, episode_name, make_jobs, select_routes
 from plant_bench.runner.run.folder import RunFolder
 from plant_bench.runner.run.provenance import Provenance, provenance
-from plant_bench.runner.run.run_lock import Shard, claimed
+from plant_bench.runner.run.run_lock import Shard, locked
 from plant_bench.sim.densities import density_of
 from plant_bench.world.route import Route, load_suite
 
 
 @dataclass(frozen=True)
 class ScoreRequest:
-    """What is asked of a run.
+    """The request for a run.
 
     Attributes:
-        agent: As given to `load_agent`.
+        agent: Name of the planner, as for `load_agent`.
         suite: A suite's name, or a folder or file of routes.
         routes: Selection of routes (see `select_routes`), None for all.
-        repetitions: Episodes on each route.
+        repetitions: Episodes per route.
         seed: The base seed.
-        density: Of the traffic.
-        hazards: Whether the routes' hazards are played.
+        density: Traffic density.
+        hazards: Whether the routes' hazards are enabled.
     """
 
     agent: str
@@ -42,7 +42,7 @@ class ScoreRequest:
 
     @property
     def run_name(self) -> str:
-        """The folder's name: the same request finds its run again."""
+        """Default name of the folder; equal requests have equal names."""
         suite = Path(self.suite)  # an imported town's suite is the folder MYTOWN/routes
         parts = [self.agent, suite.parent.name if suite.name == "routes" else suite.stem]
         if not self.hazards:
@@ -68,14 +68,14 @@ class ScoreRequest:
 
 @dataclass(frozen=True)
 class Run:
-    """A run that is ready to go.
+    """A run that is ready to be driven.
 
     Attributes:
-        folder: Where it lives.
-        jobs: What was asked for.
-        missing: Those of them without a record, the longest first so that workers end together.
-        notes: What the user should know of what was found in the folder.
-        others: What other shards of the run drive.
+        folder: Folder of the run.
+        jobs: The requested jobs.
+        missing: Jobs without a record, the longest first so that workers finish together.
+        notes: Notes for the user about the existing content of the folder.
+        others: Jobs of the run's other shards.
     """
 
     folder: RunFolder
@@ -85,15 +85,15 @@ class Run:
     others: tuple[Job, ...] = ()
 
     def unfinished(self) -> int:
-        """Return how many of the jobs have no record now."""
+        """Return the number of jobs without a record."""
         return self._without_record(self.jobs)
 
     def unfinished_by_others(self) -> int:
-        """Return how many of the jobs of other shards have no record now."""
+        """Return the number of other shards' jobs without a record."""
         return self._without_record(self.others)
 
     def sweep(self) -> None:
-        """Remove what killed workers left half written, of this run's own jobs."""
+        """Remove the partly written files of this run's own jobs."""
         self.folder.sweep([episode_name(job) for job in self.jobs] if self.others else None)
 
     def _without_record(self, jobs: Sequence[Job]) -> int:
@@ -109,23 +109,22 @@ def open_run(
     hold: ExitStack | None = None,
     load: Loader = load_agent,
 ) -> Run:
-    """Find out what there is to do, and write `run.json`.
+    """Open or create a run's folder, find the missing episodes, and write `run.json`.
 
     Records made with another version of the agent, the towns, the routes or the rules are moved to
     `superseded/`.
 
     Args:
-        request: What is wanted.
-        out: The run's folder; None for `reports/<run name>` in the working folder.
-        overwrite: Run all that is asked for again, and let the folder belong to this request.
+        request: The request.
+        out: Folder of the run; None for `reports/<run name>` in the working folder.
+        overwrite: Drive all requested episodes again, even if the folder holds another run.
         shard: The part of the request that is driven here; None for all of it.
-        hold: Keeps others out of the folder until it is closed (see `claimed`); without it the
-            caller knows that there are none.
-        load: Makes the planner, to learn what it is made of.
+        hold: Holds the run lock until it is closed (`locked`); None if no lock is needed.
+        load: Loads the planner, for its checksum.
 
     Raises:
-        InputError: The request cannot be met, or the folder belongs to another one, or somebody
-            else is driving into it.
+        InputError: The request cannot be met, the folder holds another run, or another process is
+            driving into it.
     """
     suite = load_suite(request.suite)
     chosen = _checked_routes(request, suite)
@@ -139,7 +138,7 @@ def open_run(
     if shard is not None:
         jobs = shard.of(everything, [job.route.length for job in everything])
     if hold is not None:
-        hold.enter_context(claimed(folder.path, shard, _division(everything)))
+        hold.enter_context(locked(folder.path, shard, _division(everything)))
     folder.create(sweeping=None if shard is None else [episode_name(job) for job in jobs])
     notes = _set_aside(folder, request, now.agent_checksum, suite)
     missing = (
@@ -157,7 +156,7 @@ def open_run(
 
 
 def _checked_routes(request: ScoreRequest, suite: Sequence[Route]) -> list[Route]:
-    """Return the routes that are asked for, if all of the request can be driven."""
+    """Return the requested routes; check that towns and density exist."""
     chosen = select_routes(suite, request.routes)
     for route in sorted(chosen, key=lambda route: route.town):
         route.check_town(route.load_town())
@@ -179,7 +178,7 @@ def _provenance_now(request: ScoreRequest, suite: list[Route], load: Loader) -> 
 
 
 def _division(jobs: Sequence[Job]) -> str:
-    """Return a hash of what shards divide: only shards of the same episodes fit together."""
+    """Return a hash of all episodes that the shards divide; it must be equal for all shards."""
     return hashlib.sha256("\n".join(map(episode_name, jobs)).encode()).hexdigest()
 
 
@@ -216,4 +215,4 @@ def _changed_versions(earlier: Provenance, now: Provenance) -> list[str]:
     ]
     if not changed:
         return []
-    return [f"Records kept were made with {', '.join(changed)}; --overwrite runs them again."]
+    return [f"Existing records were made with {', '.join(changed)}; --overwrite replaces them."]

@@ -1,4 +1,4 @@
-"""How fast a run went and how long its planner took to decide: summed up apart from the score."""
+"""Speed of a run and decision times of its planner, aggregated from the timing files."""
 
 import math
 from collections.abc import Iterable, Sequence
@@ -17,17 +17,17 @@ class Speed:
     """The speed of some episodes together.
 
     Attributes:
-        episodes: How many.
-        simulated_s: Simulated time.
-        wall_s: Wall time in the workers, added up.
-        shares: Of that wall time: in the simulation, the planner, the referee and all the rest.
-        p50_ms: Time of one decision: the mean of the episodes' medians, weighted by ticks.
-        p95_ms: As p50, of the 95th percentiles.
-        p99_ms: As p50, of the 99th percentiles.
-        late_share: Share of all decisions that took longer than a tick.
-        inference_ms: IT, time of one forward pass: the median of the episodes' medians.
-        inference_tokens: As IT, of the tokens of a pass.
-        processors: What it was measured on.
+        episodes: Number of episodes.
+        simulated_s: Simulated time, seconds.
+        wall_s: Wall time summed over the workers, seconds.
+        shares: Fractions of the wall time: simulation, planner, referee and rest.
+        p50_ms: Time of one decision: mean of the episodes' medians, weighted by ticks.
+        p95_ms: The same for the 95th percentiles.
+        p99_ms: The same for the 99th percentiles.
+        late_share: Fraction of decisions that took longer than a tick.
+        inference_ms: IT, time of one forward pass: median of the episodes' medians.
+        inference_tokens: Tokens of a forward pass: median of the episodes' medians.
+        processors: Processors on which this was measured.
     """
 
     episodes: int
@@ -44,19 +44,19 @@ class Speed:
 
 
 def read_timings(folder: RunFolder, names: Iterable[str]) -> list[Timing]:
-    """Return the timings of the named episodes, of those that have one."""
+    """Return the timings of the named episodes; those without a readable one are skipped."""
     found = []
     for name in names:
         path = folder.path / "timing" / f"{name}.json"
         try:
             found.append(Timing.model_validate_json(read_text(path)))
         except (OSError, ValueError):
-            continue  # a timing is never worth an error
+            continue
     return found
 
 
 def speed_of(timings: Sequence[Timing]) -> Speed:
-    """Sum up timings."""
+    """Aggregate timings."""
     ticks = sum(timing.ticks for timing in timings)
     wall = math.fsum(timing.wall_s for timing in timings)
 
@@ -65,8 +65,8 @@ def speed_of(timings: Sequence[Timing]) -> Speed:
         return whole / ticks if ticks else math.nan
 
     def middle(name: str) -> float:
-        told = [value for timing in timings if (value := getattr(timing, name)) is not None]
-        return median(told) if told else math.nan
+        values = [value for timing in timings if (value := getattr(timing, name)) is not None]
+        return median(values) if values else math.nan
 
     spent = {
         "simulation": math.fsum(timing.simulation_s + timing.privileged_s for timing in timings),
@@ -90,7 +90,7 @@ def speed_of(timings: Sequence[Timing]) -> Speed:
 
 
 def write_speed(folder: RunFolder, names: Iterable[str]) -> Speed:
-    """Sum up the timings of the named episodes, and write `speed.json` beside the summary.
+    """Aggregate the timings of the named episodes and write `speed.json`.
 
     Raises:
         InputError: It cannot be written.

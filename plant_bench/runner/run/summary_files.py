@@ -1,4 +1,4 @@
-"""`summary.json` and `summary.csv`: derived from a run's records and nothing else."""
+"""Writes `summary.json` and `summary.csv`, which depend on a run's records alone."""
 
 from collections.abc import Sequence
 
@@ -13,15 +13,15 @@ from plant_bench.scoring.results import EpisodeResult
 def write_summary(
     folder: RunFolder, *, missing: int = 0, penalties: PenaltyScheme = PenaltyScheme.LB1_0
 ) -> Summary:
-    """Sum up all records of a run and write the summary beside them.
+    """Aggregate all records of a run and write the summary beside them.
 
     Args:
-        folder: The run.
-        missing: Episodes that were asked for and have no record.
-        penalties: By which infractions become scores.
+        folder: Folder of the run.
+        missing: Number of requested episodes without a record.
+        penalties: Penalty scheme.
 
     Raises:
-        InputError: There are no records, or they cannot be summed up.
+        InputError: There are no records, or they cannot be aggregated.
     """
     return _write(folder, "", folder.results(), missing, penalties)
 
@@ -33,7 +33,7 @@ def write_rescored_summary(
     missing: int = 0,
     penalties: PenaltyScheme = PenaltyScheme.LB1_0,
 ) -> Summary:
-    """Sum up what `rescore_folder` gave, beside the records in `rescored/`; as `write_summary`."""
+    """Write the summary of `rescore_folder`'s records into `rescored/`; as `write_summary`."""
     return _write(folder, "rescored/", results, missing, penalties)
 
 
@@ -46,7 +46,7 @@ def summary_texts(
     """Return the summary's files by name; equal records give equal text, in any order.
 
     Raises:
-        InputError: There are no records, or they cannot be summed up.
+        InputError: There are no records, or they cannot be aggregated.
     """
     ordered = in_order(results)
     return _texts(summarise(ordered, expected=len(results) + missing, penalties=penalties), ordered)

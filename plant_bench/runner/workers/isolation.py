@@ -1,7 +1,7 @@
-"""Planners in processes of their own: one that hangs, leaks or crashes costs its own episode.
+"""Runs planners in separate processes: one that hangs, leaks or crashes only fails its episode.
 
-Nothing in an episode depends on it: the loop is given a planner that asks another process. So
-records, recordings and keys are those of a run without it.
+The episode loop gets a proxy that queries the other process, so records, recordings and keys are
+the same as without isolation.
 """
 
 from dataclasses import dataclass, replace

@@ -1,4 +1,4 @@
-"""What a worker of a suite needs, loaded while its parent still finds out what there is to do."""
+"""Preloads the modules of a worker while its parent still prepares the run."""
 
 from collections.abc import Callable
 from functools import partial

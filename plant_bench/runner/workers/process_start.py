@@ -1,4 +1,4 @@
-"""Starting the processes that simulate: each has one thread, and leaves Ctrl-C to its parent."""
+"""Starts worker processes with one thread each, which ignore Ctrl-C."""
 
 import os
 import signal

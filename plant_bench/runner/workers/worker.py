@@ -1,4 +1,4 @@
-"""The life of a worker process: take a task, report progress, answer, until the parent is gone."""
+"""Main loop of a worker process: receives tasks, reports progress, returns results."""
 
 import os
 import signal
@@ -23,7 +23,7 @@ Work = Callable[[Any, Report], Any]  # must be importable: it is pickled by name
 
 @dataclass(frozen=True, slots=True)
 class Ready:
-    """The worker has started and wants work."""
+    """The worker has started and is ready for a task."""
 
 
 @dataclass(frozen=True, slots=True)

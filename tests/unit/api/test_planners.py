@@ -129,7 +129,7 @@ def test_planner_that_cannot_be_copied_is_refused() -> None:
     mine = Steady()
     mine.log = Path("log").open("w")  # type: ignore[attr-defined]  # noqa: SIM115
 
-    with pytest.raises(InputError, match="Steady cannot be handed to worker processes"):
+    with pytest.raises(InputError, match="Steady cannot be sent to worker processes"):
         resolve(mine)
     mine.log.close()  # type: ignore[attr-defined]
 

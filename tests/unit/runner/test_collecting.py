@@ -215,8 +215,8 @@ def test_collection_ends_if_the_expert_finishes_no_episode(tmp_path, pretend, mo
 @pytest.mark.parametrize(
     ("request_", "words"),
     [
-        (CollectRequest(0), "1 at least"),
-        (CollectRequest(10, perturb=1.5), "a share of episodes"),
+        (CollectRequest(0), "at least 1"),
+        (CollectRequest(10, perturb=1.5), "a fraction of episodes"),
         (CollectRequest(10, perturb=0.5, driver="idm"), "give one of them"),
         (CollectRequest(10, driver="imd"), "Did you mean 'idm'"),
         (CollectRequest(10, driver="expert-nearest"), "asks for privileged"),

@@ -9,7 +9,7 @@ from plant_bench.agent import Control, Input, Plan
 from plant_bench.controller import follow_plan
 from plant_bench.errors import AgentError, InputError
 from plant_bench.runner.collect import dagger as takeover
-from plant_bench.runner.collect.dagger import PATIENCE, RELIEF, DaggerOverride, check_driver
+from plant_bench.runner.collect.dagger import PATIENCE, TAKEOVER, DaggerOverride, check_driver
 from plant_bench.world.scene import TICK
 from tests.builders import make_ego, make_scene
 
@@ -75,7 +75,7 @@ def test_driver_decides_at_its_interval_and_its_plans_are_followed(at_the_wheel)
 
 
 def test_expert_takes_over_if_the_driver_stands_for_too_long(at_the_wheel):
-    patience, relief = round(PATIENCE / TICK), round(RELIEF / TICK)
+    patience, relief = round(PATIENCE / TICK), round(TAKEOVER / TICK)
     wheel = at_the_wheel(Driver())
     done = executed(wheel, [GO] * (2 * (patience + relief)))
     once = [OWN] * patience + [GO] * relief

@@ -9,7 +9,7 @@ import pytest
 
 from plant_bench.errors import InputError
 from plant_bench.runner.run import run_lock as claims
-from plant_bench.runner.run.run_lock import LockInfo, Shard, claimed
+from plant_bench.runner.run.run_lock import LockInfo, Shard, locked
 
 
 @pytest.fixture
@@ -28,22 +28,22 @@ def held(tmp_path):
 
 def test_second_run_in_a_folder_is_refused_with_the_lock_owner(tmp_path):
     with (
-        claimed(tmp_path, None, "v"),
+        locked(tmp_path, None, "v"),
         pytest.raises(InputError, match=rf"A run \(host .*, process {os.getpid()}, since 20"),
-        claimed(tmp_path, None, "v"),
+        locked(tmp_path, None, "v"),
     ):
         pass
 
 
 def test_lock_is_released_when_the_run_ends(tmp_path):
     for _ in range(2):
-        with claimed(tmp_path, None, "v"):
+        with locked(tmp_path, None, "v"):
             assert (tmp_path / "claims").is_dir()
     assert not list(tmp_path.iterdir())
 
 
 def test_shards_of_one_division_run_concurrently(tmp_path):
-    with claimed(tmp_path, Shard(1, 3), "v"), claimed(tmp_path, Shard(3, 3), "v"):
+    with locked(tmp_path, Shard(1, 3), "v"), locked(tmp_path, Shard(3, 3), "v"):
         assert len(list((tmp_path / "claims").iterdir())) == 2
 
 
@@ -54,16 +54,16 @@ def test_shards_of_one_division_run_concurrently(tmp_path):
 def test_shard_that_may_overlap_with_another_run_is_refused(tmp_path, held, what, version):
     held(what=what, version=version)
 
-    with pytest.raises(InputError, match="is driving into"), claimed(tmp_path, Shard(1, 3), "v"):
+    with pytest.raises(InputError, match="is driving into"), locked(tmp_path, Shard(1, 3), "v"):
         pass
     assert len(list((tmp_path / "claims").iterdir())) == 1
 
 
 def test_whole_run_is_refused_while_shards_run(tmp_path):
     with (
-        claimed(tmp_path, Shard(2, 3), "v"),
+        locked(tmp_path, Shard(2, 3), "v"),
         pytest.raises(InputError, match="Shard 2/3"),
-        claimed(tmp_path, None, "v"),
+        locked(tmp_path, None, "v"),
     ):
         pass
 
@@ -72,15 +72,15 @@ def test_lock_of_a_dead_local_process_is_taken_over(tmp_path):
     code = f"""
 import os
 from pathlib import Path
-from plant_bench.runner.run.run_lock import Shard, claimed
+from plant_bench.runner.run.run_lock import Shard, locked
 here = Path({str(tmp_path)!r})
-with claimed(here, None, "v"), claimed(here / "b", Shard(1, 2), "v"):
+with locked(here, None, "v"), locked(here / "b", Shard(1, 2), "v"):
     os._exit(9)
 """
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 9
     assert (tmp_path / "claims" / "whole.json").is_file()
 
-    with claimed(tmp_path, None, "v"), claimed(tmp_path / "b", None, "v"):
+    with locked(tmp_path, None, "v"), locked(tmp_path / "b", None, "v"):
         pass
 
 
@@ -88,24 +88,24 @@ def test_lock_of_a_reused_process_id_is_taken_over(tmp_path, held):
     path = held(host=claims.socket.gethostname(), pid=os.getpid(), born=1)
     before = path.read_text()
 
-    with claimed(tmp_path, None, "v"):
+    with locked(tmp_path, None, "v"):
         assert path.read_text() != before
 
 
 def test_lock_of_another_host_expires_without_a_heartbeat(tmp_path, held):
     path = held()
-    with pytest.raises(InputError, match="host elsewhere, process 7"), claimed(tmp_path, None, "v"):
+    with pytest.raises(InputError, match="host elsewhere, process 7"), locked(tmp_path, None, "v"):
         pass
 
     old = path.stat().st_mtime - claims.EXPIRY - 10
     os.utime(path, (old, old))
-    with claimed(tmp_path, None, "v"):
+    with locked(tmp_path, None, "v"):
         pass
 
 
 def test_held_lock_updates_its_heartbeat(tmp_path, monkeypatch):
     monkeypatch.setattr(claims, "HEARTBEAT", 0.01)
-    with claimed(tmp_path, None, "v"):
+    with locked(tmp_path, None, "v"):
         path = tmp_path / "claims" / "whole.json"
         os.utime(path, (1, 1))
         for _ in range(500):
@@ -125,7 +125,7 @@ def test_removed_lock_folder_is_created_again(tmp_path, monkeypatch):
 
     monkeypatch.setattr(Path, "mkdir", made_and_removed)
 
-    with claimed(tmp_path, None, "v"):
+    with locked(tmp_path, None, "v"):
         assert (tmp_path / "claims" / "whole.json").is_file()
 
 
@@ -134,10 +134,10 @@ def test_half_written_lock_expires_only_after_a_while(tmp_path):
     path = tmp_path / "claims" / "whole.json"
     path.write_text('{"what"')
 
-    with pytest.raises(InputError, match="host unknown"), claimed(tmp_path, None, "v"):
+    with pytest.raises(InputError, match="host unknown"), locked(tmp_path, None, "v"):
         pass
     os.utime(path, (1, 1))
-    with claimed(tmp_path, None, "v"):
+    with locked(tmp_path, None, "v"):
         pass
 
 
@@ -174,6 +174,6 @@ def test_unreadable_lock_counts_as_held(tmp_path, text):
 
     with (
         pytest.raises(InputError, match="host unknown"),
-        claimed(tmp_path, Shard(1, 2), "v"),
+        locked(tmp_path, Shard(1, 2), "v"),
     ):
         pass

@@ -155,7 +155,7 @@ def done(monkeypatch: pytest.MonkeyPatch) -> list[str]:
         log.append(f"drive {request.agent.rpartition('out/')[2]}")
         return run
 
-    monkeypatch.setattr(ablating, "learn_visibly", learn)
+    monkeypatch.setattr(ablating, "train_with_progress", learn)
     monkeypatch.setattr(ablating, "drive_missing", drive)
     return log
 

@@ -71,7 +71,7 @@ def _rates(summary: Summary) -> list[list[str]]:
     rates = {_kind_name(kind): rate for kind, rate in summary.infractions_per_km.items()}
     rates["of the vehicles, bicycles"] = summary.cyclists_per_km
     for metric in shown_metrics(Shown.INFRACTION):
-        rates[metric.full] = summary.measures[metric.name]
+        rates[metric.long_name] = summary.measures[metric.name]
     return [[name, f"{rate:.3f}"] for name, rate in rates.items() if rate > 0.0]
 
 
@@ -81,7 +81,9 @@ def _beyond(summary: Summary) -> list[list[str]]:
         return []
     rows: dict[str, list[str]] = {}
     for metric in shown_metrics(Shown.MEASURE):
-        rows.setdefault(metric.full, []).append(_measured(metric, summary.measures[metric.name]))
+        rows.setdefault(metric.long_name, []).append(
+            _measured(metric, summary.measures[metric.name])
+        )
     share = "-" if math.isnan(summary.ego_share) else f"{summary.ego_share:.0%}"
     rows["collisions that the ego caused"] = [share]
     return [[title, " / ".join(texts)] for title, texts in rows.items()]

@@ -84,7 +84,7 @@ def test_what_was_not_recorded_cannot_be_explained(tmp_path: Path, write_run: Ru
 def test_what_is_no_run_is_told(tmp_path: Path, write_run: RunWriter) -> None:
     with pytest.raises(pb.InputError, match=r"nowhere is no run of plant-bench: it has no run\.js"):
         pb.load_run(tmp_path / "nowhere")
-    with pytest.raises(pb.InputError, match=r"There is no penalties 'lb9'"):
+    with pytest.raises(pb.InputError, match=r"Unknown penalty scheme 'lb9'"):
         pb.load_run(write_run(tmp_path / "a"), penalties="lb9")
     empty = write_run(tmp_path / "b", routes=0)
     with pytest.raises(pb.InputError, match=r"no finished episode: .*plant-bench score --agent"):

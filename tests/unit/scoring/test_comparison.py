@@ -92,7 +92,7 @@ def test_no_common_scenario(episode):
 
 
 def test_several_protocols(episode):
-    with pytest.raises(InputError, match="several protocols"):
+    with pytest.raises(InputError, match="different protocols"):
         paired_difference([episode(0)], [episode(0, protocol="longest6-sumo-v0")])
 
 

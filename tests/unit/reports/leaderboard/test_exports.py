@@ -50,7 +50,7 @@ def test_csv_and_parquet_hold_the_same_to_the_last_bit(written, name):
 def test_each_record_can_be_made_again_from_its_row(written):
     made, out = written
     records = {
-        (entry.line.id, item.name): item.result
+        (entry.row.id, item.name): item.result
         for board in made.boards
         for entry in board.entries
         for item in entry.run.episodes
@@ -73,10 +73,10 @@ def test_a_line_holds_what_the_summary_says(written):
     frame = read_csv(out / "leaderboard.csv").set_index("id")
     for board in made.boards:
         for entry in board.entries:
-            row, scores = frame.loc[entry.line.id], entry.summary.scores
+            row, scores = frame.loc[entry.row.id], entry.summary.scores
             assert row["driving_score_mean"] == scores["driving_score"].mean
             assert row["vehicle_collisions_std"] == scores["vehicle_collisions"].std
-            assert row["planner"] == entry.line.planner
+            assert row["planner"] == entry.row.planner
 
 
 def test_json_keeps_boards_apart_and_has_no_nan(written):

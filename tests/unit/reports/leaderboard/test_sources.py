@@ -78,5 +78,5 @@ def test_a_record_with_a_number_that_no_table_holds_is_refused(tmp_path, write_r
     record = next((run / "episodes").glob("*.json"))
     record.write_text(json.dumps(json.loads(record.read_text()) | {name: 10**30}))
 
-    with pytest.raises(InputError, match="fits no table"):
+    with pytest.raises(InputError, match="seed or format too large"):
         read_run(run)

@@ -70,7 +70,7 @@ def test_an_episode_is_told_with_a_table_that_ends_at_the_incident(printed):
     ]
     assert rows[-1][-1] == "0.0"
     assert "pedestrian 500001, car 17" in out
-    assert "3.0 s before: 2 others in sight, limit 8.3 m/s, straight on in 24 m" in out
+    assert "3.0 s before: 2 actors in sight, limit 8.3 m/s, straight on in 24 m" in out
 
 
 def test_scenes_that_differ_are_said_to(printed):
@@ -78,7 +78,7 @@ def test_scenes_that_differ_are_said_to(printed):
 
     out = printed(text, lambda: print_episode(looked, [finding]))
 
-    assert "from tick 40 of 100 on it is another episode (the ego)" in out
+    assert "differs from the recording from tick 40 of 100 on (the ego)" in out
 
 
 def test_hostile_names_are_printed_as_one_line_of_text(printed, tmp_path):
@@ -137,7 +137,7 @@ def test_a_block_is_looked_at_for_as_long_as_it_took():
 
 @pytest.mark.parametrize("time", [-5.0, 1e11, 1e308])
 def test_an_infraction_that_was_not_recorded_is_named(time):
-    with pytest.raises(InputError, match="tells of an infraction at .* its recording is of 10 s"):
+    with pytest.raises(InputError, match="has an infraction at .* its recording lasts 10 s"):
         check_recorded(record(infraction(InfractionKind.BLOCKED, time=time)), 200)
 
 

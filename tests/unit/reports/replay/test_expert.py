@@ -10,7 +10,7 @@ from plant_bench.reports.replay.movie import SAVERS, MovieRequest
 from plant_bench.reports.replay.replay_episode import load_episode, replay_script
 from plant_bench.reports.replay.replay_page import palette
 from plant_bench.reports.replay.replay_site import replay_path, write_replays
-from plant_bench.reports.replay.snapshots import moment_of
+from plant_bench.reports.replay.snapshots import snapshot_at
 from plant_bench.runner.review.expert_braking import ExpertView
 from tests.unit.reports.replay.drives import drive
 from tests.unit.reports.replay.test_movie import pixels, quiet
@@ -42,9 +42,9 @@ def test_the_data_hold_the_experts_actor_at_its_times(asked):
 
 def test_a_moment_tells_the_experts_actor_from_the_planners_own(asked):
     episode = load_episode(asked)
-    told = {time: moment_of(episode, time).expert_brakes_for for time in (0.4, 0.5, 1.5, 3.0)}
+    told = {time: snapshot_at(episode, time).expert_brakes_for for time in (0.4, 0.5, 1.5, 3.0)}
     assert told == {0.4: NOBODY, 0.5: 3, 1.5: 3, 3.0: NOBODY}, "nothing is shown where it ends"
-    assert moment_of(episode, 3.0).brakes_for == 1
+    assert snapshot_at(episode, 3.0).brakes_for == 1
 
 
 def test_nobody_is_asked_unless_that_is_wanted(source):
@@ -55,7 +55,7 @@ def test_nobody_is_asked_unless_that_is_wanted(source):
 
 
 def test_where_the_expert_drove_its_own_reasons_are_shown_as_the_experts(tmp_path):
-    moment = moment_of(load_episode(drive(tmp_path, agent="expert", plans=False)), 1.0)
+    moment = snapshot_at(load_episode(drive(tmp_path, agent="expert", plans=False)), 1.0)
     assert (moment.expert_brakes_for, moment.brakes_for, moment.reason) == (1, NOBODY, "leader")
 
 

@@ -66,7 +66,7 @@ def test_one_broken_recording_does_not_stop_the_others_and_is_tried_again(tmp_pa
 
 
 def test_two_episodes_may_not_share_an_id(tmp_path, source):
-    with pytest.raises(InputError, match="id of another"):
+    with pytest.raises(InputError, match="same id as another"):
         write(tmp_path, source, source)
 
 

@@ -93,7 +93,7 @@ def test_the_card_tells_whose_drives_they_are(folder):
     assert command in card
     assert "the expert, an algorithm" in card
     assert "not to be learned from" in card
-    assert "Collisions that others caused, in episodes that are in the data: 3." in card
+    assert "Collisions caused by other actors, in the included episodes: 3." in card
     assert "frames during a perturbation" in card
 
 
@@ -106,7 +106,7 @@ def test_the_card_of_answers_tells_who_drove(folder):
     assert "answers, not drives" in card
     assert "--targets expert-action" in card
     assert "the driver's own included, in episodes that are in the data: 3." in card
-    assert "| frames driven otherwise than answered | 66.7% |" in card
+    assert "| frames not driven as the expert | 66.7% |" in card
     for word in ("perturbation", "that others caused", "not to be learned from", "/home"):
         assert word not in card
 

@@ -92,7 +92,7 @@ def test_the_card_tells_whose_drives_they_are(folder):
     command = "`plant-bench collect --out mine --frames 6 --seed 2 --density dense --perturb 0.3`"
     assert command in card
     assert "the expert, an algorithm" in card
-    assert "not to be learned from" in card
+    assert "not for training" in card
     assert "Collisions caused by other actors, in the included episodes: 3." in card
     assert "frames during a perturbation" in card
 
@@ -103,11 +103,11 @@ def test_the_card_of_answers_tells_who_drove(folder):
     card = data_card(data, request, notes, "own")
     assert "--density dense --driver plant@mine`" in card
     assert "`plant@mine` drove" in card
-    assert "answers, not drives" in card
+    assert "expert actions, not drives" in card
     assert "--targets expert-action" in card
-    assert "the driver's own included, in episodes that are in the data: 3." in card
+    assert "including those caused by the driver, in the included episodes: 3." in card
     assert "| frames not driven as the expert | 66.7% |" in card
-    for word in ("perturbation", "that others caused", "not to be learned from", "/home"):
+    for word in ("perturbation", "caused by other actors", "not for training", "/home"):
         assert word not in card
 
 

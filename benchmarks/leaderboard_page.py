@@ -1,4 +1,4 @@
-"""How large the leaderboard's page is, and how fast it opens, with many planners.
+"""Benchmark: size and opening time of the leaderboard page with many planners.
 
     python benchmarks/leaderboard_page.py reports/plant-longest6 reports/expert-longest6
 

@@ -1,4 +1,4 @@
-"""Runs and what is kept beside them: files that are whole, and who reads them."""
+"""Fuzzing of run folders and their additional files: valid files and their readers."""
 
 import functools
 import json

@@ -1,4 +1,4 @@
-"""Writes down when a simulation is asked for its first step: `start_up.py` lets Python load it."""
+"""Records the time of a simulation's first step; loaded into Python by `start_up.py`."""
 
 import os
 import sys

@@ -1,4 +1,4 @@
-"""Steps a second of the Gymnasium environment, for each observation, in one process and in two.
+"""Benchmark: steps per second of the Gymnasium environment, in one process and in two.
 
     python benchmarks/environment.py [--steps 1000]
 

@@ -1,4 +1,4 @@
-"""Feeds broken files to every loader: each must give the object or an InputError.
+"""Fuzzer: feeds broken files to every loader; each must return the object or raise InputError.
 
     python benchmarks/fuzz.py --minutes 10 --formats all
 

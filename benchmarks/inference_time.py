@@ -1,4 +1,4 @@
-"""IT: what one forward pass of PlanT takes, batch 1 on one thread, by size, engine and tokens.
+"""Benchmark: PlanT's inference time (batch 1, one thread) by size, engine and token count.
 
     python benchmarks/inference_time.py [--passes 200] [--sizes mini small medium] [--busy]
 

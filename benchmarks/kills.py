@@ -1,4 +1,4 @@
-"""Kills runs at random instants, resumes them, and compares with a run that nobody disturbed.
+"""Fault test: kills runs at random times, resumes them, compares with an uninterrupted run.
 
     python benchmarks/kills.py --kills 200
 

@@ -1,4 +1,4 @@
-"""How large the leaderboard's page is, and how fast it opens, with many planners.
+"""Benchmark: size and opening time of the leaderboard page with many planners.
 
     python benchmarks/leaderboard_page.py reports/plant-longest6 reports/expert-longest6
 
@@ -41,7 +41,7 @@ def main() -> None:
             sources, penalties=PenaltyScheme.LB1_0, paper=True, progress=lambda _: None
         )
         page = write_page(made, folder, replays=True)
-        episodes = sum(line.episodes for line in made.boards[0].lines)
+        episodes = sum(line.episodes for line in made.boards[0].rows)
         size = page.stat().st_size / 1e6
         print(f"{len(runs)} planners, {episodes} episodes: {size:.2f} MB (bar {LARGEST_MB})")
         with sync_playwright() as playwright:

@@ -1,4 +1,4 @@
-"""What it buys to keep traffic around the ego only: the cost of a tick against a filled town.
+"""Benchmark: time per tick with traffic near the ego only, compared with a filled town.
 
     python benchmarks/neighbourhood.py [--seconds 60]
 

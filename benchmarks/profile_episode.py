@@ -1,4 +1,4 @@
-"""Where the time of an episode goes: by part of the loop, and by function.
+"""Profiles an episode: time by part of the loop, and by function.
 
     python benchmarks/profile_episode.py [--agent expert] [--route town05-0] [--functions 25]
 

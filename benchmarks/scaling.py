@@ -1,4 +1,4 @@
-"""What a worker costs and how workers disturb each other; what Ray adds to an episode.
+"""Benchmark: cost per worker process, interference between workers, and Ray's overhead.
 
     python benchmarks/scaling.py --agent expert --workers 1 2 --repeat 3
     PYTHONPATH=benchmarks ray start --head --num-cpus 2

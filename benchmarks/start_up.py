@@ -1,4 +1,4 @@
-"""How long `plant-bench score` takes from the command to the first tick of its first episode.
+"""Benchmark: time of `plant-bench score` from the command to the first tick.
 
     python benchmarks/start_up.py --agents cruise expert plant --repeat 5
 

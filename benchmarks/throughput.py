@@ -1,4 +1,4 @@
-"""Simulated over wall time by planner, town and number of actors, and the memory it takes.
+"""Benchmark: simulated time over wall time, and memory, by planner, town and number of actors.
 
     python benchmarks/throughput.py
     python benchmarks/throughput.py --agents expert --towns town03 --densities empty light dense

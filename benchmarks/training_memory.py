@@ -1,4 +1,4 @@
-"""Memory of each process of a training, and how long its network waits for batches.
+"""Benchmark: memory of each training process, and time spent waiting for batches.
 
     python benchmarks/training_memory.py --data data/small --frames 684000 --steps 200 \
         --learner tests/outside/pixels.py:PixelLearner --options '{"pixels": 128}' --loaders 1

@@ -1,4 +1,4 @@
-"""Found by every Python process that `benchmarks/kills.py` starts: ends one of them at one instant.
+"""Fault injection for `benchmarks/kills.py`: ends one of its Python processes at a given time.
 
 FAULT is "PROCESS:INSTANT:NUMBER:ACTION": in the parent or a worker, at the NUMBER-th time that
 INSTANT of writing a file comes, once in a run (FAULT_ONCE is a file that tells whether it has).

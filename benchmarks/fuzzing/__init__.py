@@ -1,1 +1,1 @@
-"""What `benchmarks/fuzz.py` feeds to which loader."""
+"""The formats that `benchmarks/fuzz.py` tests, with valid files and their readers."""

@@ -1,4 +1,4 @@
-"""Planners in processes of their own: answers that are whole, and who reads them."""
+"""Fuzzing of responses of planner processes: valid responses and their readers."""
 
 import fcntl
 import os

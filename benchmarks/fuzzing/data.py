@@ -1,4 +1,4 @@
-"""Collected data and recordings: files that are whole, and who reads them."""
+"""Fuzzing of collected data and recordings: valid files and their readers."""
 
 import tempfile
 from dataclasses import replace

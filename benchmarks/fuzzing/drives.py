@@ -1,4 +1,4 @@
-"""Recordings as they are used: scored again, replayed, counted and learned from."""
+"""Fuzzing of recordings in use: rescoring, replay, statistics and training."""
 
 import functools
 import shutil

@@ -1,4 +1,4 @@
-"""What a format is to the fuzzer."""
+"""The data class that describes a file format to the fuzzer."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Each format that plant-bench reads from strangers, by its name."""
+"""Table of the formats that plant-bench reads from untrusted files, by name."""
 
 from fuzzing import agents, data, drives, maps, models, reports, route_files, runs, worlds
 

@@ -1,4 +1,4 @@
-"""Maps and route files of others, imported: files that are whole, and who reads them."""
+"""Fuzzing of imported maps and route files: valid files and their readers."""
 
 import functools
 import gzip

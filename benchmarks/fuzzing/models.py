@@ -1,4 +1,4 @@
-"""Networks and trainings: files that are whole, and who reads them."""
+"""Fuzzing of networks and training files: valid files and their readers."""
 
 import tempfile
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Files that are broken in a way that is likely to hurt."""
+"""Mutations of files that are likely to cause errors."""
 
 import json
 import random

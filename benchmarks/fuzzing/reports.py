@@ -1,4 +1,4 @@
-"""Records as they are reported: a stranger's run beside another one."""
+"""Fuzzing of reports: an untrusted run next to a valid one."""
 
 import shutil
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""CARLA's route files onto an imported town: files that are whole, and who reads them."""
+"""Fuzzing of CARLA route files on an imported town: valid files and their readers."""
 
 from pathlib import Path
 

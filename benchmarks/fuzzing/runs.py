@@ -1,4 +1,4 @@
-"""Runs and what is kept beside them: files that are whole, and who reads them."""
+"""Fuzzing of run folders and their additional files: valid files and their readers."""
 
 import functools
 import json
@@ -139,9 +139,9 @@ def _carla_seeds() -> list[bytes]:
 
 def _use_carla(box: Path) -> None:
     from plant_bench.reports.carla_checkpoint import load_checkpoint
-    from plant_bench.reports.leaderboard.imported_checkpoints import imported_line
+    from plant_bench.reports.leaderboard.imported_checkpoints import imported_row
 
-    imported_line(load_checkpoint(box / "carla.json"), id="x", planner="y")
+    imported_row(load_checkpoint(box / "carla.json"), id="x", planner="y")
 
 
 def _claim_seeds() -> list[bytes]:

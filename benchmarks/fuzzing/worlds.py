@@ -1,4 +1,4 @@
-"""Routes and towns: files that are whole, and who reads them."""
+"""Fuzzing of routes and towns: valid files and their readers."""
 
 import functools
 import json

@@ -1,4 +1,4 @@
-"""XML that is broken in a way that is likely to hurt: a tree changed, or the text around it."""
+"""Mutations of XML that are likely to cause errors: in the tree, or in the surrounding text."""
 
 import gzip
 import random

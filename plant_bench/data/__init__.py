@@ -1,1 +1,1 @@
-"""Recordings: every tick of an episode on disk, to score again, replay and learn from."""
+"""Recordings of episodes on disk, for rescoring, replays and training."""

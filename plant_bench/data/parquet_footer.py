@@ -1,4 +1,4 @@
-"""What a Parquet file says of itself, read without arrow, which ends the process over some of it.
+"""Parses the footer of a Parquet file in Python, since Arrow aborts on some malformed files.
 
 The footer is a struct in Thrift's compact protocol; a struct is read as its values by field number.
 """
@@ -15,11 +15,11 @@ _ROW_GROUPS, _COLUMNS, _COLUMN, _NUM_VALUES = 4, 1, 3, 5  # numbers of fields, f
 
 
 def value_counts(path: Path) -> list[int]:
-    """Return how many values each column of each row group has, as the file says.
+    """Return the number of values that the footer states for each column of each row group.
 
     Raises:
         OSError: It cannot be read.
-        ValueError: It is no Parquet file, or its footer is broken or too long.
+        ValueError: It is not a Parquet file, or its footer is broken or too long.
     """
     try:
         groups = _Reader(_footer(path)).struct()[_ROW_GROUPS]

@@ -1,4 +1,4 @@
-"""What is kept of an episode while it drives; arrow, which writes it, is loaded at its end."""
+"""Records the ticks of a running episode; Arrow is loaded only when the file is written."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -11,12 +11,12 @@ from plant_bench.world.scene import Actors, Scene
 class Recorder:
     """Collects the ticks of one episode and writes them on `close`; mutable.
 
-    A tick costs next to nothing, since scenes are immutable: they are kept as they are until then.
+    A tick costs almost nothing, since scenes are immutable and are only referenced until then.
 
     Args:
-        path: Where to write, for instance `episode.parquet`.
-        metadata: What is known of the episode before it starts, as JSON-able values.
-        every: Keep actors and lights at every so many ticks alone; more than 1 thins the recording.
+        path: Path of the file, for instance `episode.parquet`.
+        metadata: What is known of the episode before it starts, as JSON values.
+        every: Ticks between rows with actors and lights; more than 1 thins the recording.
     """
 
     def __init__(self, path: Path, metadata: Mapping[str, object], *, every: int = 1) -> None:
@@ -32,13 +32,13 @@ class Recorder:
         *,
         disturbed: bool = False,
     ) -> None:
-        """Keep a scene, what the agent answered to it and why; None where it was not asked.
+        """Add a scene, the agent's action and its reason; None if it made no decision.
 
         Args:
-            scene: To keep.
-            action: What the agent answered.
-            reason: Why.
-            disturbed: Something else than the answer was executed; thinned recordings keep it.
+            scene: The scene.
+            action: The agent's action.
+            reason: The agent's reason.
+            disturbed: Whether another action was executed; stored in thinned recordings only.
         """
         ticks = self._ticks
         if ticks.every > 1 and scene.tick % ticks.every:
@@ -49,7 +49,7 @@ class Recorder:
         ticks.disturbed.append(disturbed)
 
     def close(self, **outcome: object) -> None:
-        """Write the file, whole or not at all.
+        """Write the file atomically.
 
         Args:
             outcome: More metadata, known only at the end: why the agent crashed.

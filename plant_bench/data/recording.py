@@ -1,11 +1,11 @@
 """A recording: every scene and action of one episode, in one Parquet file.
 
-One row a tick. Equal episodes give equal bytes: nothing of the clock or the machine is in the file.
-What is read is what was recorded, bit for bit, so that the referee comes to the same verdict.
+One row per tick. Equal episodes give equal bytes: the file contains no times and nothing about the
+machine. Values are stored exactly, so that the referee gives the same result again.
 
-A thinned recording, as `plant-bench collect` writes them, has the ego at every tick and all others
-at every n-th alone: their columns are null between. It also says at which ticks the control was
-disturbed.
+A thinned recording, as written by `plant-bench collect`, has the ego at every tick, but actors and
+lights only at every n-th: their columns are null in between. It also has a column for ticks with a
+perturbed control.
 """
 
 from collections.abc import Iterator
@@ -24,13 +24,13 @@ from plant_bench.world.scene import Actors, EgoState, Scene
 class Recording:
     """The scenes of one episode, in order.
 
-    Of a thinned recording, only the scenes of `whole` can be had.
+    A thinned recording has scenes only for the rows in `whole`.
 
     Attributes:
-        metadata: What the recorder was given.
+        metadata: The metadata passed to the recorder.
         egos: The ego at each tick, thinned or not; columns as `EGO_COLUMNS`.
-        whole: The rows whose scenes are whole: all of them, or those left by thinning.
-        disturbed: Whether something else than the agent's answer was executed, for each row.
+        whole: Rows with complete scenes: all rows, or those left by thinning.
+        disturbed: For each row, whether another action than the agent's was executed.
 
     Args:
         table: As `Recorder` writes it.
@@ -67,7 +67,7 @@ class Recording:
         """Read a recording.
 
         Raises:
-            InputError: There is none, or it is broken or of another format.
+            InputError: It does not exist, is broken or has another format.
         """
         try:
             return cls(*read_table(path))
@@ -109,7 +109,7 @@ class Recording:
 
     @property
     def actions(self) -> list[Action]:
-        """What the agent answered to each scene."""
+        """The agent's action at each scene."""
         accelerations, steerings = (column.to_pylist() for column in self._controls)
         return [
             Plan(np.array(plan).reshape(-1, 2))
@@ -124,7 +124,7 @@ class Recording:
 
     @property
     def reasons(self) -> list[Reason | None]:
-        """Why it answered so; None where it was not asked or does not explain itself."""
+        """The agent's reasons; None if it made no decision or does not explain itself."""
         if not self._reasons:
             return [None] * len(self)
         causes, actors = (column.to_pylist() for column in self._reasons)
@@ -135,6 +135,6 @@ class Recording:
 
 
 def _flat(column: pa.ChunkedArray) -> tuple[list[int], np.ndarray]:
-    """Return where each row starts in the values of a list column, and the values."""
+    """Return the start index of each row in the values of a list column, and the values."""
     lists = column.combine_chunks()
     return lists.offsets.to_pylist(), lists.values.to_numpy(zero_copy_only=False)

@@ -1,6 +1,6 @@
-"""A recording's file, checked before it is used: columns, types, lengths and numbers.
+"""Reads and validates a recording's Parquet file: columns, types, lengths and values.
 
-A Parquet file can say anything. What passes here can be read row by row without a surprise.
+The file is untrusted input. After these checks, reading its rows cannot fail.
 """
 
 from pathlib import Path
@@ -46,7 +46,7 @@ def read_table(path: Path) -> tuple[pa.Table, dict[str, Any]]:
 
     Raises:
         OSError: It cannot be read.
-        ValueError: It is no recording, or cannot be one; so are arrow's own errors.
+        ValueError: It is not a valid recording; Arrow's errors are subclasses.
     """
     check_file(path, largest=LARGEST_FILE)
     _check_counts(value_counts(path))
@@ -54,7 +54,7 @@ def read_table(path: Path) -> tuple[pa.Table, dict[str, Any]]:
         _check_size(file.metadata)
         keys = file.schema_arrow.metadata or {}
         if keys.get(FORMAT_KEY) not in {str(number).encode() for number in READABLE_FORMATS}:
-            message = f"format {' or '.join(map(str, READABLE_FORMATS))} is wanted"
+            message = f"expected format {' or '.join(map(str, READABLE_FORMATS))}"
             raise ValueError(message)
         _check_types(file.schema_arrow)
         metadata = parse_json(keys.get(METADATA_KEY, b"").decode())
@@ -68,7 +68,7 @@ def read_table(path: Path) -> tuple[pa.Table, dict[str, Any]]:
 
 
 def _check_size(facts: pq.FileMetaData) -> None:
-    """Check what reading would need, before anything is unpacked."""
+    """Check the memory that reading would need, before decompressing anything."""
     groups = [facts.row_group(place) for place in range(facts.num_row_groups)]
     parts = [group.total_byte_size for group in groups]
     size = -1 if min(parts, default=0) < 0 else sum(parts)
@@ -77,14 +77,14 @@ def _check_size(facts: pq.FileMetaData) -> None:
 
 
 def _check_counts(counts: list[int]) -> None:
-    """Check how many values there are; packed, a billion equal ones need a few bytes."""
+    """Check the number of values, since a billion equal ones compress to a few bytes."""
     fits = min(counts, default=0) >= 0 and sum(counts) <= MOST_VALUES
     _refuse(not fits, f"{sum(counts):,} values")
 
 
 def _check_types(schema: pa.Schema) -> None:
     found = {field.name: field.type for field in schema}
-    _refuse(len(found) < len(schema), "a column is there twice")
+    _refuse(len(found) < len(schema), "a column occurs twice")
     wanted = _WANTED | {name: kind for name, kind in _OPTIONAL.items() if name in found}
     _refuse(("reason" in found) != ("reason_actor" in found), "half of a reason")
     for name, kind in wanted.items():
@@ -102,7 +102,7 @@ def _check_ego(table: pa.Table) -> None:
 
 
 def _check_actors(table: pa.Table) -> None:
-    """Check that all columns tell of equally many actors, and of lights at the same ticks."""
+    """Check that all columns have the same number of actors, and lights at the same ticks."""
     counts = table["actor_id"].combine_chunks().value_lengths()
     for name in (*_ACTORS, *_LIGHTS):
         inside = table[name].combine_chunks().flatten()
@@ -130,6 +130,6 @@ def _check_answers(table: pa.Table) -> None:
 
 
 def _refuse(fault: object, message: str) -> None:
-    """Raise where there is a fault."""
+    """Raise an error if a condition holds."""
     if fault:
         raise ValueError(message)

@@ -1,4 +1,4 @@
-"""Writes a recording: the ticks that a recorder has kept become the columns of a Parquet file."""
+"""Writes a recording: converts the recorded ticks to the columns of a Parquet file."""
 
 import json
 from collections.abc import Mapping
@@ -25,12 +25,12 @@ COMPRESSION_LEVEL = 3  # of zstd
 
 
 def write_recording(path: Path, ticks: Ticks, metadata: Mapping[str, object]) -> None:
-    """Write a recording, whole or not at all.
+    """Write a recording atomically.
 
     Args:
-        path: Where to write.
-        ticks: What was kept.
-        metadata: What is known of the episode, as JSON-able values.
+        path: Path of the file.
+        ticks: The recorded ticks.
+        metadata: What is known of the episode, as JSON values.
     """
     table = _table(ticks.scenes, ticks.actions, ticks.reasons)
     number = RECORDING_FORMAT
@@ -52,7 +52,7 @@ def write_recording(path: Path, ticks: Ticks, metadata: Mapping[str, object]) ->
 
 
 def _thinned(table: pa.Table, ticks: Ticks) -> pa.Table:
-    """Put null where nothing was kept, and tell when the control was disturbed."""
+    """Set skipped rows to null, and add the column of disturbed ticks."""
     absent = pa.array([scene.tick % ticks.every != 0 for scene in ticks.scenes], pa.bool_())
     for place, name in enumerate(table.column_names):
         if name.startswith("actor_") or name == "lights":
@@ -64,7 +64,7 @@ def _thinned(table: pa.Table, ticks: Ticks) -> pa.Table:
 
 
 def _table(scenes: list[Scene], actions: list[Action], reasons: list[Reason | None]) -> pa.Table:
-    """Return the columns; float32 and the like are kept, anything wider is refused by numpy."""
+    """Return the columns; narrower types such as float32 are kept, wider ones raise an error."""
     columns: dict[str, pa.Array] = {"tick": pa.array([scene.tick for scene in scenes], pa.int32())}
     for name in EGO_COLUMNS:
         columns[name] = pa.array(
@@ -123,7 +123,7 @@ def _lists(starts: np.ndarray, values: np.ndarray) -> pa.ListArray:
 
 
 def _float_columns(schema: pa.Schema) -> list[str]:
-    """Return the names by which Parquet knows the columns of floats."""
+    """Return the Parquet names of the float columns."""
     plain = [field.name for field in schema if pa.types.is_floating(field.type)]
     lists = [
         f"{field.name}.list.element"

@@ -1,4 +1,4 @@
-"""What a folder of collected data holds: counted from its recordings and routes alone."""
+"""Statistics of a folder of collected data, computed from its recordings and routes."""
 
 from collections import Counter
 from collections.abc import Iterator
@@ -23,24 +23,24 @@ _COLUMNS = ("x", "y", "speed", "actor_x", "actor_y")
 
 
 class DataStatistics(BaseModel):
-    """What is in the data.
+    """Statistics of the data.
 
     Attributes:
-        episodes: How many.
-        frames: Samples at 2 Hz.
-        hours: Of driving.
-        km: Driven.
-        standing_share: Share of frames in which the ego stands.
-        speeds: Frames a bin of `SPEED_STEP` km/h; the last one is open.
-        nearby: Frames by number of actors within `NEARBY` metres; the last one is open.
-        nearby_mean: Actors within `NEARBY` metres.
-        turns: How often each manoeuvre was driven.
-        hazards: How often each hazard took its course.
+        episodes: Number of episodes.
+        frames: Number of samples at 2 Hz.
+        hours: Hours driven.
+        km: Kilometres driven.
+        standing_share: Share of frames in which the ego is stationary.
+        speeds: Frames per bin of `SPEED_STEP` km/h; the last bin is open.
+        nearby: Frames by number of actors within `NEARBY` metres; the last bin is open.
+        nearby_mean: Mean number of actors within `NEARBY` metres.
+        turns: Number of each manoeuvre driven.
+        hazards: Number of hazards triggered, by kind.
         towns: Frames in each town.
         routes: Frames on each kind of route.
-        disturbed_episodes: Episodes with perturbations.
+        disturbed_episodes: Number of episodes with perturbations.
         disturbed_share: Share of frames during a perturbation.
-        megabytes: Of all recordings.
+        megabytes: Size of all recordings.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -68,7 +68,7 @@ class _Hazard(BaseModel):
 
 
 class _Told(BaseModel):
-    """What is counted of a recording's metadata."""
+    """The metadata of a recording that is counted."""
 
     route: str
     town: str
@@ -119,13 +119,13 @@ def data_routes(folder: Path) -> dict[str, Route]:
     """
     path = folder / "routes"
     if not path.is_dir():
-        message = f"{folder} has no folder 'routes': the episodes' routes are wanted there."
+        message = f"{folder} has no folder 'routes': expected the episodes' routes there."
         raise InputError(message)
     return {route.id: route for route in load_suite(str(path))}
 
 
 def describe_data(folder: Path) -> DataStatistics:
-    """Count what is in a folder of data.
+    """Compute the statistics of a folder of data.
 
     Raises:
         InputError: It is empty, or a file of it is broken.
@@ -172,7 +172,7 @@ def describe_data(folder: Path) -> DataStatistics:
 
 
 def find_data_faults(folder: Path) -> list[str]:
-    """Read every file of a folder of data whole and tell what is wrong with it.
+    """Read every file of a folder of data completely, and return the problems found.
 
     Raises:
         InputError: It is empty, or its routes cannot be read.
@@ -196,7 +196,7 @@ def _faults(path: Path, routes: dict[str, Route]) -> Iterator[str]:
 
 
 def _read(path: Path) -> _Episode:
-    """Read what is counted of an episode, the rest left on disk."""
+    """Read the columns of an episode that are counted."""
     try:
         table, metadata = read_table(path)
         marks = "disturbed" in table.column_names
@@ -219,7 +219,7 @@ def _read(path: Path) -> _Episode:
 
 
 def _nearby(frames: pa.Table) -> np.ndarray:
-    """Return how many actors are within `NEARBY` metres in each frame."""
+    """Return the number of actors within `NEARBY` metres in each frame."""
     lists = {axis: frames[f"actor_{axis}"].combine_chunks() for axis in ("x", "y")}
     rows = np.repeat(np.arange(len(frames)), lists["x"].value_lengths().to_numpy())
     away = [
@@ -230,6 +230,6 @@ def _nearby(frames: pa.Table) -> np.ndarray:
 
 
 def _sorted(counts: Counter[str]) -> dict[str, int]:
-    """Return what there is of a count, the most frequent first."""
+    """Return the counts above zero, the most frequent first."""
     ordered = sorted(counts.items(), key=lambda item: (-item[1], item[0]))
     return {name: number for name, number in ordered if number}

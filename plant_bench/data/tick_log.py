@@ -1,4 +1,4 @@
-"""The ticks of an episode as they are kept while it drives."""
+"""In-memory log of an episode's ticks, kept until the recording is written."""
 
 from dataclasses import dataclass, field
 
@@ -10,14 +10,14 @@ Action = Plan | Control | None
 
 @dataclass(slots=True)
 class Ticks:
-    """The ticks of one episode, an item each in all of the lists; mutable.
+    """The ticks of one episode, one item per tick in each list; mutable.
 
     Attributes:
-        every: Actors and lights are kept at every so many ticks alone.
-        scenes: What there was.
-        actions: What the agent answered to it; None where it was not asked.
-        reasons: Why, where it told.
-        disturbed: Whether something else than the answer was executed.
+        every: Ticks between rows with actors and lights.
+        scenes: The scenes.
+        actions: The agent's actions; None if it made no decision.
+        reasons: The agent's reasons; None if it gave none.
+        disturbed: Whether another action than the agent's was executed.
     """
 
     every: int = 1

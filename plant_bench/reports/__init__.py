@@ -1,1 +1,1 @@
-"""What people see of results."""
+"""Presentation of results: terminal tables, leaderboard, replays, explanations, cards."""

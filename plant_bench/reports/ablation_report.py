@@ -1,4 +1,4 @@
-"""The table of `plant-bench ablate`, as Markdown and as CSV."""
+"""The result table of `plant-bench ablate`, as Markdown and as CSV."""
 
 import math
 from collections.abc import Sequence
@@ -13,15 +13,15 @@ from plant_bench.scoring.results import EpisodeResult
 
 @dataclass(frozen=True)
 class AblationRow:
-    """One row.
+    """One row of the table.
 
     Attributes:
-        ablation: What is compared.
-        variant: One of its choices.
-        training: Whose weights drove.
-        scores: Over seeds of training and repetitions together.
-        drives: How many of these there are.
-        inference_ms: IT; nan where it was not measured.
+        ablation: Name of the ablation.
+        variant: Name of the variant.
+        training: Name of the training whose weights drove.
+        scores: Scores over training seeds and repetitions together.
+        drives: Number of these seeds and repetitions.
+        inference_ms: Inference time (IT), ms; nan if not measured.
         paper: DS in the paper.
     """
 
@@ -35,13 +35,13 @@ class AblationRow:
 
 
 def pooled_scores(runs: Sequence[Sequence[EpisodeResult]]) -> tuple[Scores, int]:
-    """Return the scores over the repetitions of several runs, and how many these are.
+    """Return the scores over the repetitions of several runs, and the number of repetitions.
 
     Args:
-        runs: The episodes of each run, one run a seed of training.
+        runs: The episodes of each run; one run per training seed.
 
     Raises:
-        InputError: There are none, or they cannot be summed up.
+        InputError: There are none, or they cannot be summarised.
     """
     parts = [
         summarise(part, expected=len(part)).scores
@@ -57,7 +57,7 @@ def pooled_scores(runs: Sequence[Sequence[EpisodeResult]]) -> tuple[Scores, int]
 
 
 def ablation_markdown(rows: Sequence[AblationRow], facts: dict[str, str]) -> str:
-    """Return the table as Markdown, after what all rows have in common; the base comes first."""
+    """Return the table as Markdown, after the facts common to all rows; row 1 is the base."""
     base = rows[0].scores[RANKED].mean
     scores = [f"{metric.label} {metric.unit}".strip() for metric in headline_metrics()]
     scores.insert(1, "to base")
@@ -66,8 +66,8 @@ def ablation_markdown(rows: Sequence[AblationRow], facts: dict[str, str]) -> str
         [
             "# Ablations",
             "",
-            "Each variant differs from the base in one thing, and was trained and scored anew.",
-            "Mean ± standard deviation over seeds of training and repetitions of driving together.",
+            "Each variant differs from the base in one setting, and was trained and scored anew.",
+            "Mean ± standard deviation over training seeds and driving repetitions together.",
             "",
             *(f"- {name}: {value}" for name, value in facts.items()),
             "",
@@ -80,7 +80,7 @@ def ablation_markdown(rows: Sequence[AblationRow], facts: dict[str, str]) -> str
 
 
 def ablation_csv(rows: Sequence[AblationRow]) -> str:
-    """Return the table as CSV; what is not known is empty."""
+    """Return the table as CSV; unknown values are empty."""
     columns = [
         {
             "ablation": row.ablation,

@@ -1,7 +1,7 @@
-"""Reads checkpoint JSON of the CARLA leaderboard: other worlds' runs, and our own taken back.
+"""Reads checkpoint JSON files of the CARLA leaderboard and of `plant-bench export`.
 
-Nothing of the file's own global figures is believed: per-kilometre figures are all counts over all
-kilometres, where the file holds a sum of per-route rates (carla-simulator/leaderboard#117).
+The global figures in the file are ignored: rates are recomputed as total counts over total
+kilometres, since the file has sums of per-route rates (carla-simulator/leaderboard#117).
 """
 
 import json
@@ -27,18 +27,19 @@ from plant_bench.scoring.results import EpisodeResult
 from plant_bench.text_escaping import one_line
 
 LB1, LB2, BENCH2DRIVE = "carla-lb1.0", "carla-lb2", "carla-bench2drive"
-LARGEST = 256_000_000  # bytes of a file that is read
+LARGEST = 256_000_000  # bytes of a file
 
 
 @dataclass(frozen=True)
 class ImportedRun:
-    """A run that was read from a checkpoint file.
+    """A run read from a checkpoint file.
 
     Attributes:
-        name: The planner's: the agent of our own runs, else the file's stem.
-        protocol: Its rules: our own, "carla-lb1.0", "carla-lb2" or "carla-bench2drive".
+        name: Name of the planner: the agent of a plant-bench run, else the file's stem.
+        protocol: The rules: those of a plant-bench run, "carla-lb1.0", "carla-lb2" or
+            "carla-bench2drive".
         source: The file.
-        expected: How many episodes there should be.
+        expected: Number of episodes in a complete run.
         records: The episodes, in the file's order.
     """
 
@@ -50,7 +51,7 @@ class ImportedRun:
 
     @property
     def results(self) -> tuple[EpisodeResult, ...]:
-        """The records that were exported, equal to what they were; empty for other programs'."""
+        """The original records of an exported plant-bench run; empty for other files."""
         return tuple(item.original for item in self.records if item.original is not None)
 
     @property
@@ -60,7 +61,7 @@ class ImportedRun:
 
     @property
     def infractions_per_km(self) -> dict[str, float]:
-        """All counts over all kilometres, by the file's names; kilometres for outside lanes."""
+        """Total counts over total kilometres, by the file's names; kilometres for outside lanes."""
         km = max(self.km, LEAST_KM)
         counts: Counter[str] = Counter()
         for item in self.records:
@@ -71,10 +72,10 @@ class ImportedRun:
 
 
 def load_checkpoint(path: Path) -> ImportedRun:
-    """Read a checkpoint file, of CARLA or of `plant-bench export`.
+    """Read a checkpoint file of CARLA or of `plant-bench export`.
 
     Raises:
-        InputError: It is none, it is broken, or it says two different things.
+        InputError: It is not a checkpoint file, or it is broken or inconsistent.
     """
     try:
         document = _document(path)
@@ -87,15 +88,15 @@ def load_checkpoint(path: Path) -> ImportedRun:
     except OSError as error:
         raise _refusal(path, error.strerror or str(error)) from error
     except RecursionError as error:
-        raise _refusal(path, "it is nested too deep") from error
+        raise _refusal(path, "it is nested too deeply") from error
     except ValueError as error:
         raise _refusal(path, one_line(str(error))) from error
 
 
 def _refusal(path: Path, why: str) -> InputError:
     return InputError(
-        f"Not a checkpoint of the CARLA leaderboard: {path} ({why}). Give the JSON that an "
-        "evaluation has written, or that of `plant-bench export`."
+        f"Not a checkpoint of the CARLA leaderboard: {path} ({why}). Give the JSON file of an "
+        "evaluation or of `plant-bench export`."
     )
 
 
@@ -104,41 +105,41 @@ def _document(path: Path) -> object:
 
     Raises:
         OSError: It cannot be read.
-        ValueError: It is no JSON, is too large, or has a key twice, NaN or broken characters.
+        ValueError: It is not JSON, is too large, or has a duplicate key, NaN or invalid Unicode.
     """
     if path.stat().st_size > LARGEST:
         message = f"it is larger than {LARGEST // 1_000_000} MB"
         raise ValueError(message)
     text = path.read_text(encoding="utf-8-sig")
-    document = json.loads(text, object_pairs_hook=_once, parse_constant=_no_constant)
-    json.dumps(document, ensure_ascii=False).encode()  # half a surrogate pair is no character
+    document = json.loads(text, object_pairs_hook=_unique_keys, parse_constant=_no_constant)
+    json.dumps(document, ensure_ascii=False).encode()  # fails for unpaired surrogates
     return document
 
 
-def _once(pairs: Iterable[tuple[str, object]]) -> dict[str, object]:
-    found: dict[str, object] = {}
+def _unique_keys(pairs: Iterable[tuple[str, object]]) -> dict[str, object]:
+    unique: dict[str, object] = {}
     for key, value in pairs:
-        if key in found:
-            message = f"the key {one_line(key)!r} is there twice"
+        if key in unique:
+            message = f"the key {one_line(key)!r} occurs twice"
             raise ValueError(message)
-        found[key] = value
-    return found
+        unique[key] = value
+    return unique
 
 
 def _no_constant(name: str) -> float:
-    message = f"{name} is no number"
+    message = f"{name} is not a valid number"
     raise ValueError(message)
 
 
 def _run(file: Checkpoint, path: Path) -> ImportedRun:
-    """Return the run of a file whose parts have the right types.
+    """Return the run of a file that matches the schema.
 
     Raises:
-        ValueError: They do not fit together.
+        ValueError: The file is inconsistent.
     """
     records = file.checkpoint.records
     if not records:
-        message = "it holds no records"
+        message = "it has no records"
         raise ValueError(message)
     seen: Counter[str] = Counter()
     imported = []
@@ -154,7 +155,7 @@ def _run(file: Checkpoint, path: Path) -> ImportedRun:
         message = "some of its records are plant-bench's, some are not"
         raise ValueError(message)
     if len({(item.protocol, item.agent) for item in originals}) > 1:
-        message = "its records are of several agents or protocols"
+        message = "its records have several agents or protocols"
         raise ValueError(message)
     return ImportedRun(
         name=originals[0].agent if originals else path.stem,
@@ -169,7 +170,7 @@ def _check_different(records: Iterable[ImportedRecord]) -> None:
     places = Counter((item.route, item.repetition) for item in records)
     (route, repetition), count = places.most_common(1)[0]
     if count > 1:
-        message = f"route {one_line(route)}, repetition {repetition} is there {count} times"
+        message = f"route {one_line(route)}, repetition {repetition} occurs {count} times"
         raise ValueError(message)
 
 

@@ -1,4 +1,4 @@
-"""The records of a checkpoint file, one by one: types are right already, now the meaning."""
+"""Converts the records of a CARLA checkpoint file, and checks their consistency."""
 
 import math
 import re
@@ -12,7 +12,7 @@ from plant_bench.reports.carla_checkpoint_schema import ALL_NAMES, OUTSIDE, Reco
 from plant_bench.scoring.results import EpisodeResult
 from plant_bench.text_escaping import one_line
 
-SCORE_TOLERANCE = 0.1  # of DS against RC x IS: forks round to three digits
+SCORE_TOLERANCE = 0.1  # between DS and RC x IS: forks round to three digits
 
 
 @dataclass(frozen=True)
@@ -20,10 +20,10 @@ class ImportedRecord:
     """One episode of an imported run.
 
     Attributes:
-        route: Route id: our own where `original` is there, else the file's.
+        route: Route id: that of `original` if it exists, else the file's.
         repetition: From 0.
-        town: Town name; empty where the file tells none.
-        status: How it ended, in the file's words.
+        town: Town name; empty if the file has none.
+        status: How it ended, as in the file.
         driving_score: DS, 0 to 100.
         route_completion: RC in percent.
         infraction_score: IS, 0 to 1.
@@ -32,8 +32,8 @@ class ImportedRecord:
         route_km: Length of the route.
         km: Kilometres driven along it.
         duration: Simulated seconds.
-        wall: Wall time in seconds; 0 where it is not known.
-        original: The record that was exported; None in a file of another program.
+        wall: Wall time in seconds; 0 if not known.
+        original: The original plant-bench record; None in a file of another program.
     """
 
     route: str
@@ -53,10 +53,10 @@ class ImportedRecord:
 
 
 def imported_record(record: Record, seen: Counter[str]) -> ImportedRecord:
-    """Return a record; `seen` counts the repetitions of routes whose ids do not tell them.
+    """Convert a record; `seen` counts the repetitions of routes whose ids do not contain them.
 
     Raises:
-        ValueError: It says two different things, or lacks something.
+        ValueError: It is inconsistent or incomplete.
     """
     if missing := [name for name in ALL_NAMES if name not in record.infractions]:
         message = f"its infractions lack {missing[0]}"
@@ -88,7 +88,7 @@ def imported_record(record: Record, seen: Counter[str]) -> ImportedRecord:
 
 
 def _place(route_id: str, seen: Counter[str]) -> tuple[str, int]:
-    """Return a record's route and repetition: leaderboard 2 names both, 1.0 the route alone."""
+    """Return a record's route and repetition; ids of leaderboard 1.0 contain the route only."""
     named = re.fullmatch(r"(.+)_rep(\d{1,6})", route_id, flags=re.DOTALL)
     if named:
         return named[1], int(named[2])
@@ -97,10 +97,10 @@ def _place(route_id: str, seen: Counter[str]) -> tuple[str, int]:
 
 
 def _original(record: Record) -> EpisodeResult:
-    """Return the record that was exported.
+    """Return the original plant-bench record.
 
     Raises:
-        ValueError: It is broken, or does not agree with the rest.
+        ValueError: It is broken, or differs from the rest of the record.
     """
     extra = record.plant_bench
     try:
@@ -109,22 +109,22 @@ def _original(record: Record) -> EpisodeResult:
         first = error.errors()[0]
         message = f"plant_bench.result.{'.'.join(map(str, first['loc']))}: {first['msg']}"
         raise ValueError(message) from error
-    told = (record.scores.score_composed, record.scores.score_route, record.scores.score_penalty)
+    stated = (record.scores.score_composed, record.scores.score_route, record.scores.score_penalty)
     own = (result.driving_score, result.route_completion, result.infraction_score)
-    if any(not math.isclose(*pair, abs_tol=1e-6) for pair in zip(told, own, strict=True)):
-        message = "its scores are not those of what plant-bench exported"
+    if any(not math.isclose(*pair, abs_tol=1e-6) for pair in zip(stated, own, strict=True)):
+        message = "its scores differ from those of its plant-bench record"
         raise ValueError(message)
     return result
 
 
 def _outside_metres(text: str) -> float:
-    """Return the metres that a message tells: its first number.
+    """Return the metres in a message: its first number.
 
     Raises:
-        ValueError: It tells none.
+        ValueError: It contains no number.
     """
     found = re.search(r"\d{1,12}(?:\.\d+)?", text)
     if found is None:
-        message = f"how many metres were driven outside the lanes? {one_line(text)!r} does not tell"
+        message = f"expected metres outside the lanes in {one_line(text)!r}, found no number"
         raise ValueError(message)
     return float(found[0])

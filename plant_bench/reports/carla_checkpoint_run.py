@@ -1,4 +1,4 @@
-"""What a run folder gives to its checkpoint file: its episodes, and how many there should be."""
+"""Builds a CARLA checkpoint from a run folder."""
 
 import shlex
 from dataclasses import dataclass
@@ -19,9 +19,9 @@ class RunCheckpoint:
     """A run as a checkpoint file.
 
     Attributes:
-        content: Of the file, as JSON-able values.
-        episodes: How many episodes it holds.
-        expected: How many there should be.
+        content: Content of the file, as JSON values.
+        episodes: Number of episodes.
+        expected: Number of episodes in a complete run.
     """
 
     content: dict[str, object]
@@ -39,35 +39,35 @@ def run_checkpoint(folder: RunFolder, repetition: int | None = None) -> RunCheck
     Raises:
         InputError: The run is broken, or has no such episodes.
     """
-    told = folder.provenance()
+    provenance = folder.provenance()
     results = [item for item in folder.results() if repetition in (None, item.repetition)]
-    if told is None or not results:
+    if provenance is None or not results:
         what = "episodes" if repetition is None else f"episodes of repetition {repetition}"
         message = f"{folder.path} has no {what}. Run 'plant-bench score' first."
         raise InputError(message)
-    known = list(dict.fromkeys([*told.routes, *sorted(item.route for item in results)]))
+    known = list(dict.fromkeys([*provenance.routes, *sorted(item.route for item in results)]))
     numbers = {route: number for number, route in enumerate(known)}
-    asked = {place for place in _asked(told) if repetition in (None, place[1])}
-    expected = len(asked | {(item.route, item.repetition) for item in results})
+    planned = {place for place in _planned(provenance) if repetition in (None, place[1])}
+    expected = len(planned | {(item.route, item.repetition) for item in results})
     content = checkpoint(results, numbers=numbers, expected=expected, walls=_walls(folder))
     return RunCheckpoint(content, len(results), expected)
 
 
-def _asked(told: Provenance) -> set[tuple[str, int]]:
-    """Return the routes and repetitions that the run's last command asked for."""
+def _planned(provenance: Provenance) -> set[tuple[str, int]]:
+    """Return the routes and repetitions that the run's last command selected."""
     try:
-        words = shlex.split(told.command)
-    except ValueError:  # no command that a shell would take
+        words = shlex.split(provenance.command)
+    except ValueError:  # not a valid shell command
         words = []
-    joined = [word.partition("=")[2] for word in words if word.startswith("--routes=")]
-    apart = [value for word, value in pairwise(words) if word == "--routes"]
-    selection = next(iter([*joined, *apart]), None)
-    chosen = select_ids(list(told.routes), selection)
-    return {(route, number) for route in chosen for number in range(told.repetitions)}
+    inline = [word.partition("=")[2] for word in words if word.startswith("--routes=")]
+    separate = [value for word, value in pairwise(words) if word == "--routes"]
+    selection = next(iter([*inline, *separate]), None)
+    chosen = select_ids(list(provenance.routes), selection)
+    return {(route, number) for route in chosen for number in range(provenance.repetitions)}
 
 
 def _walls(folder: RunFolder) -> dict[tuple[str, int], float]:
-    """Return the wall time of each route and repetition, seconds, where it was kept."""
+    """Return the wall time of each route and repetition in seconds, as far as known."""
     walls = {}
     for path in folder.record_files():
         timing = folder.path / "timing" / path.name
@@ -76,7 +76,7 @@ def _walls(folder: RunFolder) -> dict[tuple[str, int], float]:
         try:
             wall = Timing.model_validate_json(read_text(timing)).wall_s
         except (OSError, ValueError):
-            continue  # no score depends on it
+            continue  # the wall time is optional
         result = EpisodeResult.load(path)
         walls[result.route, result.repetition] = wall
     return walls

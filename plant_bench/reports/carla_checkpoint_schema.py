@@ -1,4 +1,4 @@
-"""The CARLA leaderboard's checkpoint file: its names, and what a file must look like to be read."""
+"""Schema of the CARLA leaderboard's checkpoint file: names of infractions, pydantic models."""
 
 from typing import Annotated
 
@@ -6,10 +6,10 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from plant_bench.scoring.infractions import InfractionKind
 
-EXTRA_KEY = "plant_bench"  # where lies what the schema has no place for; other readers ignore it
+EXTRA_KEY = "plant_bench"  # for data that the schema lacks; other readers ignore it
 EXTRA_FORMAT = 1
 OUTSIDE = "outside_route_lanes"
-STOP_SIGN = "stop_infraction"  # no rule of this benchmark
+STOP_SIGN = "stop_infraction"  # does not exist in this benchmark
 NAMES: dict[InfractionKind, str] = {
     InfractionKind.COLLISION_STATIC: "collisions_layout",
     InfractionKind.COLLISION_PEDESTRIAN: "collisions_pedestrian",
@@ -43,7 +43,7 @@ class _Part(BaseModel):
 
 
 class Scores(_Part):
-    """A record's scores; completion in percent, a little above 100 where it was rounded."""
+    """A record's scores; completion in percent, slightly above 100 if rounded."""
 
     score_composed: float = Field(ge=0.0, le=100.001)
     score_route: float = Field(ge=0.0, le=100.001)
@@ -59,7 +59,7 @@ class Meta(_Part):
 
 
 class Extra(_Part):
-    """What plant-bench adds to a record.
+    """The data that plant-bench adds to a record.
 
     Attributes:
         result: An `EpisodeResult`, as JSON.
@@ -69,7 +69,7 @@ class Extra(_Part):
 
 
 class Record(_Part):
-    """One episode; names beyond leaderboard 1.0 are those of its forks, of 2.x and Bench2Drive."""
+    """One episode; optional fields are those of leaderboard 2.x, Bench2Drive and other forks."""
 
     route_id: str
     status: str
@@ -84,7 +84,7 @@ class Record(_Part):
 
 
 class Progress(_Part):
-    """What `_checkpoint` holds; the global record is made again from the records."""
+    """Content of `_checkpoint`; the global record is recomputed from the records."""
 
     progress: list[Annotated[int, Field(ge=0, le=MOST_RECORDS)]] = Field(max_length=2)
     records: list[Record]

@@ -1,8 +1,8 @@
-"""Writes a run as the CARLA leaderboard's checkpoint JSON (leaderboard 1.0), for the field's tools.
+"""Writes a run as checkpoint JSON of the CARLA leaderboard 1.0, for tools that read this format.
 
-Rates per kilometre are all counts over all kilometres, in the global record, too: the
-leaderboard's own sum of per-route rates is a known mistake (carla-simulator/leaderboard#117).
-Places are in the town's own frame, y north, where CARLA's y points south.
+Rates are total counts over total kilometres, in the global record too: the leaderboard's sum of
+per-route rates is a known mistake (carla-simulator/leaderboard#117). Positions are in the town's
+frame with y north, whereas CARLA's y points south.
 """
 
 import json
@@ -46,9 +46,9 @@ def checkpoint(
 
     Args:
         results: The episodes of one run, at least one.
-        numbers: A whole number for each route id: the field's tools want route ids of digits.
-        expected: How many episodes there should be.
-        walls: Wall time of each route and repetition in seconds, where it is known.
+        numbers: A number for each route id, since other tools expect numeric route ids.
+        expected: Number of episodes in a complete run.
+        walls: Wall time of each route and repetition in seconds, as far as known.
     """
     ordered = sorted(results, key=lambda item: (numbers[item.route], item.repetition))
     records = [
@@ -81,7 +81,7 @@ def checkpoint(
 
 
 def write_checkpoint(content: Mapping[str, object], path: Path) -> None:
-    """Write a checkpoint file, whole or not at all.
+    """Write a checkpoint file atomically.
 
     Raises:
         OSError: It cannot be written.
@@ -118,9 +118,9 @@ def _record(index: int, result: EpisodeResult, number: int, wall: float) -> dict
 
 
 def _message(item: Infraction, result: EpisodeResult) -> str:
-    """Return an infraction as text, with the marks by which the field's parsers find numbers.
+    """Return an infraction as text, in the form that common parsers expect.
 
-    The metres come first and have a decimal point; nothing follows the brackets of a place.
+    The metres come first and have a decimal point; nothing follows the brackets of a position.
     """
     if item.kind is InfractionKind.OUTSIDE_LANES:
         share = item.share or 0.0

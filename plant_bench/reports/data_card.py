@@ -1,4 +1,4 @@
-"""The data card: what a folder of collected data is, for who finds it without us."""
+"""Writes the data card: a README of a folder of collected driving data."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -20,48 +20,48 @@ the same command gives the same files.
 
 ## What is in it
 
-- `episodes/*.parquet`: one episode a file (zstd), one row a tick (20 Hz). Readable by pandas,
-  polars, DuckDB and all that reads Parquet, and by `plant_bench.data.recording.Recording`.
-- `routes/*.json`: the routes, a suite file a town (`plant_bench.world.route.load_suite`).
-- `towns/`: the towns that the benchmark does not have. To drive or draw in them, set the
-  environment variable `PLANT_BENCH_TOWNS` to that folder.
-- `records/*.json`: how each episode ended, also of those left out. `data.json`: the numbers below.
+- `episodes/*.parquet`: one file per episode (zstd), one row per tick (20 Hz). Readable by pandas,
+  polars, DuckDB and other Parquet readers, and by `plant_bench.data.recording.Recording`.
+- `routes/*.json`: the routes, one suite file per town (`plant_bench.world.route.load_suite`).
+- `towns/`: the towns that are not part of the benchmark. To drive or draw in them, set the
+  environment variable `PLANT_BENCH_TOWNS` to this folder.
+- `records/*.json`: how each episode ended, also of excluded ones. `data.json`: the numbers below.
 
-| column | is |
+| column | content |
 |---|---|
 | `tick` | 0.05 s each, from 0 |
 | `x`, `y`, `yaw`, `speed`, `acceleration`, `steering` | the ego (box centre): m, rad, m/s, m/s2 |
 | `actor_id`, `actor_x`, `actor_y`, `actor_yaw`, `actor_speed`, `actor_length`, `actor_width`, \
-`actor_kind` | all others within sight (80 m), as lists; null but at every 10th tick |
-| `lights` | what the route's traffic lights show, in the order of its signals (0 out of view, \
-1 green, 2 yellow, 3 red); null but at every 10th tick |
-| `acceleration_asked`, `steering_asked` | what the expert asked for, whatever was executed |
-| `plan` | null: the expert answers with a control |
-| `reason`, `reason_actor` | why it drives no faster, and for whom it brakes |
+`actor_kind` | all actors in sight (within 80 m), as lists; null except at every 10th tick |
+| `lights` | states of the route's traffic lights, in the order of its signals (0 out of view, \
+1 green, 2 yellow, 3 red); null except at every 10th tick |
+| `acceleration_asked`, `steering_asked` | the expert's action, whether executed or not |
+| `plan` | null: the expert's action is a control |
+| `reason`, `reason_actor` | why the expert does not drive faster, and the actor it brakes for |
 | `disturbed` | {disturbed} |
 
 World frame: x east, y north, yaw counter-clockwise from east. `actor_kind`: 0 car, 1 van, 2 truck,
 3 bus, 4 motorcycle, 5 bicycle, 6 pedestrian, 7 static. The file's metadata
-(`plant_bench.metadata`, JSON) names route, town, seed, protocol and agent ({agent}), and
-tells what became of the route's hazards.
+(`plant_bench.metadata`, JSON) has route, town, seed, protocol, agent ({agent}), and
+the outcomes of the route's hazards.
 
-## What it shares with the benchmark, and what not
+## Overlap with the benchmark
 
-In the benchmark's six towns streets are shared. Routes are not: none has more than half of its
-length (or of the benchmark route's, where that is shorter) in common with any one of the
-benchmark's. Hazards and traffic seeds are others. The other towns (two thirds of the frames of a
-whole unit) are none that the benchmark drives in.
+Roads of the benchmark's six towns are shared. Routes are not: none shares more than half of its
+length (or of the benchmark route's, if that is shorter) with any benchmark route. Hazards and
+traffic seeds differ. The other towns (two thirds of the frames of a whole unit) are not used by
+the benchmark.
 
-## What was left out
+## Excluded episodes
 
 {left_out}
 
-{collided}, in episodes that are in the data: {collisions}.
+{collided}, in the included episodes: {collisions}.
 """
 
 
 class _Wording(NamedTuple):
-    """What differs between data of the expert's drives and data of its answers."""
+    """Texts that differ between drives of the expert and DAgger data of another planner."""
 
     who: str
     disturbed: str
@@ -70,17 +70,17 @@ class _Wording(NamedTuple):
 
 
 _DRIVES = _Wording(
-    "the expert, an algorithm\nthat is told the simulator's facts, drives",
-    "something else than the expert's answer was executed: not to be learned from",
-    "who drove",
-    "Collisions that others caused",
+    "the expert, an algorithm\nwith privileged information from the simulator, drives",
+    "an action other than the expert's was executed (perturbation): not for training",
+    "the driver",
+    "Collisions caused by other actors",
 )
 
 
 def who_drove(driver: str) -> str:
-    """Return what data is in which another planner drove, in one sentence."""
+    """Return a description of data collected with DAgger."""
     return (
-        f"`{driver}` drove, and the expert answered what it would have done there (DAgger). These "
+        f"`{driver}` drove, and the expert's action was recorded at each tick (DAgger). These "
         "are expert actions, not drives: train with `plant-bench train plant --targets "
         "expert-action`."
     )
@@ -88,12 +88,13 @@ def who_drove(driver: str) -> str:
 
 def _answers(driver: str) -> _Wording:
     return _Wording(
-        f"{who_drove(driver)}\nThe expert is an algorithm that is told the simulator's facts. "
-        "All this is",
-        "the driver's control was executed and not the expert's answer; unmarked where the two "
-        "agree or the expert relieved a driver that stood against its wish",
-        "who answered",
-        "Collisions of all kinds, the driver's own included",
+        f"{who_drove(driver)}\nThe expert is an algorithm with privileged information from the "
+        "simulator. All this is",
+        "the driver's control was executed instead of the expert's action; not set if the two "
+        "agree, or if the expert took over from a driver that was stationary while the expert "
+        "would have driven on",
+        "the expert",
+        "Collisions of all kinds, including those caused by the driver",
     )
 
 
@@ -103,8 +104,8 @@ def data_card(
     """Return the data card, in Markdown; equal data gives equal text.
 
     Args:
-        data: What is in the folder.
-        request: What was asked for.
+        data: Statistics of the data.
+        request: The collection request.
         notes: How each episode ended.
         out: Name of the folder.
     """
@@ -128,7 +129,7 @@ def data_card(
 
 
 def count_left_out(notes: Sequence[EpisodeNote]) -> dict[str, int]:
-    """Return how many episodes were left out, by reason."""
+    """Return the number of excluded episodes by reason."""
     reasons = Counter(note.left_out.partition(":")[0] for note in notes if note.left_out)
     return dict(sorted(reasons.items(), key=lambda item: (-item[1], item[0])))
 

@@ -16,18 +16,18 @@ def save_data_plots(data: DataStatistics, folder: Path) -> list[Path]:
     """Save all plots of a folder of data and return their paths.
 
     Args:
-        data: What is shown.
-        folder: Takes the pictures; made if need be.
+        data: The statistics to plot.
+        folder: Output folder; created if missing.
     """
     folder.mkdir(parents=True, exist_ok=True)
     speeds = [f"{SPEED_STEP * place:.0f}" for place in range(len(data.speeds))]
     nearby = [str(number) for number in range(len(data.nearby))]
-    standing = f"{data.standing_share:.0%} of all frames standing"
+    standing = f"stationary in {data.standing_share:.0%} of all frames"
     figures = {
         "speeds": _columns(speeds, data.speeds, f"speed, km/h from ({standing})"),
         "actors": _columns(nearby, data.nearby, f"actors within {NEARBY:.0f} m of the ego"),
         "manoeuvres": _bars(data.turns, "manoeuvres driven"),
-        "hazards": _bars(data.hazards, "hazards that took their course"),
+        "hazards": _bars(data.hazards, "hazards triggered"),
         "towns": _bars(data.towns, "frames by town"),
         "routes": _bars(data.routes, "frames by kind of route"),
     }

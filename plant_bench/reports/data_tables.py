@@ -18,33 +18,33 @@ def data_tables(data: DataStatistics, *, answers: bool = False) -> list[tuple[st
     """Return each table's title, head and rows.
 
     Args:
-        data: To be shown.
-        answers: Whether another planner drove and the expert only answered.
+        data: The statistics to show.
+        answers: Whether another planner drove and the expert's actions were recorded (DAgger).
     """
     return [
         ("Data", "what", data_overview(data, answers=answers)),
         ("Speed (frames)", "km/h", _bins(data.speeds, SPEED_STEP)),
         ("Manoeuvres driven", "manoeuvre", _counts(data.turns)),
-        ("Hazards that took their course", "hazard", _counts(data.hazards)),
+        ("Hazards triggered", "hazard", _counts(data.hazards)),
         ("Frames by town", "town", _counts(data.towns)),
         ("Frames by kind of route", "kind", _counts(data.routes)),
     ]
 
 
 def data_overview(data: DataStatistics, *, answers: bool = False) -> list[Row]:
-    """Return the numbers that tell most."""
+    """Return the rows of the overview table."""
     otherwise = [
         ("episodes with perturbations", f"{data.disturbed_episodes:,}"),
         ("frames during a perturbation", f"{data.disturbed_share:.1%}"),
     ]
     if answers:
-        otherwise = [("frames driven otherwise than answered", f"{data.disturbed_share:.1%}")]
+        otherwise = [("frames not driven as the expert", f"{data.disturbed_share:.1%}")]
     return [
         ("episodes", f"{data.episodes:,}"),
         ("frames at 2 Hz", f"{data.frames:,}"),
         ("hours", f"{data.hours:.2f}"),
         ("km", f"{data.km:.1f}"),
-        ("time standing", f"{data.standing_share:.0%}"),
+        ("time stationary", f"{data.standing_share:.0%}"),
         (f"actors within {NEARBY:.0f} m", f"{data.nearby_mean:.1f}"),
         *otherwise,
         ("size of the recordings", f"{data.megabytes:.1f} MB"),

@@ -1,4 +1,4 @@
-"""Which episodes of a run are meant."""
+"""Selects the episodes of a run by route and repetition."""
 
 from plant_bench.errors import InputError
 from plant_bench.runner.episode.jobs import select_ids
@@ -14,17 +14,17 @@ def episodes_of(
     Args:
         folder: The run.
         route: A route's id or its number in the suite.
-        repetition: The only one that is wanted; None for all.
+        repetition: The only repetition to return; None for all.
 
     Raises:
-        InputError: There are none; says what was meant perhaps.
+        InputError: There are none; the message suggests similar ones.
     """
-    told = folder.provenance()
+    run = folder.provenance()
     records = {path.stem: EpisodeResult.load(path) for path in folder.record_files()}
-    known = list(dict.fromkeys([*(told.routes if told else ()), *_routes(records)]))
+    known = list(dict.fromkeys([*(run.routes if run else ()), *_routes(records)]))
     chosen = select_ids(known, route)
     if len(chosen) != 1:
-        message = f"'{route}' names {len(chosen)} routes: one is wanted."
+        message = f"'{route}' selects {len(chosen)} routes: expected one."
         raise InputError(message)
     here = sorted(
         ((name, item) for name, item in records.items() if item.route == chosen[0]),

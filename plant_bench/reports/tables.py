@@ -1,4 +1,4 @@
-"""Tables on the terminal: of a run, of its speed, and of two runs compared."""
+"""Terminal tables: summary of a run, planner time, speed, comparison of two runs, RFDS."""
 
 import math
 import sys
@@ -18,19 +18,19 @@ from plant_bench.scoring.penalties import PenaltyScheme
 from plant_bench.scoring.relevance import RelativeScore
 from plant_bench.world.hazard import Phase
 
-DEADLINE = "50 ms"  # a tick: 20 decisions a second
-PIPED_WIDTH = 140  # columns where the output is no terminal
+DEADLINE = "50 ms"  # one tick
+PIPED_WIDTH = 140  # columns if the output is not a terminal
 _console = Console(
     highlight=False, markup=False, emoji=False, width=None if sys.stdout.isatty() else PIPED_WIDTH
 )
 
 
 def print_summary(summary: Summary) -> None:
-    """Print the scores, in all and by town, the infractions and how the episodes ended."""
+    """Print the scores by town and overall, the infractions and how the episodes ended."""
     count = f"{summary.episodes}/{summary.expected} episodes"
     head = f"{summary.agent}, {summary.protocol}, penalties {summary.penalties}, {count}"
     _console.print(head, style="bold")
-    _console.print(f"given: {', '.join(summary.inputs) or 'nothing but its own state'}")
+    _console.print(f"inputs: {', '.join(summary.inputs) or 'ego state only'}")
     table = Table()
     table.add_column("town")
     for metric in score_metrics():
@@ -44,8 +44,8 @@ def print_summary(summary: Summary) -> None:
         _console.print(_least_difference(summary.detectable))
     print_rows(f"Infractions ({summary.km:.1f} km)", ["kind", "per km"], _rates(summary))
     count = f" ({summary.measures.episodes} of {summary.episodes} episodes)"
-    title = "RunMeasures the score" + count * (summary.measures.episodes < summary.episodes)
-    print_rows(title, ["measure", "value"], _beyond(summary))
+    title = "Other metrics" + count * (summary.measures.episodes < summary.episodes)
+    print_rows(title, ["measure", "value"], _measures(summary))
     endings = [f"{count} {status}" for status, count in summary.statuses.items()]
     _console.print(f"Episodes: {'; '.join(endings)}")
     if summary.hazards:
@@ -55,50 +55,52 @@ def print_summary(summary: Summary) -> None:
 def _hazards(phases: dict[Phase, int]) -> str:
     done, void = (phases.get(phase, 0) for phase in (Phase.DONE, Phase.VOID))
     return (
-        f"Hazards: {done} of {sum(phases.values())} took their course, {void} were void (could not "
-        "be fair), the rest were not met"
+        f"Hazards: {done} of {sum(phases.values())} completed, {void} void (could not be fair), "
+        "the rest not reached"
     )
 
 
 def _least_difference(detectable: Detectable) -> str:
     return (
-        f"Differences below {detectable.difference:.1f} DS cannot be told apart with "
-        f"{detectable.repetitions} repetitions."
+        f"With {detectable.repetitions} repetitions, differences below "
+        f"{detectable.difference:.1f} DS cannot be distinguished from chance."
     )
 
 
 def _rates(summary: Summary) -> list[list[str]]:
     rates = {_kind_name(kind): rate for kind, rate in summary.infractions_per_km.items()}
-    rates["of the vehicles, bicycles"] = summary.cyclists_per_km
+    rates["collision vehicle: bicycles"] = summary.cyclists_per_km
     for metric in shown_metrics(Shown.INFRACTION):
-        rates[metric.full] = summary.measures[metric.name]
+        rates[metric.long_name] = summary.measures[metric.name]
     return [[name, f"{rate:.3f}"] for name, rate in rates.items() if rate > 0.0]
 
 
-def _beyond(summary: Summary) -> list[list[str]]:
-    """Return what is measured but not scored, as text; metrics of one title share a row."""
+def _measures(summary: Summary) -> list[list[str]]:
+    """Return the measures as rows of text; measures with the same title share a row."""
     if not summary.measures.episodes:
         return []
     rows: dict[str, list[str]] = {}
     for metric in shown_metrics(Shown.MEASURE):
-        rows.setdefault(metric.full, []).append(_measured(metric, summary.measures[metric.name]))
+        rows.setdefault(metric.long_name, []).append(
+            _measured(metric, summary.measures[metric.name])
+        )
     share = "-" if math.isnan(summary.ego_share) else f"{summary.ego_share:.0%}"
     rows["collisions that the ego caused"] = [share]
     return [[title, " / ".join(texts)] for title, texts in rows.items()]
 
 
 def _measured(metric: Metric, value: float) -> str:
-    """Return a measure as text; a least time is infinite where nothing was near."""
+    """Return a measure as text; a minimum time is infinite if there was no near miss."""
     if not math.isfinite(value):
         return "-" if math.isnan(value) else "none"
     if metric.unit == "share":
         return f"{value:.{max(metric.digits - 2, 0)}%}"
-    unit = "" if "per km" in metric.unit else metric.unit  # the title says it
+    unit = "" if "per km" in metric.unit else metric.unit  # the title contains it
     return unicodedata.normalize("NFKC", f"{value:.{metric.digits}f} {unit}").strip()
 
 
 def print_planner_time(speed: Speed) -> None:
-    """Print how long the planner took to decide, and its network; it is no part of the score."""
+    """Print the planner's decision time and inference time, which are not part of the score."""
     if math.isnan(speed.p50_ms):
         return
     decision = (
@@ -110,23 +112,23 @@ def print_planner_time(speed: Speed) -> None:
         ["IT: one forward pass (median)", inference_time(speed)],
         ["processor", "; ".join(speed.processors) or "-"],
     ]
-    print_rows("The planner's time (not scored)", ["what", "value"], rows)
+    print_rows("Planner time (not scored)", ["what", "value"], rows)
 
 
 def inference_time(speed: Speed) -> str:
-    """Return the median time of a forward pass as text; "-" where the planner tells none."""
+    """Return the median time of a forward pass as text; "-" if the planner reports none."""
     if math.isnan(speed.inference_ms):
         return "-"
     return f"{speed.inference_ms:.2f} ms at {speed.inference_tokens:.0f} tokens"
 
 
 def print_speed(speed: Speed, *, wall_s: float, workers: str) -> None:
-    """Print how fast a command drove.
+    """Print the simulation speed of a command.
 
     Args:
-        speed: Of the episodes driven by it.
-        wall_s: From start to end.
-        workers: Which processes, as in "2 workers".
+        speed: Speed of the episodes that it drove.
+        wall_s: Wall time of the command, seconds.
+        workers: Description of the processes, such as "2 workers".
     """
     if not speed.episodes:
         return
@@ -145,29 +147,29 @@ def print_difference(
     *,
     penalties: PenaltyScheme = PenaltyScheme.LB1_0,
 ) -> None:
-    """Print by how much the second run is better than the first.
+    """Print the difference in DS of two runs.
 
     Args:
-        difference: Of the second run from the first.
-        first: What the first is called.
-        second: What the second is called.
-        penalties: By which infractions became scores.
+        difference: Second run minus first run.
+        first: Name of the first run.
+        second: Name of the second run.
+        penalties: The penalty scheme.
     """
-    told = math.isfinite(difference.low)
+    known = math.isfinite(difference.low)
     interval = f"95 % interval {difference.low:+.2f} to {difference.high:+.2f} "
     _console.print(
         f"{second} against {first}: DS (penalties {penalties}) {difference.mean:+.2f}, "
-        f"{interval * told}"
+        f"{interval * known}"
         f"({difference.pairs} pairs of episodes on {difference.routes} routes)"
     )
-    if told:
+    if known:
         _console.print(f"Sign-flip test over routes: p = {difference.p_value:.4f}")
         _console.print(
-            f"So many pairs can tell differences of {difference.detectable:.1f} DS or more apart."
+            f"These pairs can detect differences of {difference.detectable:.1f} DS or more."
         )
     if difference.unmatched_a or difference.unmatched_b:
         _console.print(
-            f"Without a partner: {difference.unmatched_a} episodes of {first}, "
+            f"Not paired: {difference.unmatched_a} episodes of {first}, "
             f"{difference.unmatched_b} of {second}"
         )
     _console.print(_verdict(difference))
@@ -175,16 +177,16 @@ def print_difference(
 
 def _verdict(difference: PairedDifference) -> str:
     if math.isnan(difference.low):
-        return f"Too few routes for an interval: {LEAST_ROUTES} are wanted at least."
+        return f"Too few routes for an interval: expected at least {LEAST_ROUTES}."
     if difference.high < 0:
         return "Worse: the whole interval is below zero."
     if difference.low > 0:
         return "Better: the whole interval is above zero."
-    return "No difference is shown: the interval holds zero."
+    return "No significant difference: the interval contains zero."
 
 
 def print_rows(title: str, heads: Sequence[str], rows: Sequence[Sequence[object]]) -> None:
-    """Print a plain table; numbers to the right."""
+    """Print a plain table; numbers are right-aligned."""
     if not rows:
         return
     table = Table(title=title, title_justify="left", box=SIMPLE_HEAD, padding=(0, 1, 0, 0))

@@ -1,4 +1,4 @@
-"""What `plant-bench verify` found: for people, and for machines."""
+"""The result of `plant-bench verify`, as terminal output and as JSON."""
 
 import json
 from collections.abc import Sequence
@@ -13,7 +13,7 @@ from plant_bench.runner.review.submission_checks import Finding
 from plant_bench.text_escaping import one_line
 
 VERIFICATION_FORMAT = 1
-_SHOWN = 20  # findings in a table; a file for machines has all of them
+_SHOWN = 20  # findings in a table; the JSON file has all of them
 _LONGEST = 60  # characters of a value
 
 
@@ -24,8 +24,8 @@ class Verification:
     Attributes:
         submission: The run.
         checked: Episodes that were simulated again.
-        way: "agent" or "controls": what drove them.
-        seed: Of the sample.
+        way: "agent" or "controls": what they were driven by.
+        seed: Random seed of the sample.
     """
 
     submission: Submission
@@ -35,26 +35,26 @@ class Verification:
 
     @property
     def different(self) -> int:
-        """How many episodes are not as the run says."""
+        """Number of episodes that differ from their records."""
         return sum(item.difference is not None for item in self.checked)
 
     @property
     def confirmed(self) -> bool:
-        """Whether nothing differs."""
+        """Whether there is no difference and no other finding."""
         return not self.different and not self.submission.findings
 
     def to_json(self) -> str:
-        """Return all of it as JSON."""
-        told = self.submission.provenance
+        """Return the complete result as JSON."""
+        run = self.submission.provenance
         payload = {
             "format": VERIFICATION_FORMAT,
             "confirmed": self.confirmed,
-            "agent": told.agent,
-            "agent_checksum": told.agent_checksum,
-            "suite": told.suite,
-            "protocol": told.protocol,
-            "base_seed": told.seed,
-            "density": told.density,
+            "agent": run.agent,
+            "agent_checksum": run.agent_checksum,
+            "suite": run.suite,
+            "protocol": run.protocol,
+            "base_seed": run.seed,
+            "density": run.density,
             "records": len(self.submission.records),
             "way": self.way,
             "sample_seed": self.seed,
@@ -68,49 +68,50 @@ class Verification:
 
 
 def print_submission(submission: Submission) -> None:
-    """Print what the run says it is, and what is wrong with it before anything is simulated."""
-    told = submission.provenance
-    hazards = "" if told.hazards else ", no hazards"
+    """Print the run's description, and the problems found without simulation."""
+    run = submission.provenance
+    hazards = "" if run.hazards else ", no hazards"
     typer.echo(
-        f"{_clean(told.agent)} on {_clean(told.suite)}: {len(submission.records)} records, "
-        f"protocol {_clean(told.protocol)}, base seed {told.seed}, density "
-        f"{_clean(told.density)}{hazards}"
+        f"{_clean(run.agent)} on {_clean(run.suite)}: {len(submission.records)} records, "
+        f"protocol {_clean(run.protocol)}, base seed {run.seed}, density "
+        f"{_clean(run.density)}{hazards}"
     )
     for note in submission.notes:
         typer.echo(_clean(note, len(note)))
     findings = submission.findings
     rows = [_row(item) for item in findings[:_SHOWN]]
-    print_rows("Not as it should be", ["file", "what", "found", "wanted"], rows)
+    print_rows("Problems", ["file", "what", "found", "expected"], rows)
     if len(findings) > _SHOWN:
         typer.echo(f"and {len(findings) - _SHOWN} more (--json FILE has all of them)")
 
 
-def print_verification(found: Verification) -> None:
+def print_verification(verification: Verification) -> None:
     """Print the episodes that were simulated again, and the verdict."""
     rows = []
-    for item in found.checked:
+    for item in verification.checked:
         cells = ("", "", "")
         if (other := item.difference) is not None:
             cells = (_clean(other.field), _clean(other.told), _clean(other.again))
         rows.append(
             [_clean(item.name), _clean(item.town), "different" if other else "equal", *cells]
         )
-    how = "the agent" if found.way == "agent" else "the recorded controls"
-    title = f"Simulated again by {how} (sample seed {found.seed})"
-    heads = ["episode", "town", "record", "first difference", "told", "again"]
+    how = "the agent" if verification.way == "agent" else "the recorded controls"
+    title = f"Simulated again with {how} (sample seed {verification.seed})"
+    heads = ["episode", "town", "record", "first difference", "recorded", "simulated"]
     print_rows(title, heads, rows)
-    typer.echo(_verdict(found))
+    typer.echo(_verdict(verification))
 
 
-def _verdict(found: Verification) -> str:
-    checked = f"{len(found.checked)} of {len(found.submission.records)} episodes simulated again"
-    if found.confirmed:
+def _verdict(verification: Verification) -> str:
+    count = len(verification.submission.records)
+    checked = f"{len(verification.checked)} of {count} episodes simulated again"
+    if verification.confirmed:
         return (
-            f"CONFIRMED: {checked}, all equal byte for byte; no episode is missing or doubled, and "
-            "the summary follows from the records."
+            f"CONFIRMED: {checked}, all equal byte for byte; no episode is missing or duplicated, "
+            "and the summary follows from the records."
         )
-    count = len(found.submission.findings)
-    return f"NOT CONFIRMED: {checked}, {found.different} different; {count} other findings."
+    others = len(verification.submission.findings)
+    return f"NOT CONFIRMED: {checked}, {verification.different} different; {others} other findings."
 
 
 def _row(item: Finding) -> list[str]:
@@ -118,5 +119,5 @@ def _row(item: Finding) -> list[str]:
 
 
 def _clean(text: str, longest: int = _LONGEST) -> str:
-    """Return text of a stranger's as it can be printed: one line, no control characters."""
+    """Return untrusted text as one printable line without control characters."""
     return one_line(text, longest, instead="?")

@@ -1,1 +1,1 @@
-"""The rules: what is an infraction, what it costs, when an episode ends, what a run scores."""
+"""Scoring: infractions and their penalties, episode termination, metrics of episodes and runs."""

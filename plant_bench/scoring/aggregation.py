@@ -1,4 +1,4 @@
-"""How metrics are summed up over the episodes of a run; no record depends on this module."""
+"""Aggregates episode metrics over a run (mean, median, rates); records do not depend on it."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -17,19 +17,19 @@ RunValue = Callable[[Sequence[EpisodeResult], PenaltyScheme], float]
 
 @dataclass(frozen=True)
 class RunAggregate:
-    """A way to sum up episodes.
+    """A way to aggregate a metric over the episodes of a run.
 
     Attributes:
-        words: What it is, for the documentation.
-        of: Sums up at least one episode; nan where there is nothing to sum up.
+        description: Text for the documentation.
+        compute: Value over one or more episodes; nan if no episode has a value.
     """
 
-    words: str
-    of: RunValue
+    description: str
+    compute: RunValue
 
 
 def measure_of(name: str) -> EpisodeValue:
-    """Return what reads a measure from a record."""
+    """Return a function that reads a measure from a record."""
     return lambda result, _: None if result.measures is None else result.measures[name]
 
 
@@ -42,61 +42,61 @@ def mean_score(value: Callable[[EpisodeResult, PenaltyScheme], float]) -> RunAgg
 
 
 def mean(name: str) -> RunAggregate:
-    """Take the mean of a measure; episodes in which there was nothing to measure do not count."""
+    """Take the mean of a measure over the episodes that have a value."""
 
-    def of(results: Sequence[EpisodeResult], _: PenaltyScheme) -> float:
-        values = [value for _, value in _told(results, name)]
+    def compute(results: Sequence[EpisodeResult], _: PenaltyScheme) -> float:
+        values = [value for _, value in _measured(results, name)]
         return float(np.mean(values)) if values else math.nan
 
-    return RunAggregate("mean", of)
+    return RunAggregate("mean", compute)
 
 
 def median(name: str) -> RunAggregate:
-    """Take the median of a least time: infinite where the middle episode had no near miss."""
+    """Take the median of a minimum time; infinite if the median episode had no near miss."""
 
-    def of(results: Sequence[EpisodeResult], _: PenaltyScheme) -> float:
-        found = [item.measures[name] for item in results if item.measures and name in item.measures]
-        ordered = sorted(math.inf if value is None else value for value in found)
+    def compute(results: Sequence[EpisodeResult], _: PenaltyScheme) -> float:
+        times = [item.measures[name] for item in results if item.measures and name in item.measures]
+        ordered = sorted(math.inf if time is None else time for time in times)
         if not ordered:
             return math.nan
         low, high = ordered[(len(ordered) - 1) // 2], ordered[len(ordered) // 2]
         return low if low == high else 0.5 * (low + high)
 
-    return RunAggregate("median", of)
+    return RunAggregate("median", compute)
 
 
 def per_km(name: str) -> RunAggregate:
-    """Divide all events by all kilometres along the routes."""
+    """Divide the total number of events by the total kilometres along the routes."""
 
-    def of(results: Sequence[EpisodeResult], _: PenaltyScheme) -> float:
+    def compute(results: Sequence[EpisodeResult], _: PenaltyScheme) -> float:
         return 1000.0 * _per_metre(results, name)
 
-    return RunAggregate("all events over all kilometres", of)
+    return RunAggregate("total events / total kilometres", compute)
 
 
 def km_per_km(name: str) -> RunAggregate:
-    """Divide all metres by all metres along the routes."""
+    """Divide the total of a distance by the total distance along the routes."""
 
-    def of(results: Sequence[EpisodeResult], _: PenaltyScheme) -> float:
+    def compute(results: Sequence[EpisodeResult], _: PenaltyScheme) -> float:
         return _per_metre(results, name)
 
-    return RunAggregate("all kilometres of it over all kilometres", of)
+    return RunAggregate("total of this distance / total kilometres", compute)
 
 
 def share_of_time(name: str) -> RunAggregate:
-    """Take the share of all time, of shares of each episode's time."""
+    """Take the mean of a share of time, weighted by the episodes' durations."""
 
-    def of(results: Sequence[EpisodeResult], _: PenaltyScheme) -> float:
-        told = _told(results, name)
-        seconds = sum(item.duration for item, _ in told)
-        total = sum(value * item.duration for item, value in told)
+    def compute(results: Sequence[EpisodeResult], _: PenaltyScheme) -> float:
+        measured = _measured(results, name)
+        seconds = sum(item.duration for item, _ in measured)
+        total = sum(value * item.duration for item, value in measured)
         return total / seconds if seconds > 0.0 else math.nan
 
-    return RunAggregate("share of all time", of)
+    return RunAggregate("share of total time", compute)
 
 
-def _told(results: Sequence[EpisodeResult], name: str) -> list[tuple[EpisodeResult, Number]]:
-    """Return the episodes in which there was something to measure, with what was measured."""
+def _measured(results: Sequence[EpisodeResult], name: str) -> list[tuple[EpisodeResult, Number]]:
+    """Return the episodes that have a value of this measure, each with the value."""
     return [
         (item, value)
         for item in results
@@ -105,6 +105,6 @@ def _told(results: Sequence[EpisodeResult], name: str) -> list[tuple[EpisodeResu
 
 
 def _per_metre(results: Sequence[EpisodeResult], name: str) -> float:
-    told = _told(results, name)
-    metres = 1000.0 * max(kilometres([item for item, _ in told]), LEAST_KM)
-    return sum(value for _, value in told) / metres if told else math.nan
+    measured = _measured(results, name)
+    metres = 1000.0 * max(kilometres([item for item, _ in measured]), LEAST_KM)
+    return sum(value for _, value in measured) / metres if measured else math.nan

@@ -1,4 +1,4 @@
-"""What counts as a collision, and who ran into whom (CARLA leaderboard 1.0)."""
+"""Collision detection: what counts as a new collision, and which side caused it (CARLA LB 1.0)."""
 
 import math
 from collections.abc import Iterator
@@ -8,11 +8,11 @@ from plant_bench.scoring.infractions import InfractionKind
 from plant_bench.world.scene import EGO_EXTENT, TICK, ActorKind, Actors, EgoState, Scene
 
 # CollisionTest of scenario_runner 1.0, atomic_criteria.py.
-SAME_PLACE = 3.0  # m: a contact this near an earlier one is the same (MIN_AREA_OF_COLLISION)
-PLACE_FORGOTTEN = 5.0  # m: ... until the ego is this far from it (MAX_AREA_OF_COLLISION)
-ACTOR_FORGOTTEN = 5.0  # s without contact: then the last actor counts anew (MAX_ID_TIME)
-STANDING = 0.1  # m/s (leaderboard 2.0, CollisionTest: slower is not the ego's collision)
-FRONT = math.cos(math.radians(45.0))  # own choice: what of a contact's normal is "ahead"
+SAME_PLACE = 3.0  # m: contacts closer to an earlier one do not count (MIN_AREA_OF_COLLISION)
+PLACE_RESET = 5.0  # m: ... until the ego is this far from it (MAX_AREA_OF_COLLISION)
+ACTOR_RESET = 5.0  # s without contact: then the last actor counts again (MAX_ID_TIME)
+STATIONARY = 0.1  # m/s (leaderboard 2.0, CollisionTest: a slower ego does not cause a collision)
+FRONT = math.cos(math.radians(45.0))  # own choice: contact normals within 45 degrees are frontal
 
 COLLISION_KINDS = {
     ActorKind.PEDESTRIAN: InfractionKind.COLLISION_PEDESTRIAN,
@@ -25,9 +25,9 @@ class Collision(NamedTuple):
 
     Attributes:
         kind: Pedestrian, vehicle or static.
-        actor: The other's id.
-        actor_kind: What it is.
-        cause: "other" if the other ran into the ego, else "ego".
+        actor: The other actor's id.
+        actor_kind: The other actor's kind.
+        cause: "other" if the other actor ran into the ego, else "ego".
     """
 
     kind: InfractionKind
@@ -36,8 +36,8 @@ class Collision(NamedTuple):
     cause: str
 
 
-class Collisions:
-    """Tells new collisions from contacts that were counted already; mutable."""
+class CollisionDetector:
+    """Detects new collisions, leaving out contacts that were counted already; mutable."""
 
     def __init__(self) -> None:
         self._last_actor: int | None = None
@@ -50,7 +50,7 @@ class Collisions:
         self._forget(scene.tick, ego)
         return [
             self._collision(scene, index)
-            for index in touching(ego, actors)
+            for index in overlapping_actors(ego, actors)
             if self._counts(scene, index)
         ]
 
@@ -59,13 +59,13 @@ class Collisions:
             self._places = [
                 place
                 for place in self._places
-                if math.hypot(ego.x - place[0], ego.y - place[1]) <= PLACE_FORGOTTEN
+                if math.hypot(ego.x - place[0], ego.y - place[1]) <= PLACE_RESET
             ]
-        if self._last_actor is not None and (tick - self._last_contact) * TICK > ACTOR_FORGOTTEN:
+        if self._last_actor is not None and (tick - self._last_contact) * TICK > ACTOR_RESET:
             self._last_actor = None
 
     def _counts(self, scene: Scene, index: int) -> bool:
-        """Decide on one contact, and remember it."""
+        """Return whether a contact is a new collision, and remember it."""
         ego, actor = scene.ego, int(scene.actors.ids[index])
         if actor == self._last_actor:
             self._last_contact = scene.tick
@@ -91,13 +91,13 @@ class Collisions:
         )
 
 
-def touching(ego: EgoState, actors: Actors) -> list[int]:
-    """Return which actors' boxes overlap the ego's (touching edges do not).
+def overlapping_actors(ego: EgoState, actors: Actors) -> list[int]:
+    """Return the indices of actors whose boxes overlap the ego's (touching edges do not).
 
-    Plain Python on purpose: few actors are near, and this runs at every tick.
+    Plain Python instead of numpy: few actors are near, and this runs at every tick.
     """
     x, y, near = ego.x, ego.y, 0.5 * sum(EGO_EXTENT)
-    found = []
+    overlapping = []
     boxes = zip(actors.poses.tolist(), actors.extents.tolist(), strict=True)
     for index, ((px, py, yaw), (length, width)) in enumerate(boxes):
         reach = near + 0.5 * (length + width)
@@ -106,25 +106,25 @@ def touching(ego: EgoState, actors: Actors) -> list[int]:
             and -reach < py - y < reach
             and all(side.depth > 0.0 for side in _sides(ego, (px, py, yaw), (length, width)))
         ):
-            found.append(index)
-    return found
+            overlapping.append(index)
+    return overlapping
 
 
 def cause_of(
     ego: EgoState, pose: tuple[float, float, float], extent: tuple[float, float], speed: float
 ) -> str:
-    """Return "other" if the other ran into the ego, else "ego".
+    """Return "other" if the other actor ran into the ego, else "ego".
 
-    The other did when the ego stood, or when they met at the ego's side or rear and the other was
-    the faster one towards the place where they met.
+    It is "other" if the ego was stationary, or if the contact is at the ego's side or rear and the
+    other actor moved faster towards it than the ego.
 
     Args:
         ego: The ego vehicle.
-        pose: The other's box centre.
-        extent: The other's length and width.
-        speed: The other's speed.
+        pose: The centre of the other actor's box and its yaw.
+        extent: The other actor's length and width.
+        speed: The other actor's speed.
     """
-    if ego.speed < STANDING:
+    if ego.speed < STATIONARY:
         return "other"
     nx, ny = _contact_normal(ego, pose, extent, speed)
     ahead = nx * math.cos(ego.yaw) + ny * math.sin(ego.yaw)
@@ -137,21 +137,22 @@ def cause_of(
 def _contact_normal(
     ego: EgoState, other: tuple[float, float, float], extent: tuple[float, float], speed: float
 ) -> tuple[float, float]:
-    """Return the direction from the ego to the other in which the boxes came to overlap last.
+    """Return the contact normal, pointing from the ego to the other actor.
 
-    Of the boxes' four axes it is the one where the overlap, at the speed of closing, is youngest.
+    It is the one of the boxes' four axes along which, at the closing speed, they began to overlap
+    last.
     """
     vx = ego.speed * math.cos(ego.yaw) - speed * math.cos(other[2])
     vy = ego.speed * math.sin(ego.yaw) - speed * math.sin(other[2])
-    youngest = min(
+    latest = min(
         _sides(ego, other, extent),
         key=lambda side: side.depth / max(vx * side.nx + vy * side.ny, 1e-6),
     )
-    return youngest.nx, youngest.ny
+    return latest.nx, latest.ny
 
 
 class _Side(NamedTuple):
-    """How deep two boxes overlap along one axis, which points from the ego to the other."""
+    """Overlap of two boxes along one axis, which points from the ego to the other actor."""
 
     nx: float
     ny: float
@@ -161,7 +162,7 @@ class _Side(NamedTuple):
 def _sides(
     ego: EgoState, other: tuple[float, float, float], extent: tuple[float, float]
 ) -> Iterator[_Side]:
-    """Yield the four axes that can part two boxes: those of the ego and those of the other."""
+    """Yield the overlap along the four candidate separating axes: two of each box."""
     dx, dy = other[0] - ego.x, other[1] - ego.y
     for yaw in (ego.yaw, ego.yaw + 0.5 * math.pi, other[2], other[2] + 0.5 * math.pi):
         nx, ny = math.cos(yaw), math.sin(yaw)
@@ -173,5 +174,5 @@ def _sides(
 
 
 def _reach(turn: float, extent: tuple[float, float]) -> float:
-    """Return how far a box reaches from its centre along an axis that it is turned from."""
+    """Return a box's half-extent along an axis at the angle `turn` to it."""
     return 0.5 * (extent[0] * abs(math.cos(turn)) + extent[1] * abs(math.sin(turn)))

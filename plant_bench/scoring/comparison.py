@@ -1,4 +1,4 @@
-"""Comparing two agents on the same scenarios, and how small a difference can show at all.
+"""Statistical comparison of two agents: paired score difference, minimal detectable difference.
 
 Common random numbers: both agents drive the same routes in the same traffic.
 """
@@ -17,8 +17,8 @@ from plant_bench.scoring.significance import sign_flip_test
 
 INTERVAL = (2.5, 97.5)  # percentiles of the bootstrap: a 95 % interval
 CONFIDENCE = 0.975  # two-sided 95 %
-POWER = 0.80  # chance to find a difference that is there
-LEAST_ROUTES = 5  # for an interval: fewer say too little of how routes differ
+POWER = 0.80  # probability of detecting a true difference
+LEAST_ROUTES = 5  # for an interval: fewer routes say too little about the variance between routes
 
 
 @dataclass(frozen=True)
@@ -27,15 +27,15 @@ class PairedDifference:
 
     Attributes:
         mean: Over all pairs.
-        low: Lower end of the 95 % interval; not a number with fewer than `LEAST_ROUTES` routes.
-        high: Upper end of it.
-        p_value: Of `sign_flip_test`, two-sided; not a number where there is no interval.
-        detectable: The smallest difference that as many pairs on as many routes would find with
-            80 % power at the 95 % level; not a number where there is no interval.
+        low: Lower end of the 95 % interval; nan with fewer than `LEAST_ROUTES` routes.
+        high: Upper end of the 95 % interval; nan as above.
+        p_value: Two-sided p-value of `sign_flip_test`; nan as above.
+        detectable: The smallest difference that this number of pairs and routes would detect with
+            80 % power at the 95 % level; nan as above.
         pairs: Number of scenarios both drove.
-        routes: Number of routes these are on.
-        unmatched_a: Episodes of the first that the second did not drive.
-        unmatched_b: Episodes of the second that the first did not drive.
+        routes: Number of routes of these scenarios.
+        unmatched_a: Number of episodes of the first agent that the second did not drive.
+        unmatched_b: Number of episodes of the second agent that the first did not drive.
     """
 
     mean: float
@@ -59,24 +59,22 @@ def paired_difference(
 ) -> PairedDifference:
     """Compare two agents on the scenarios (route, seed and density) that both drove.
 
-    The interval is a percentile bootstrap over routes, the test one of signs over routes; in both
-    the repetitions of a route stay together, since they are not independent.
+    The interval is a percentile bootstrap over routes, the test a sign-flip test over routes. Both
+    keep the repetitions of a route together, since they are not independent.
 
     Args:
-        a: Episodes of the first agent, the one to compare with.
+        a: Episodes of the first agent, the baseline.
         b: Episodes of the second agent.
-        penalties: By which infractions become scores.
-        seed: Of bootstrap and test.
-        samples: Of each.
+        penalties: The penalty scheme.
+        seed: Random seed of the bootstrap and the test.
+        samples: Number of samples of the bootstrap, and of the test.
 
     Raises:
-        InputError: Their protocols differ, a scenario is there twice, or none is common.
+        InputError: The protocols differ, a scenario occurs twice, or the agents share none.
     """
     protocols = {item.protocol for item in (*a, *b)}
     if len(protocols) > 1:
-        message = (
-            f"Episodes of several protocols cannot be compared: {', '.join(sorted(protocols))}."
-        )
+        message = f"Cannot compare episodes of different protocols: {', '.join(sorted(protocols))}."
         raise InputError(message)
     first, second = _by_scenario(a), _by_scenario(b)
     common = sorted(first.keys() & second.keys())
@@ -124,12 +122,12 @@ def _detectable_in_pairs(means: np.ndarray) -> float:
 
 @dataclass(frozen=True)
 class Detectable:
-    """The smallest difference in DS that a run's repetitions can tell apart from chance.
+    """The smallest difference in DS that a run's repetitions can distinguish from chance.
 
     Attributes:
-        difference: Of mean DS, found with 80 % power at the 95 % level, two-sided.
-        deviation: Standard deviation of DS over the repetitions of a route, over all routes.
-        repetitions: The least number on a route.
+        difference: Of mean DS, detected with 80 % power at the 95 % level, two-sided.
+        deviation: Standard deviation of DS over the repetitions of a route, pooled over routes.
+        repetitions: The smallest number of repetitions of any of these routes.
         routes: Number of routes driven more than once.
     """
 
@@ -142,23 +140,23 @@ class Detectable:
 def detectable_difference(
     results: Sequence[EpisodeResult], *, penalties: PenaltyScheme = PenaltyScheme.LB1_0
 ) -> Detectable | None:
-    """Return the minimal detectable difference between this agent and another like it.
+    """Return the minimal detectable difference between this agent and one of the same variance.
 
-    Both drive the same routes, so what differs between routes drops out, and what is left is the
+    Both drive the same routes, so the variance between routes cancels. What remains is the
     variance s^2 of DS over the repetitions of a route, pooled over routes. The means of n episodes
     each then differ by chance with the standard error s sqrt(2 / n), and
 
         difference = (t(0.975) + t(0.80)) s sqrt(2 / n),
 
-    t being quantiles of Student's distribution with n - routes degrees of freedom. Traffic that is
-    the same for both makes chance smaller still, so this is an upper bound.
+    t being quantiles of Student's distribution with n - routes degrees of freedom. This is an upper
+    bound, since both agents meet the same traffic, which reduces the variance further.
 
     Args:
-        results: Of one agent; routes driven once are left out.
-        penalties: By which infractions become scores.
+        results: Episodes of one agent; routes driven once are left out.
+        penalties: The penalty scheme.
 
     Returns:
-        None where no route was driven twice.
+        None if no route was driven twice.
     """
     routes: dict[str, list[float]] = {}
     for item in results:
@@ -199,15 +197,15 @@ def _student(probability: float, freedom: int) -> float:
 
 
 def _by_scenario(results: Sequence[EpisodeResult]) -> dict[tuple[str, str], EpisodeResult]:
-    """Return episodes by what they must share to be paired: the scenario, the town as it was."""
-    found: dict[tuple[str, str], EpisodeResult] = {}
+    """Return episodes by the key that pairs must share: scenario and checksum of the town."""
+    by_key: dict[tuple[str, str], EpisodeResult] = {}
     for item in results:
         key = item.scenario, item.town_checksum
-        if key in found:
+        if key in by_key:
             message = (
-                f"{item.agent}: scenario {item.scenario} (route {item.route}, seed {item.seed}) is "
-                "there twice. Give each once."
+                f"{item.agent}: scenario {item.scenario} (route {item.route}, seed {item.seed}) "
+                "occurs twice. Give each scenario once."
             )
             raise InputError(message)
-        found[key] = item
-    return found
+        by_key[key] = item
+    return by_key

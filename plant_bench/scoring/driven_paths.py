@@ -1,6 +1,7 @@
-"""Where ego and others would be if each kept its speed, on the path that it then took.
+"""Future poses of ego and actors at constant speed along the paths they actually drove.
 
-With postmortem, since straight lines from a bend meet everything that waits beside the road.
+Paths come from the finished episode: straight-line extrapolation in a bend would predict collisions
+with everything that waits beside the road.
 """
 
 import numpy as np
@@ -9,11 +10,11 @@ from jaxtyping import Bool, Float, Int
 from plant_bench.geometry.pose import wrap_angles
 from plant_bench.scoring.trajectory import ActorSamples, Trajectory
 
-SAME_WAY = np.cos(np.radians(45.0))  # of two headings: own choice
+SAME_DIRECTION = np.cos(np.radians(45.0))  # least cosine between two headings: own choice
 
 
 class EgoPath:
-    """The ego's path of an episode; it goes on straight beyond its end.
+    """The ego's path of an episode, extended straight beyond its end.
 
     Args:
         trajectory: The episode.
@@ -31,7 +32,7 @@ class EgoPath:
     def ahead(
         self, samples: Int[np.ndarray, " actors"], times: Float[np.ndarray, " actors"]
     ) -> Float[np.ndarray, "actors 3"]:
-        """Return the poses that many seconds after samples, at the speed it had then."""
+        """Return the poses `times` seconds after the samples, at the speed of each sample."""
         arc = self._start[samples] + self._speeds[samples] * times
         beyond = np.maximum(arc - self._arc[-1], 0.0)
         yaw = np.interp(arc, self._arc, self._yaw)
@@ -41,23 +42,23 @@ class EgoPath:
 
 
 class OtherPaths:
-    """The paths of all others, each as long as it was in sight, and then straight on.
+    """The paths of all other actors, each extended straight beyond its last sample.
 
     Args:
-        others: Their actor_samples.
+        others: Samples of the actors.
     """
 
     def __init__(self, others: ActorSamples) -> None:
         order = np.lexsort((others.samples, others.actors.ids))
         self._poses = others.actors.poses[order]
         ids = others.actors.ids[order]
-        goes_on = np.append(ids[1:] == ids[:-1], False)[: len(ids)]
-        step = np.diff(self._poses, axis=0, append=self._poses[-1:]) * goes_on[:, None]
+        has_next = np.append(ids[1:] == ids[:-1], False)[: len(ids)]
+        step = np.diff(self._poses, axis=0, append=self._poses[-1:]) * has_next[:, None]
         step[:, 2] = wrap_angles(step[:, 2])
         self._step = step
         self._length = np.hypot(step[:, 0], step[:, 1])
         self._arc = np.concatenate(([0.0], np.cumsum(self._length)[:-1]))[: len(ids)]
-        last = np.flatnonzero(~goes_on)
+        last = np.flatnonzero(~has_next)
         self._last = last[np.searchsorted(last, np.arange(len(ids)))]
         self._row = np.empty(len(ids), np.int64)
         self._row[order] = np.arange(len(ids))
@@ -66,7 +67,7 @@ class OtherPaths:
     def ahead(
         self, rows: Int[np.ndarray, " actors"], times: Float[np.ndarray, " actors"]
     ) -> Float[np.ndarray, "actors 3"]:
-        """Return the poses that many seconds after actor_samples, at the speeds they had then."""
+        """Return the poses `times` seconds after the samples, at the speed of each sample."""
         start = self._row[rows]
         arc = self._arc[start] + self._speeds[rows] * times
         at = np.searchsorted(self._arc, arc, side="right") - 1
@@ -86,8 +87,8 @@ def _share(
 
 
 def followers(trajectory: Trajectory, others: ActorSamples) -> Bool[np.ndarray, " actors"]:
-    """Tell who is behind the ego and heads the same way: the ego sets their speed."""
+    """Return a mask of the actors that follow the ego: behind it, heading the same way."""
     poses, ego = others.actors.poses, trajectory.sample_poses[others.samples]
     x, y = poses[:, 0] - ego[:, 0], poses[:, 1] - ego[:, 1]
     behind = x * np.cos(ego[:, 2]) + y * np.sin(ego[:, 2]) < 0.0
-    return behind & (np.cos(poses[:, 2] - ego[:, 2]) > SAME_WAY)
+    return behind & (np.cos(poses[:, 2] - ego[:, 2]) > SAME_DIRECTION)

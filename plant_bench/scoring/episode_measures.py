@@ -1,6 +1,7 @@
-"""The measures of one episode as its record holds them; `scoring.episode_metrics` is their table.
+"""The measures of one episode, as stored in its record; `scoring.episode_metrics` defines them.
 
-Derived from scenes alone, when the episode is over, so that rescoring comes to the same numbers.
+They are computed from the scenes alone at the end of the episode, so that rescoring a recording
+gives the same numbers.
 """
 
 from collections.abc import Mapping
@@ -11,8 +12,8 @@ from pydantic import ConfigDict, Field, RootModel, field_validator
 from plant_bench.scoring.episode_metrics import EPISODE_METRICS
 from plant_bench.scoring.trajectory import Trajectory
 
-DIGITS = 4  # of a measure in a record
-LARGEST_COUNT = 2**53  # what a float holds exactly
+DIGITS = 4  # decimals of a measure in a record
+LARGEST_COUNT = 2**53  # integers up to this are exact as a float
 
 Value = Annotated[int, Field(ge=-LARGEST_COUNT, le=LARGEST_COUNT)] | float | None
 Number = int | float
@@ -21,15 +22,15 @@ Number = int | float
 class Measures(RootModel[Mapping[str, Value]]):
     """Measures of one episode by name, in the order of `EPISODE_METRICS`.
 
-    None where there was nothing to measure, and where the record is older than the metric; only
-    the latter is not `in` it.
+    A measure is None if there was nothing to measure, or if the record is older than the metric;
+    in the latter case, `name in measures` is False.
     """
 
     model_config = ConfigDict(frozen=True, allow_inf_nan=False)
 
     @field_validator("root")
     @classmethod
-    def _of_the_table(cls, values: Mapping[str, Value]) -> Mapping[str, Value]:
+    def _known_and_typed(cls, values: Mapping[str, Value]) -> Mapping[str, Value]:
         unknown = [name for name in values if name not in EPISODE_METRICS]
         if unknown:
             message = (
@@ -55,7 +56,7 @@ class Measures(RootModel[Mapping[str, Value]]):
         return hash(tuple(self.root.items()))
 
     def up_to(self, version: int) -> "Measures":
-        """Return what a record of that format holds of them."""
+        """Return those that a record of this format version has."""
         return Measures(
             {
                 name: item
@@ -66,22 +67,22 @@ class Measures(RootModel[Mapping[str, Value]]):
 
 
 def measure(trajectory: Trajectory) -> Measures:
-    """Measure an episode of at least one tick."""
-    found = {name: metric.of(trajectory) for name, metric in EPISODE_METRICS.items()}
+    """Return the measures of an episode of at least one tick."""
+    values = {name: metric.compute(trajectory) for name, metric in EPISODE_METRICS.items()}
     return Measures(
-        {name: value if value is None else round(value, DIGITS) for name, value in found.items()}
+        {name: value if value is None else round(value, DIGITS) for name, value in values.items()}
     )
 
 
 def _typed(name: str, value: Number | None) -> Number | None:
-    """Return a count as a whole number, any other measure as a float.
+    """Return a count as an integer, any other measure as a float.
 
     Raises:
-        ValueError: A count is not whole.
+        ValueError: A count is not a whole number.
     """
     if value is None:
         return None
-    if not EPISODE_METRICS[name].whole:
+    if not EPISODE_METRICS[name].is_count:
         return float(value)
     if value != int(value):
         message = f"{name} is {value}: expected a whole number"

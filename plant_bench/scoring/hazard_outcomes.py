@@ -1,4 +1,4 @@
-"""What became of hazards, by kind: how many were met, and how many of those without a collision."""
+"""Hazard outcomes by kind: how many were placed, triggered, and passed without a collision."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -7,7 +7,7 @@ from plant_bench.scoring.infractions import COLLISIONS
 from plant_bench.scoring.results import EpisodeResult, HazardRecord
 from plant_bench.world.hazard import HazardKind, Phase
 
-NEAR = 30.0  # m along the route, either way: a collision there is put down to the hazard
+NEAR = 30.0  # m along the route: a collision this close is attributed to the hazard
 MET = (Phase.COMMITTED, Phase.DONE)
 
 
@@ -16,10 +16,10 @@ class HazardCount:
     """The hazards of one kind in a run.
 
     Attributes:
-        placed: All on the routes driven.
-        met: Of them, those that took their course.
-        survived: Of the met, those without a collision near them once they had begun.
-        void: Of the placed, those called off since they could not be fair.
+        placed: Number on the routes driven.
+        met: Number of placed hazards that were triggered.
+        survived: Number of met hazards without a collision near them after they had begun.
+        void: Number of placed hazards that were cancelled because they could not be fair.
     """
 
     placed: int
@@ -31,14 +31,14 @@ class HazardCount:
 def hazard_counts(results: Sequence[EpisodeResult]) -> dict[HazardKind, HazardCount]:
     """Return the counts of each kind that was placed, in the order of `HazardKind`."""
     pairs = [(item, hazard) for item in results for hazard in item.hazards]
-    found = {kind: [pair for pair in pairs if pair[1].kind is kind] for kind in HazardKind}
-    return {kind: _count(of_kind) for kind, of_kind in found.items() if of_kind}
+    by_kind = {kind: [pair for pair in pairs if pair[1].kind is kind] for kind in HazardKind}
+    return {kind: _count(of_kind) for kind, of_kind in by_kind.items() if of_kind}
 
 
 def survived(result: EpisodeResult, hazard: HazardRecord) -> bool:
-    """Return whether the ego came past a hazard that it met without a collision.
+    """Return whether the ego passed a triggered hazard without a collision.
 
-    Where two hazards lie within `NEAR` of each other, a collision is put down to both.
+    If two hazards lie within `NEAR` of each other, a collision is attributed to both.
     """
     return not any(
         item.kind in COLLISIONS

@@ -1,4 +1,4 @@
-"""The kinds of infraction and the tables of what each costs (`scoring.penalties` says how)."""
+"""Kinds of infraction, their penalty factors and coefficients, and how episodes can end."""
 
 from enum import StrEnum
 
@@ -8,7 +8,7 @@ from plant_bench.world.scene import ActorKind
 
 
 class InfractionKind(StrEnum):
-    """Everything the referee can hold against a driver; names follow the CARLA leaderboard."""
+    """All kinds of infraction; names follow the CARLA leaderboard."""
 
     COLLISION_PEDESTRIAN = "collision_pedestrian"
     COLLISION_VEHICLE = "collision_vehicle"
@@ -33,17 +33,17 @@ PENALTIES: dict[InfractionKind, float] = {
     InfractionKind.COLLISION_VEHICLE: 0.60,
     InfractionKind.COLLISION_STATIC: 0.65,
     InfractionKind.RED_LIGHT: 0.70,
-    # OUTSIDE_LANES costs its share of the distance driven; the last three end the episode and cost
-    # through route completion alone.
+    # OUTSIDE_LANES costs its share of the distance driven. The last three end the episode, so they
+    # cost route completion only.
     InfractionKind.ROUTE_DEVIATION: 1.0,
     InfractionKind.BLOCKED: 1.0,
     InfractionKind.TIMEOUT: 1.0,
 }
 
 COEFFICIENTS: dict[InfractionKind, float] = {
-    # CARLA leaderboard 2.1, leaderboard/utils/statistics_manager.py. OUTSIDE_LANES and what ends
-    # the episode cost as above; stop signs, minimum speed, scenario time-outs and emergency
-    # vehicles, which cost there too, are no rules of this benchmark.
+    # CARLA leaderboard 2.1, leaderboard/utils/statistics_manager.py. OUTSIDE_LANES and infractions
+    # that end the episode cost as above. Its penalties for stop signs, minimum speed, scenario
+    # timeouts and emergency vehicles do not exist in this benchmark.
     InfractionKind.COLLISION_PEDESTRIAN: 1.0,
     InfractionKind.COLLISION_VEHICLE: 0.7,
     InfractionKind.COLLISION_STATIC: 0.6,
@@ -69,15 +69,16 @@ class Infraction(BaseModel):
     """One infraction.
 
     Attributes:
-        kind: What happened.
+        kind: Kind of infraction.
         time: Seconds since the start of the episode.
-        x: Where the ego's centre was, metres.
+        x: Position of the ego's centre in the world frame, metres.
         y: As x.
         progress: Arc length on the route, metres.
         actor: The other actor's id, if there is one.
-        actor_kind: What it was.
-        cause: "ego" (ego into other) or "other" (other into ego); for collisions only. Both count.
-        share: For OUTSIDE_LANES: the share of the distance driven outside, 0 to 1.
+        actor_kind: The other actor's kind.
+        cause: For collisions, "ego" (ego ran into other) or "other" (other ran into ego). Both
+            count.
+        share: For OUTSIDE_LANES, the share of the distance driven outside, 0 to 1.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
@@ -94,7 +95,7 @@ class Infraction(BaseModel):
 
     @property
     def factor(self) -> float:
-        """What the infraction score is multiplied by (leaderboard 1.0)."""
+        """Penalty factor of the infraction score (leaderboard 1.0)."""
         if self.kind is InfractionKind.OUTSIDE_LANES:
             return 1.0 - (self.share or 0.0)
         return PENALTIES[self.kind]

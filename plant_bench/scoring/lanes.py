@@ -1,4 +1,4 @@
-"""Where a town's driving lanes are: who is outside them, or on one against its direction."""
+"""Lane check: is a vehicle off all driving lanes of a town, or on one against its direction?"""
 
 import math
 from enum import StrEnum
@@ -12,11 +12,11 @@ from plant_bench.world.town import Town
 # OutsideRouteLanesTest of scenario_runner 1.0, atomic_criteria.py.
 LANE_MARGIN = 1.3  # m beyond half a lane's width (ALLOWED_OUT_DISTANCE)
 WRONG_WAY = math.radians(120.0)  # (MAX_ALLOWED_VEHICLE_LANE_ANGLE)
-LEVEL = 3.0  # m of height: own choice, tells a bridge from the road below
+LEVEL = 3.0  # m of height: own choice, distinguishes a bridge from the road below
 
 
 class LaneFault(StrEnum):
-    """How a vehicle can be outside the lanes."""
+    """Ways to be outside the lanes."""
 
     OFF_LANE = "off_lane"
     WRONG_LANE = "wrong_lane"  # on a lane, against its direction
@@ -45,33 +45,33 @@ class LaneMap:
         self._junctions = shapely.STRtree([shapely.Polygon(outline) for outline in outlines])
 
     def outside(self, x: float, y: float, z: float, yaw: float) -> bool:
-        """Tell whether a vehicle is outside the lanes in one way or the other; see `fault`."""
+        """Return whether a vehicle has a lane fault; see `fault`."""
         return self.fault(x, y, z, yaw) is not None
 
     def fault(self, x: float, y: float, z: float, yaw: float) -> LaneFault | None:
-        """Tell whether a vehicle's centre is off all lanes, or drives against the nearest one.
+        """Return whether a vehicle's centre is off all lanes, or it drives against the nearest one.
 
-        Directions are not tested inside junctions.
+        Directions are not checked inside junctions.
 
         Args:
             x: Metres.
             y: Metres.
-            z: The height of the road there; lanes on another level do not count.
+            z: The height of the road there, metres; lanes on another level do not count.
             yaw: The vehicle's heading.
         """
         point = shapely.points(x, y)
-        found = self._segments.query(point, predicate="dwithin", distance=self._reach)
-        found.sort()
-        start, delta = self._start[found], self._delta[found]
+        near = self._segments.query(point, predicate="dwithin", distance=self._reach)
+        near.sort()
+        start, delta = self._start[near], self._delta[near]
         px, py = x - start[:, 0], y - start[:, 1]
-        share = ((px * delta[:, 0] + py * delta[:, 1]) / self._square[found]).clip(0.0, 1.0)
-        away = np.hypot(px - share * delta[:, 0], py - share * delta[:, 1])
-        away[np.abs(start[:, 2] + share * delta[:, 2] - z) > LEVEL] = np.inf
-        if not found.size or not np.isfinite(away).any():
+        share = ((px * delta[:, 0] + py * delta[:, 1]) / self._square[near]).clip(0.0, 1.0)
+        distance = np.hypot(px - share * delta[:, 0], py - share * delta[:, 1])
+        distance[np.abs(start[:, 2] + share * delta[:, 2] - z) > LEVEL] = np.inf
+        if not near.size or not np.isfinite(distance).any():
             return LaneFault.OFF_LANE
-        nearest = int(away.argmin())
-        lane = found[nearest]
-        if away[nearest] > self._limit[lane]:
+        nearest = int(distance.argmin())
+        lane = near[nearest]
+        if distance[nearest] > self._limit[lane]:
             return LaneFault.OFF_LANE
         if self._internal[lane] or math.cos(yaw - self._yaw[lane]) >= math.cos(WRONG_WAY):
             return None

@@ -1,7 +1,7 @@
-"""What a run scores: episodes in, a summary of one agent out.
+"""Summarises the episodes of one agent's run: scores, infraction rates and measures.
 
-DS is the mean over routes of RC x IS, not the product of the two means. Rates per kilometre are all
-counts over all kilometres: the leaderboard's sum of per-route rates is a known mistake
+DS is the mean over routes of RC x IS, not the product of the two means. A rate per kilometre is the
+total count over the total kilometres: the leaderboard's sum of per-route rates is a known mistake
 (carla-simulator/leaderboard#117).
 """
 
@@ -33,7 +33,7 @@ from plant_bench.world.scene import ActorKind
 
 @dataclass(frozen=True)
 class Spread:
-    """Mean and sample standard deviation over repetitions; nan for the latter if there is one."""
+    """Mean and sample standard deviation over repetitions; the latter is nan for a single one."""
 
     mean: float
     std: float
@@ -45,7 +45,7 @@ class Spread:
         return cls(float(np.mean(values)), std)
 
     def text(self, digits: int) -> str:
-        """Return both as text, "-" where the mean is not known.
+        """Return both as text, "-" if the mean is nan.
 
         >>> Spread(81.356, 6.54).text(1), Spread(math.nan, math.nan).text(1)
         ('81.4 ± 6.5', '-')
@@ -61,11 +61,11 @@ Scores = dict[str, Spread]  # by name of `metrics_table`, in its order
 
 @dataclass(frozen=True)
 class RunMeasures:
-    """The measures of a run, which are no part of any score.
+    """The measures of a run, which are not part of any score.
 
     Attributes:
         episodes: Number of episodes with measures.
-        values: By name of `metrics_table`; nan where there was nothing to measure.
+        values: By name of `metrics_table`; nan if there was nothing to measure.
     """
 
     episodes: int
@@ -82,27 +82,27 @@ class RunMeasures:
 
 @dataclass(frozen=True)
 class Summary:
-    """One agent's row of the leaderboard.
+    """Results of one agent: its row of the leaderboard.
 
     Attributes:
         agent: Its name.
         agent_checksum: Content hash of its code and weights.
-        inputs: What it was given.
-        protocol: The rules it was scored under.
-        penalties: By which infractions became scores.
+        inputs: The observation inputs that it used.
+        protocol: Version of the rules it was scored under.
+        penalties: The penalty scheme.
         scores: Over all towns.
         towns: Scores by town, in order of name.
-        infractions_per_km: By kind, over all episodes; for OUTSIDE_LANES kilometres outside.
-        cyclists_per_km: Collisions with bicycles, which count as vehicles in every penalties.
-        statuses: How many episodes ended how.
-        hazards: How many hazards came how far.
+        infractions_per_km: By kind, over all episodes; for OUTSIDE_LANES, kilometres outside.
+        cyclists_per_km: Collisions with bicycles, which count as vehicles in every penalty scheme.
+        statuses: Number of episodes by how they ended.
+        hazards: Number of hazards by the last phase they reached.
         ego_share: Share of the collisions that the ego caused; nan if there were none.
         blocked: Number of blocked routes in each repetition, in order.
         km: Kilometres driven along the routes.
         episodes: Number of episodes.
-        expected: Number of episodes there should be.
-        measures: Measures that are no part of the score.
-        detectable: The least difference in DS that the repetitions can show; None for a single one.
+        expected: Number of episodes in a complete run.
+        measures: Measures that are not part of the score.
+        detectable: Minimal detectable difference in DS; None if no route was repeated.
     """
 
     agent: str
@@ -131,7 +131,7 @@ class Summary:
 
     @property
     def driving_score(self) -> Spread:
-        """DS, by which leaderboards are sorted."""
+        """DS, the metric that leaderboards are sorted by."""
         return self.scores[RANKED]
 
 
@@ -141,15 +141,15 @@ def summarise(
     expected: int,
     penalties: PenaltyScheme = PenaltyScheme.LB1_0,
 ) -> Summary:
-    """Sum up the episodes of one agent.
+    """Summarise the episodes of one agent.
 
     Args:
-        results: In any order.
-        expected: How many there should be, routes times repetitions.
-        penalties: By which infractions become scores.
+        results: The episodes, in any order.
+        expected: Number of episodes in a complete run: routes times repetitions.
+        penalties: The penalty scheme.
 
     Raises:
-        InputError: There are none, they are of several agents or protocols, or one is there twice.
+        InputError: There are none, they have several agents or protocols, or one occurs twice.
     """
     _check(results)
     first = results[0]
@@ -192,7 +192,7 @@ def summarise(
 def summary_frame(
     results: Iterable[EpisodeResult], *, penalties: PenaltyScheme = PenaltyScheme.LB1_0
 ) -> pd.DataFrame:
-    """Return one row for each episode, for CSV; sorted, so that equal results give equal text."""
+    """Return one row per episode, for CSV; sorted, so that equal results give equal text."""
     ordered = sorted(results, key=lambda item: (item.agent, item.town, item.route, item.repetition))
     return pd.DataFrame([_row(result, penalties) for result in ordered])
 
@@ -230,7 +230,7 @@ def _row(result: EpisodeResult, penalties: PenaltyScheme) -> dict[str, object]:
 def _columns(
     metrics: Iterable[Metric], result: EpisodeResult, penalties: PenaltyScheme
 ) -> dict[str, Number | None]:
-    """Return an episode's values by column; None, an empty cell, where there is none."""
+    """Return an episode's values by column; None (an empty cell) if it has none."""
     return {
         item.column: item.episode(result, penalties) for item in metrics if item.episode is not None
     }
@@ -239,7 +239,7 @@ def _columns(
 def _scores(results: Sequence[EpisodeResult], penalties: PenaltyScheme) -> Scores:
     parts = _repetitions(results)
     return {
-        metric.name: Spread.of([metric.over_run.of(part, penalties) for part in parts])
+        metric.name: Spread.of([metric.aggregate.compute(part, penalties) for part in parts])
         for metric in score_metrics()
     }
 
@@ -248,7 +248,8 @@ def _run_measures(results: Sequence[EpisodeResult], penalties: PenaltyScheme) ->
     return RunMeasures(
         episodes=sum(item.measures is not None for item in results),
         values={
-            metric.name: metric.over_run.of(results, penalties) for metric in measure_metrics()
+            metric.name: metric.aggregate.compute(results, penalties)
+            for metric in measure_metrics()
         },
     )
 
@@ -268,33 +269,33 @@ def _rates(results: Sequence[EpisodeResult]) -> dict[InfractionKind, float]:
 
 
 def _check(results: Sequence[EpisodeResult]) -> None:
-    """Refuse what must not be summed up.
+    """Check that episodes can be summarised together.
 
     Raises:
-        InputError: Why.
+        InputError: There are none, they have several agents or protocols, or one occurs twice.
     """
     if not results:
-        message = "No episodes to sum up. Run 'plant-bench score' first."
+        message = "No episodes to summarise. Run 'plant-bench score' first."
         raise InputError(message)
     first = results[0]
     for item in results:
         if (item.agent, item.agent_checksum) != (first.agent, first.agent_checksum):
             message = (
-                f"Episodes of two agents: {first.agent} ({first.agent_checksum[:12]}) and "
-                f"{item.agent} ({item.agent_checksum[:12]}). Score one of them again."
+                f"Cannot mix episodes of two agents: {first.agent} ({first.agent_checksum[:12]}) "
+                f"and {item.agent} ({item.agent_checksum[:12]}). Score one of them again."
             )
             raise InputError(message)
         if item.protocol != first.protocol:
             message = (
-                f"Episodes of two protocols, {first.protocol} and {item.protocol}: their scores "
-                "cannot be mixed. Score the older ones again."
+                f"Cannot mix episodes of two protocols: {first.protocol} and {item.protocol}. "
+                "Score the older ones again."
             )
             raise InputError(message)
     counts = Counter((item.scenario, item.repetition) for item in results)
     (scenario, repetition), count = counts.most_common(1)[0]
     if count > 1:
         message = (
-            f"{first.agent}: scenario {scenario}, repetition {repetition} is there {count} times. "
+            f"{first.agent}: scenario {scenario}, repetition {repetition} occurs {count} times. "
             "Give each episode once."
         )
         raise InputError(message)

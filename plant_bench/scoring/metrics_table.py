@@ -1,8 +1,9 @@
-"""The table of metrics: tables, page, exports and documentation read it, and none names a metric.
+"""The table of all metrics: names, units, descriptions, aggregation and where each is shown.
 
-A measure of an episode is a function in `scoring.episode_metrics`; its row here says what it is
-called, how it is shown and how it is summed up. A figure that only a run has needs the row alone.
-docs/metrics.md shows how to add one. No record and no episode's key depends on this module.
+Reports, exports and documentation are generated from it, so that a metric is named here only.
+An episode metric also has a function in `scoring.episode_metrics`; a metric of whole runs needs
+only its row here. docs/metrics.md shows how to add one. Records and episode keys do not depend on
+this module.
 """
 
 from collections.abc import Callable, Sequence
@@ -25,11 +26,11 @@ from plant_bench.scoring.normalised_score import counts_per_km, normalised_score
 from plant_bench.scoring.penalties import PenaltyScheme
 from plant_bench.scoring.results import EpisodeResult
 
-RANKED = "driving_score"  # by which leaderboards are sorted and differences are tested
+RANKED = "driving_score"  # leaderboards are sorted by it, and differences in it are tested
 
 
 class Better(StrEnum):
-    """Which values of a metric are the better ones."""
+    """Which values of a metric are better."""
 
     HIGHER = "higher"
     LOWER = "lower"
@@ -39,15 +40,15 @@ class Better(StrEnum):
 class Shown(StrEnum):
     """Where a metric is shown. All are in `summary.json` and in the exports.
 
-    Scores depend on the penalties, and are told with their deviation over repetitions and by town;
-    measures are told once for all episodes.
+    Scores depend on the penalty scheme; they are reported with their standard deviation over
+    repetitions, and by town. Measures are reported once, over all episodes.
     """
 
     HEADLINE = "headline"  # a score: in a run's table, and a column of every leaderboard
     SCORE = "score"  # a score: in a run's table
     MEASURE = "measure"  # below a run's table, and in the page's "Near misses and comfort"
-    INFRACTION = "infraction"  # a measure, among the infractions per kilometre where it is not zero
-    NOWHERE = "nowhere"  # a measure, in files alone
+    INFRACTION = "infraction"  # a measure: among the infractions per kilometre if not zero
+    NOWHERE = "nowhere"  # a measure: only in `summary.json` and the exports
 
 
 SCORES = (Shown.HEADLINE, Shown.SCORE)
@@ -59,19 +60,19 @@ class Metric:
     """A metric.
 
     Attributes:
-        name: In summaries and exports.
-        label: Head of its column; short.
-        unit: Such as "s" or "per km"; "share" is shown in percent where there is room for it.
-        digits: Shown after the point.
-        better: Which values are the better ones.
-        about: What it is, in a sentence or two.
-        over_run: Sums up a run.
-        shown: Where.
-        title: Its name in full; `label` if empty. Measures of one title share a row of a run's
+        name: Name in summaries and exports.
+        label: Short column header.
+        unit: Such as "s" or "per km"; "share" is shown in percent if there is space.
+        digits: Decimals shown.
+        better: Which values are better.
+        description: Definition, in a sentence or two.
+        aggregate: How it is aggregated over a run.
+        shown: Where it is shown.
+        title: Long name; `label` if empty. Measures with the same title share a row of a run's
             table.
-        column: Its name for one episode, in `summary.csv` and, for measures, in records; empty
-            where only a run has it.
-        episode: Its value for one episode; None where only a run has it.
+        column: Name of an episode's value, in `summary.csv` and, for measures, in records; empty
+            if it is defined for runs only.
+        episode: Value for one episode; None if it is defined for runs only.
     """
 
     name: str
@@ -79,16 +80,16 @@ class Metric:
     unit: str
     digits: int
     better: Better
-    about: str
-    over_run: RunAggregate
+    description: str
+    aggregate: RunAggregate
     shown: Shown
     title: str = ""
     column: str = ""
     episode: EpisodeValue | None = None
 
     @property
-    def full(self) -> str:
-        """Its name in full."""
+    def long_name(self) -> str:
+        """The title, or the label if there is no title."""
         return self.title or self.label
 
 
@@ -98,8 +99,8 @@ def score_row(
     unit: str,
     digits: int,
     better: Better,
-    over_run: RunAggregate,
-    about: str,
+    aggregate: RunAggregate,
+    description: str,
     *,
     episode: EpisodeValue | None = None,
     title: str = "",
@@ -107,7 +108,9 @@ def score_row(
 ) -> Metric:
     """Return the row of a score."""
     column = name if episode is not None else ""
-    return Metric(name, label, unit, digits, better, about, over_run, shown, title, column, episode)
+    return Metric(
+        name, label, unit, digits, better, description, aggregate, shown, title, column, episode
+    )
 
 
 def measure_row(
@@ -116,8 +119,8 @@ def measure_row(
     unit: str,
     digits: int,
     better: Better,
-    sum_up: Callable[[str], RunAggregate],
-    about: str,
+    aggregation: Callable[[str], RunAggregate],
+    description: str,
     *,
     name: str = "",
     title: str = "",
@@ -126,16 +129,16 @@ def measure_row(
     """Return the row of a measure.
 
     Args:
-        measure: Its name in records, that of its function.
-        label: As in `Metric`, as all below.
-        unit: Of the run's value.
-        digits: Of it.
-        better: Which values are.
-        sum_up: Of `scoring.over_run`: how a measure is summed up over a run.
-        about: What it is.
-        name: Of the run's value, if not that of the measure.
-        title: Its name in full.
-        shown: Where.
+        measure: Name in records, that of its function.
+        label: As in `Metric`.
+        unit: Unit of the run's value.
+        digits: As in `Metric`.
+        better: As in `Metric`.
+        aggregation: A function of `scoring.aggregation`, such as `mean`.
+        description: As in `Metric`.
+        name: Name of the run's value, if it differs from `measure`.
+        title: As in `Metric`.
+        shown: As in `Metric`.
     """
     return Metric(
         name or measure,
@@ -143,8 +146,8 @@ def measure_row(
         unit,
         digits,
         better,
-        about,
-        sum_up(measure),
+        description,
+        aggregation(measure),
         shown,
         title,
         measure,
@@ -168,8 +171,8 @@ def _vehicle_collisions(results: Sequence[EpisodeResult], _: PenaltyScheme) -> f
     return counts_per_km(results)[InfractionKind.COLLISION_VEHICLE]
 
 
-_LEAST_TTC = "least time to collision, vehicles / walkers and cyclists"
-_LEAST_PET = "least post-encroachment time, the same"
+_LEAST_TTC = "minimum time to collision, vehicles / pedestrians and cyclists"
+_LEAST_PET = "minimum post-encroachment time, vehicles / pedestrians and cyclists"
 
 METRICS: tuple[Metric, ...] = (
     score_row(
@@ -191,7 +194,7 @@ METRICS: tuple[Metric, ...] = (
         1,
         HIGHER,
         mean_score(_route_completion),
-        "Route completion: the share of the route that was driven, in percent.",
+        "Route completion: the share of the route that was completed, in percent.",
         episode=_route_completion,
         title="route completion (%)",
     ),
@@ -212,8 +215,8 @@ METRICS: tuple[Metric, ...] = (
         "/km",
         2,
         LOWER,
-        RunAggregate("all collisions over all kilometres", _vehicle_collisions),
-        "Collisions with vehicles per kilometre: all of them over all kilometres.",
+        RunAggregate("total collisions / total kilometres", _vehicle_collisions),
+        "Collisions with vehicles per kilometre.",
         title="collisions with vehicles per km",
     ),
     score_row(
@@ -222,7 +225,7 @@ METRICS: tuple[Metric, ...] = (
         "",
         1,
         HIGHER,
-        RunAggregate("of all infractions over all kilometres", normalised_score),
+        RunAggregate("from total infractions / total kilometres", normalised_score),
         "Normalised driving score, 0 to 100: RC times the IS that the same infractions per "
         "kilometre give over one kilometre.",
         episode=lambda result, penalties: normalised_score([result], penalties),
@@ -236,18 +239,19 @@ METRICS: tuple[Metric, ...] = (
         1,
         HIGHER,
         median,
-        "Least time to collision, to 0.1 s and up to 5 s: boxes at full size overlap if both keep "
-        "their speed on the paths that they then took. Who follows the ego does not count.",
+        "Minimum time to collision, in steps of 0.1 s up to 5 s: the time until the bounding boxes "
+        "would overlap if ego and actor kept their speeds along the paths they actually drove. "
+        "Actors that follow the ego do not count.",
         title=_LEAST_TTC,
     ),
     measure_row(
         "ttc_vulnerable",
-        "time to collision, walkers and cyclists",
+        "time to collision, pedestrians and cyclists",
         "s",
         1,
         HIGHER,
         median,
-        "The same, with pedestrians and cyclists.",
+        "The same for pedestrians and cyclists.",
         title=_LEAST_TTC,
     ),
     measure_row(
@@ -257,19 +261,19 @@ METRICS: tuple[Metric, ...] = (
         1,
         HIGHER,
         median,
-        "Least post-encroachment time, to 0.2 s and up to 5 s: the least shift in time at which "
-        "the boxes of the ego and of an actor that crosses its path (headings 60 degrees apart or "
-        "more) would have overlapped. 0 is contact.",
+        "Minimum post-encroachment time, in steps of 0.2 s up to 5 s: the smallest time shift at "
+        "which the bounding boxes of the ego and of an actor that crosses its path (headings at "
+        "least 60 degrees apart) would have overlapped. 0 is contact.",
         title=_LEAST_PET,
     ),
     measure_row(
         "pet_vulnerable",
-        "post-encroachment time, walkers and cyclists",
+        "post-encroachment time, pedestrians and cyclists",
         "s",
         1,
         HIGHER,
         median,
-        "The same, with pedestrians and cyclists.",
+        "The same for pedestrians and cyclists.",
         title=_LEAST_PET,
     ),
     measure_row(
@@ -279,8 +283,8 @@ METRICS: tuple[Metric, ...] = (
         2,
         LOWER,
         per_km,
-        "Events below -4 m/s2, those less than 1 s apart being one (Bench2Drive calls -4.05 "
-        "uncomfortable).",
+        "Number of times that acceleration falls below -4 m/s2; events less than 1 s apart count "
+        "as one (Bench2Drive's comfort limit: -4.05 m/s2).",
         name="hard_brakes_per_km",
         title="hard brakes per km",
     ),
@@ -291,7 +295,7 @@ METRICS: tuple[Metric, ...] = (
         2,
         LOWER,
         share_of_time,
-        "Share of time below -4 m/s2.",
+        "Share of time with an acceleration below -4 m/s2.",
         shown=Shown.NOWHERE,
     ),
     measure_row(
@@ -301,8 +305,8 @@ METRICS: tuple[Metric, ...] = (
         1,
         LOWER,
         mean,
-        "95th percentile of longitudinal jerk, either way, while moving: change of mean "
-        "acceleration from one half-second to the next (Bench2Drive: 4.13 m/s3).",
+        "95th percentile of absolute longitudinal jerk while moving: change of mean acceleration "
+        "from one half second to the next (Bench2Drive's comfort limit: 4.13 m/s3).",
     ),
     measure_row(
         "lateral_acceleration_p95",
@@ -311,8 +315,8 @@ METRICS: tuple[Metric, ...] = (
         1,
         LOWER,
         mean,
-        "95th percentile of speed times rate of turn over half a second, while moving "
-        "(Bench2Drive: 4.89 m/s2).",
+        "95th percentile of absolute speed times yaw rate over half a second, while moving "
+        "(Bench2Drive's comfort limit: 4.89 m/s2).",
     ),
     measure_row(
         "relative_speed",
@@ -321,9 +325,9 @@ METRICS: tuple[Metric, ...] = (
         2,
         NEITHER,
         mean,
-        "The ego's mean speed over that of the vehicles within 50 m, in any direction and waiting "
-        "ones too, as leaderboard 2.0 does over the whole map; not those parked, nor those that "
-        "follow the ego, since it sets their speed.",
+        "The ego's mean speed divided by that of the vehicles within 50 m (leaderboard 2.0: on the "
+        "whole map). Waiting vehicles count; parked ones do not, nor do those that follow the ego, "
+        "since it limits their speed.",
     ),
     measure_row(
         "standing_share",
@@ -332,7 +336,7 @@ METRICS: tuple[Metric, ...] = (
         2,
         NEITHER,
         share_of_time,
-        "Share of time below 0.1 m/s.",
+        "Share of time with a speed below 0.1 m/s.",
     ),
     measure_row(
         "off_lane_distance",
@@ -341,7 +345,7 @@ METRICS: tuple[Metric, ...] = (
         3,
         LOWER,
         km_per_km,
-        "Metres driven off all lanes, a part of those outside the lanes.",
+        "Distance driven off all lanes; a part of the distance outside the lanes.",
         name="off_lane_per_km",
         title="off all lanes (km)",
         shown=Shown.INFRACTION,
@@ -353,7 +357,7 @@ METRICS: tuple[Metric, ...] = (
         3,
         LOWER,
         km_per_km,
-        "Metres driven on lanes of the other direction, the other part.",
+        "Distance driven on lanes of the opposite direction; the other part of it.",
         name="wrong_lane_per_km",
         title="on the wrong lane (km)",
         shown=Shown.INFRACTION,
@@ -372,12 +376,12 @@ def headline_metrics() -> list[Metric]:
 
 
 def measure_metrics() -> list[Metric]:
-    """Return the metrics that are no scores."""
+    """Return the metrics that are not scores."""
     return [item for item in METRICS if item.shown not in SCORES]
 
 
 def shown_metrics(shown: Shown) -> list[Metric]:
-    """Return the metrics shown at one place."""
+    """Return the metrics shown in one place."""
     return [item for item in METRICS if item.shown is shown]
 
 
@@ -385,20 +389,27 @@ def metrics_markdown(metrics: Sequence[Metric]) -> str:
     """Return a table of metrics for docs/metrics.md.
 
     >>> print(metrics_markdown(shown_metrics(Shown.NOWHERE)))
-    | name | is | unit | better | over a run |
+    | name | definition | unit | better | over a run |
     |---|---|---|---|---|
-    | `hard_brake_share` | Share of time below -4 m/s2. | share | lower | share of all time |
+    | `hard_brake_share` | Share of time with an acceleration below -4 m/s2. | share | lower | \
+share of total time |
     """
     rows = [
-        (_documented(item), item.about, item.unit or "-", item.better or "-", item.over_run.words)
+        (
+            _names(item),
+            item.description,
+            item.unit or "-",
+            item.better or "-",
+            item.aggregate.description,
+        )
         for item in metrics
     ]
-    head = ["| name | is | unit | better | over a run |", "|---|---|---|---|---|"]
+    head = ["| name | definition | unit | better | over a run |", "|---|---|---|---|---|"]
     return "\n".join([*head, *(f"| {' | '.join(row)} |" for row in rows)])
 
 
-def _documented(metric: Metric) -> str:
-    """Return a metric's names: short, in records, and in summaries where that is another."""
+def _names(metric: Metric) -> str:
+    """Return a metric's names: label and name of a score; column and name of a measure."""
     if metric.shown in SCORES:
         return f"{metric.label}, `{metric.name}`"
     names = dict.fromkeys((metric.column, metric.name))

@@ -1,9 +1,9 @@
-"""NDS: the driving score with infractions taken per kilometre, so that going on is no fault.
+"""NDS: the driving score normalised by distance, with infractions counted per kilometre.
 
-DS multiplies the infractions of a whole route: of two drivers with the same habits, who gets
-further meets more and may score less. NDS = RC x the IS that the same infractions per kilometre
-would give over one kilometre. Rates are all counts over all kilometres: a mean of scores per
-episode would depend on how long episodes are.
+DS multiplies the penalties of a whole route: of two drivers with the same infraction rate, the one
+who gets further may score less. NDS = RC x the IS that the same infractions per kilometre would
+give over one kilometre. A rate is the total count over the total kilometres: a mean of scores per
+episode would depend on the length of episodes.
 """
 
 from collections import Counter
@@ -15,7 +15,7 @@ from plant_bench.scoring.infractions import InfractionKind
 from plant_bench.scoring.penalties import PenaltyScheme, infraction_score
 from plant_bench.scoring.results import EpisodeResult
 
-LEAST_KM = 0.001  # so that a rate is never a division by zero (CARLA leaderboard 2.0)
+LEAST_KM = 0.001  # avoids division by zero in rates (CARLA leaderboard 2.0)
 
 
 def kilometres(results: Sequence[EpisodeResult]) -> float:
@@ -24,7 +24,7 @@ def kilometres(results: Sequence[EpisodeResult]) -> float:
 
 
 def counts_per_km(results: Sequence[EpisodeResult]) -> dict[InfractionKind, float]:
-    """Return how often each kind happened per kilometre."""
+    """Return the number of infractions of each kind per kilometre."""
     km = max(kilometres(results), LEAST_KM)
     counts = Counter(item.kind for result in results for item in result.infractions)
     return {kind: counts[kind] / km for kind in InfractionKind}
@@ -39,7 +39,7 @@ def outside_metres(result: EpisodeResult) -> float:
 def infraction_score_per_km(
     results: Sequence[EpisodeResult], penalties: PenaltyScheme = PenaltyScheme.LB1_0
 ) -> float:
-    """Return the IS that the episodes' rates of infractions give over one kilometre."""
+    """Return the IS that the episodes' infraction rates give over one kilometre."""
     driven = sum(item.distance for item in results)
     outside = sum(map(outside_metres, results)) / driven if driven > 0.0 else 0.0
     return infraction_score(counts_per_km(results), 1.0 - min(outside, 1.0), penalties)

@@ -1,4 +1,4 @@
-"""The penalties by which infractions become an infraction score. Records know none of them."""
+"""Penalty schemes: how infractions become an infraction score. Records do not depend on them."""
 
 import math
 from collections import Counter
@@ -10,23 +10,23 @@ from plant_bench.scoring.infractions import COEFFICIENTS, PENALTIES, Infraction,
 
 
 class PenaltyScheme(StrEnum):
-    """A penalties; values are what `--penalties` takes."""
+    """A penalty scheme; values are those of the option `--penalties`."""
 
     LB1_0 = "lb1.0"  # multiplicative: CARLA leaderboard 1.0, Longest6, PlanT
     LB2_1 = "lb2.1"  # additive, also called hyperbolic: CARLA leaderboard 2.1
 
 
 def penalty_scheme_of(name: str) -> PenaltyScheme:
-    """Return the penalties of a name.
+    """Return the penalty scheme of a name.
 
     Raises:
-        InputError: There is no such penalties.
+        InputError: There is no such penalty scheme.
     """
-    names = [penalties.value for penalties in PenaltyScheme]
+    names = [scheme.value for scheme in PenaltyScheme]
     if name in names:
         return PenaltyScheme(name)
     hint = did_you_mean(name, names, cutoff=0.5)
-    message = f"There is no penalty scheme '{name}': {' and '.join(names)} are known.{hint}"
+    message = f"Unknown penalty scheme '{name}': expected {' or '.join(names)}.{hint}"
     raise InputError(message)
 
 
@@ -38,10 +38,10 @@ def infraction_score(
     """Return IS, from 1 down to 0.
 
     Args:
-        counts: How often each kind happened, or how often per kilometre; need not be whole. What
-            costs by its share is left to `inside`.
+        counts: Number of infractions of each kind, or number per kilometre. OUTSIDE_LANES has no
+            effect here; its penalty is `inside`.
         inside: Share of the distance that was driven inside the lanes.
-        penalties: The penalties.
+        penalties: The penalty scheme.
     """
     if penalties is PenaltyScheme.LB1_0:
         return inside * math.prod(PENALTIES.get(kind, 1.0) ** n for kind, n in counts.items())

@@ -1,4 +1,4 @@
-"""When a red light is run (CARLA leaderboard 1.0): the ego's rear crosses the stop line at red."""
+"""Detects running a red light: the ego's rear crosses the stop line at red (CARLA LB 1.0)."""
 
 import numpy as np
 from jaxtyping import UInt8
@@ -9,7 +9,7 @@ from plant_bench.world.scene import EGO_LENGTH, Light
 # The segment behind the ego's centre that must cross: RunningRedLightTest of scenario_runner 1.0.
 REAR_NEAR = 0.8 * 0.5 * EGO_LENGTH  # m: 0.8 of the half-length (RunningRedLightTest)
 REAR_FAR = 0.5 * EGO_LENGTH + 1.0  # m: the half-length and a metre (RunningRedLightTest)
-STOP_LINE_REACH = 5.0  # m to either side of the route: own choice, the own lane and its neighbours
+STOP_LINE_REACH = 5.0  # m to either side of the route: own choice, own and adjacent lanes
 
 
 class RedLights:
@@ -28,16 +28,16 @@ class RedLights:
     def run(
         self, before: float, progress: float, offset: float, lights: UInt8[np.ndarray, " signals"]
     ) -> bool:
-        """Tell whether the rear crosses the next stop line at red in this tick.
+        """Return whether the rear crosses the next stop line at red in this tick.
 
-        The rear is taken from its far end at the last tick to its near end now, so that no speed
-        jumps over a line. Yellow is free, and so is standing on the line.
+        The rear segment extends from its far end at the last tick to its near end now, so that no
+        line is skipped at any speed. Yellow is allowed, and so is stopping on the line.
 
         Args:
             before: Arc length of the ego's centre at the last tick.
             progress: Arc length of the ego's centre now.
             offset: The ego's lateral distance from the route.
-            lights: What the route's lights show.
+            lights: States of the route's lights.
         """
         if self._next == len(self._lines) or progress - REAR_NEAR < self._lines[self._next]:
             return False

@@ -1,14 +1,14 @@
-"""The referee: watches an episode scene by scene, notes infractions and says when it ends.
+"""The referee: scores an episode scene by scene, detects infractions and its end.
 
-It sees scenes and nothing else, so that a recording can be scored again without a simulator. It
-runs at every tick: the ordinary tick takes plain Python shortcuts, and the costly tests are left to
-the ticks where something may have happened.
+It uses scenes only, so that a recording can be scored again without a simulator. It runs at every
+tick: cheap checks in plain Python come first, and costly tests run only when these find that an
+infraction is possible.
 """
 
 import math
 
 from plant_bench.errors import InputError
-from plant_bench.scoring.collisions import Collisions
+from plant_bench.scoring.collisions import CollisionDetector
 from plant_bench.scoring.episode_measures import Measures, measure
 from plant_bench.scoring.infractions import Infraction, InfractionKind, Status
 from plant_bench.scoring.lanes import LaneFault, lane_map
@@ -21,23 +21,23 @@ from plant_bench.world.route_progress import RouteProgress
 from plant_bench.world.scene import EgoState, Scene
 from plant_bench.world.town import Town
 
-# A vehicle this near the route line and this well along it is on a lane of the right direction.
+# A vehicle this near the route line and heading this way is on a lane of the right direction.
 ON_ROUTE_OFFSET = 1.0  # m, less than half of any lane's width
 ON_ROUTE_COSINE = 0.5  # 60 degrees, half of what is wrong way
 
 
 class Referee:
-    """Judges one episode; mutable.
+    """Scores one episode; mutable.
 
     Attributes:
-        status: How the episode ended, None while it goes on.
+        status: How the episode ended, None while it runs.
         completion: Share of the route completed, 0 to 1.
-        infractions: So far, in order of time.
+        infractions: Infractions so far, in order of time.
         distance: Metres driven.
-        outside_distance: Metres of these driven outside the lanes or against their direction.
-        off_lane_distance: Metres of these off all lanes.
-        wrong_lane_distance: Metres of these against the lane's direction.
-        measures: What was measured beyond the score; None until `finish`, and without a scene.
+        outside_distance: Metres driven outside the lanes or against their direction.
+        off_lane_distance: Metres driven off all lanes; a part of `outside_distance`.
+        wrong_lane_distance: Metres driven against the lane's direction; the other part of it.
+        measures: Metrics besides the score; None until `finish`, and if there was no scene.
         time: Seconds from the start of the episode to the last scene judged.
 
     Args:
@@ -59,21 +59,21 @@ class Referee:
         self._town = town
         self._elevations = route.elevations.tolist()
         self._place = RouteProgress(route)
-        self._collisions = Collisions()
+        self._collisions = CollisionDetector()
         self._red_lights = RedLights(route)
-        self._endings = Termination(route)
-        self._track = TrajectoryRecorder()
+        self._termination = Termination(route)
+        self._trajectory = TrajectoryRecorder()
         self._last: Scene | None = None
         self._finished = False
 
     @property
     def progress(self) -> float:
-        """Metres along the route; never falls."""
+        """Metres along the route; never decreases."""
         return self._place.progress
 
     @property
     def offset(self) -> float:
-        """Lateral distance from the route, positive to the left of it."""
+        """Lateral distance from the route in metres, positive to the left."""
         return self._place.offset
 
     def judge(self, scene: Scene) -> None:
@@ -86,39 +86,39 @@ class Referee:
         before = place.progress
         place.follow(ego.x, ego.y)
         self._last = scene
-        self._track.add(scene)
+        self._trajectory.add(scene)
         self.time = scene.time
         self.distance += step
         self.completion = min(place.progress / self.route_length, 1.0)
         if step > 0.0:
-            self._stay_in_lane(ego, step)
+            self._check_lane(ego, step)
         for hit in self._collisions.new(scene):
             self._note(hit.kind, actor=hit.actor, actor_kind=hit.actor_kind, cause=hit.cause)
         if self._red_lights.run(before, place.progress, place.offset, scene.lights):
             self._note(InfractionKind.RED_LIGHT)
-        self.status = self._endings.check(scene.tick, ego, place, step)
+        self.status = self._termination.check(scene.tick, ego, place, step)
         if self.status is Status.COMPLETED:
             self.completion = 1.0
         elif self.status is not None:
             self._note(ENDING_INFRACTIONS[self.status])
 
     def finish(self) -> None:
-        """Close the episode, once: note the distance driven outside the lanes, and measure."""
+        """Close the episode: add the OUTSIDE_LANES infraction and compute the measures."""
         if self._finished:
             return
         self._finished = True
         if self.outside_distance > 0.0:
             share = min(self.outside_distance / self.distance, 1.0)
             self._note(InfractionKind.OUTSIDE_LANES, share=share)
-        if len(self._track):
+        if len(self._trajectory):
             self.measures = measure(
-                self._track.trajectory(
+                self._trajectory.trajectory(
                     off_lane=self.off_lane_distance, wrong_lane=self.wrong_lane_distance
                 )
             )
 
-    def _stay_in_lane(self, ego: EgoState, step: float) -> None:
-        """Add the step to the distance driven outside the lanes, if it was."""
+    def _check_lane(self, ego: EgoState, step: float) -> None:
+        """Add the step to the distance driven outside the lanes if the ego is outside."""
         place = self._place
         if place.distance < ON_ROUTE_OFFSET and math.cos(ego.yaw - place.heading) > ON_ROUTE_COSINE:
             return
@@ -160,17 +160,17 @@ def result_of(
     """Close an episode and return its record.
 
     Args:
-        referee: The referee that judged it.
-        header: What was known before it started.
-        crash: What ended it, if no rule did.
-        hazards: What became of the route's hazards: the simulator knows, scenes do not tell.
+        referee: The referee that scored it.
+        header: The part of the record known before the start.
+        crash: The crash that ended it, if no rule did.
+        hazards: Outcomes of the route's hazards; only the simulator knows them.
 
     Raises:
         InputError: The episode is not over.
     """
     status = referee.status or (crash and crash.status)
     if status is None:
-        message = f"Route {header.route}: the episode is not over after {referee.time:.2f} s."
+        message = f"Route {header.route}: the episode has not ended after {referee.time:.2f} s."
         raise InputError(message)
     referee.finish()
     return EpisodeResult(

@@ -1,7 +1,8 @@
-"""Relative filtered driving score: how well a ranking finds whom to brake for (PlanT, section 4.3).
+"""Relative filtered driving score (RFDS): how well a ranking finds the relevant vehicle.
 
-The expert drives twice through the same scenarios: seeing everybody, and seeing of all vehicles
-only the one that ranks highest. RFDS is the second driving score as a percentage of the first.
+From PlanT, section 4.3. The expert drives the same scenarios twice: with all vehicles in its
+observation, and with only the highest-ranked one. RFDS is the second driving score as a percentage
+of the first.
 """
 
 from collections.abc import Sequence
@@ -15,20 +16,20 @@ from plant_bench.scoring.results import EpisodeResult
 
 @dataclass(frozen=True)
 class RelativeScore:
-    """What a ranking scores.
+    """The RFDS of a ranking.
 
     Attributes:
-        agent: Who drove filtered; it names the ranking.
-        protocol: The rules both drove under.
-        penalties: By which infractions became scores.
+        agent: The agent that drove filtered; its name contains the ranking.
+        protocol: Version of the rules both drove under.
+        penalties: The penalty scheme.
         score: RFDS in percent, over repetitions.
-        filtered: DS of the expert with the ranking, 0 to 100, over repetitions.
-        whole: DS of the expert that saw everybody, on the same scenarios.
+        filtered: DS of the expert with the filtered observation, 0 to 100, over repetitions.
+        whole: DS of the expert with the complete observation, on the same scenarios.
         repetitions: RFDS of each repetition, in order.
         episodes: Number of scenarios that both drove.
-        unmatched: Episodes that only one of the two has driven; they do not count.
+        unmatched: Number of episodes that only one of the two has driven; they do not count.
         planner_checksum: Content hash of the planner that ranked; empty for rankers that need no
-            planner, and in files that do not tell.
+            planner, and if the file does not contain it.
     """
 
     agent: str
@@ -50,24 +51,27 @@ def relative_score(
     penalties: PenaltyScheme = PenaltyScheme.LB1_0,
     planner_checksum: str = "",
 ) -> RelativeScore:
-    """Return the RFDS of the ranking by which the second agent's sight was filtered.
+    """Return the RFDS of the ranking that filtered the second agent's observation.
 
     Each repetition gives one RFDS: the ratio of the two mean driving scores over its scenarios.
 
     Args:
-        whole: Episodes of the expert that saw everybody.
-        filtered: Episodes of the expert that saw one vehicle; of one agent.
-        penalties: By which infractions become scores.
+        whole: Episodes of the expert with the complete observation.
+        filtered: Episodes of the expert with one vehicle in its observation; of one agent.
+        penalties: The penalty scheme.
         planner_checksum: Content hash of the planner that ranked, if one did.
 
     Raises:
-        InputError: The episodes are of several protocols or agents, share no scenario, or the
-            expert scored nothing.
+        InputError: The episodes have several protocols or agents, share no scenario, or the
+            expert scores 0.
     """
     protocols = sorted({item.protocol for item in (*whole, *filtered)})
     agents = sorted({item.agent for item in filtered})
     if len(protocols) > 1 or len(agents) > 1:
-        message = f"Episodes of {', '.join(agents)} under {', '.join(protocols)}: one is wanted."
+        message = (
+            f"Episodes of {', '.join(agents)} under {', '.join(protocols)}: expected one agent "
+            "and one protocol."
+        )
         raise InputError(message)
     first, second = _by_scenario(whole), _by_scenario(filtered)
     common = sorted(first.keys() & second.keys(), key=lambda key: (key[1], key[0]))
@@ -79,7 +83,7 @@ def relative_score(
     before = [_mean_score([first[key] for key in part], penalties) for part in parts]
     after = [_mean_score([second[key] for key in part], penalties) for part in parts]
     if min(before) <= 0.0:
-        message = "The expert scores 0 in a repetition: nothing is relative to that."
+        message = "The expert scores 0 in a repetition, so the relative score is undefined."
         raise InputError(message)
     ratios = tuple(100.0 * new / old for new, old in zip(after, before, strict=True))
     return RelativeScore(

@@ -1,4 +1,4 @@
-"""Scoring a recording again: the same verdict from the scenes alone, with no simulator."""
+"""Scores a recording again, from its scenes alone and without a simulator."""
 
 from pydantic import TypeAdapter, ValidationError
 
@@ -18,28 +18,28 @@ from plant_bench.world.town import Town
 
 
 def rescore(recording: Recording, town: Town, route: Route) -> EpisodeResult:
-    """Judge a recording anew; without a change of rules the record is the one first written.
+    """Score a recording again; if the rules are unchanged, the record equals the original one.
 
-    It has the newest format; `as_format` takes it back to that of an older record.
+    It has the newest format; `as_format` converts it to that of an older record.
 
     Args:
-        recording: What was driven; its metadata is an `EpisodeHeader`, what became of the route's
-            `hazards` and, after a crash, the `status` and `reason` of it.
+        recording: The recording; its metadata is an `EpisodeHeader`, the outcomes of the route's
+            `hazards` and, after a crash, its `status` and `reason`.
         town: The town it was driven in.
         route: The route it was driven on.
 
     Raises:
-        InputError: The recording is of another route, has no header or stops before the end.
+        InputError: The recording is of another route, has no header or ends early.
     """
     known = dict(recording.metadata)
     status, reason = known.pop("status", None), str(known.pop("reason", ""))
-    told = known.pop("hazards", [])
+    outcomes = known.pop("hazards", [])
     try:
-        hazards = TypeAdapter(tuple[HazardRecord, ...]).validate_python(told, strict=False)
+        hazards = TypeAdapter(tuple[HazardRecord, ...]).validate_python(outcomes, strict=False)
         header = EpisodeHeader.model_validate(known | {"format": RESULT_FORMAT})
         crash = None if status is None else Crash(Status(str(status)), reason)
     except (ValidationError, ValueError) as error:
-        message = f"The recording does not say what it is of: {error}"
+        message = f"The recording has no valid episode header: {error}"
         raise InputError(message) from error
     if header.route_checksum != route.checksum:
         message = (

@@ -1,4 +1,4 @@
-"""The record of one episode: all that a score is made of, nothing that depends on the clock."""
+"""The record of one episode: everything that scores are computed from, and no wall-clock times."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,28 +14,28 @@ from plant_bench.untrusted_files import read_text
 from plant_bench.world.hazard import HazardKind, Phase
 
 RESULT_FORMAT = max(item.since for item in EPISODE_METRICS.values())  # 1 had no measures
-MOST_REPETITIONS = 10_000  # of a route; more are a mistake, and would never end
-LARGEST_NUMBER = 1e12  # metres or seconds: so that sums of them are finite
+MOST_REPETITIONS = 10_000  # of a route; more are taken for a mistake
+LARGEST_NUMBER = 1e12  # metres or seconds; keeps sums finite
 LARGEST_RECORD = 16_000_000  # bytes
 
 
 class EpisodeHeader(BaseModel):
-    """What is known of an episode before it starts.
+    """The part of a record that is known before the episode starts.
 
     Attributes:
-        format: Version of this record.
-        protocol: The rules it was made under.
-        agent: The agent's name as registered or as given.
+        format: Version of the record format.
+        protocol: Version of the rules.
+        agent: The agent's name, as registered or as given.
         agent_checksum: Content hash of the agent's code and weights.
-        inputs: What the agent was given.
+        inputs: The observation inputs that the agent used.
         route: Route id.
         town: Town name.
         scenario: `Scenario.key`.
         repetition: From 0.
         seed: The scenario's seed.
         density: The scenario's traffic density.
-        town_checksum: Of the network driven on.
-        route_checksum: Of the route.
+        town_checksum: Content hash of the road network.
+        route_checksum: Content hash of the route.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
@@ -57,11 +57,11 @@ class EpisodeHeader(BaseModel):
 
 @dataclass(frozen=True)
 class Crash:
-    """Why an episode ended that no rule ended; a recording keeps it: `close(**vars(crash))`.
+    """A crash that ended an episode; stored in the recording by `close(**vars(crash))`.
 
     Attributes:
         status: `Status.AGENT_CRASHED` or `Status.SIMULATION_CRASHED`.
-        reason: What the agent or the simulator said.
+        reason: Error message of the agent or the simulator.
     """
 
     status: Status
@@ -69,14 +69,14 @@ class Crash:
 
 
 class HazardRecord(BaseModel):
-    """What became of one of the route's hazards.
+    """Outcome of one of the route's hazards.
 
     Attributes:
-        kind: What it was.
-        at: Where, metres along the route.
-        phase: "done", "void", or how far it had come when the episode ended.
-        time: Seconds when it took its course, or when its last phase was reached.
-        reason: Why it is void.
+        kind: Kind of hazard.
+        at: Metres along the route.
+        phase: "done", "void", or the last phase reached when the episode ended.
+        time: Seconds into the episode when it was triggered, else when it reached its last phase.
+        reason: Why it is void, else empty.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
@@ -93,14 +93,14 @@ class EpisodeResult(EpisodeHeader):
 
     Attributes:
         status: How it ended.
-        reason: What the agent or the simulator said when it crashed.
+        reason: Error message of the agent or the simulator if it crashed.
         route_length: Metres.
         completion: Share of the route completed, 0 to 1.
         distance: Metres driven.
         duration: Simulated seconds.
         infractions: In order of time.
-        measures: RunMeasures the score; None in records of format 1 and where nothing was driven.
-        hazards: What became of the route's hazards, in order; empty where none are played.
+        measures: Metrics besides the score; None in records of format 1 and without a scene.
+        hazards: Outcomes of the route's hazards, in order; empty if the route has none.
     """
 
     status: Status
@@ -129,11 +129,11 @@ class EpisodeResult(EpisodeHeader):
         return self.driving_score_by(PenaltyScheme.LB1_0)
 
     def infraction_score_by(self, penalties: PenaltyScheme) -> float:
-        """Return the IS of a penalties."""
+        """Return the IS under a penalty scheme."""
         return score_of(self.infractions, penalties)
 
     def driving_score_by(self, penalties: PenaltyScheme) -> float:
-        """Return the DS of a penalties: RC x IS, 0 to 100."""
+        """Return the DS under a penalty scheme: RC x IS, 0 to 100."""
         return self.route_completion * self.infraction_score_by(penalties)
 
     def as_format(self, version: int) -> "EpisodeResult":
@@ -154,7 +154,7 @@ class EpisodeResult(EpisodeHeader):
         """Read a record.
 
         Raises:
-            InputError: The file is no record.
+            InputError: The file is not a record.
         """
         try:
             return cls.model_validate_json(read_text(path, largest=LARGEST_RECORD))

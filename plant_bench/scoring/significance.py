@@ -1,4 +1,4 @@
-"""Is a difference chance? A paired test without assumptions of shape, and many tests at once."""
+"""Significance tests: a paired permutation test, and Holm's correction for multiple tests."""
 
 import math
 from collections.abc import Sequence
@@ -6,8 +6,8 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Float
 
-EXACT_UP_TO = 13  # routes: all 8192 signs are tried; beyond that, signs are drawn
-ROUNDING = 1e-9  # of the greatest sum: what differs by less is equal
+EXACT_UP_TO = 13  # routes: all 8192 combinations of signs are tried; above it, signs are drawn
+ROUNDING = 1e-9  # relative tolerance for equality
 
 
 def sign_flip_test(
@@ -15,16 +15,16 @@ def sign_flip_test(
 ) -> float:
     """Return the two-sided p-value of a paired permutation test over routes.
 
-    Were the two agents alike, each route's difference could as well have the other sign. So p is
-    the share of all ways to choose signs whose sum is as far from zero as the one found. Scores
-    leap (a collision costs 40 %) and are often equal, so that neither a normal distribution, as of
-    a t-test, nor ranks without ties, as of Wilcoxon's, can be assumed. Repetitions of a route keep
-    one sign together, since they are not independent.
+    If the two agents were equal, the sign of each route's difference would be random. So p is the
+    share of all combinations of signs whose sum is at least as far from zero as the observed one.
+    Scores are discrete (a collision costs 40 %) and often equal, so that neither the normal
+    distribution of a t-test nor the untied ranks of Wilcoxon's test can be assumed. Repetitions of
+    a route share one sign, since they are not independent.
 
     Args:
-        sums: Of the differences of each route's episodes.
-        seed: Of the signs drawn where there are too many to try all.
-        samples: How many are drawn; the one found counts as one more, so that p is never 0.
+        sums: Sum over each route's episodes of the score differences.
+        seed: Random seed, used if there are too many combinations to try all.
+        samples: Number of combinations drawn; the observed one is added, so that p is never 0.
     """
     routes = len(sums)
     if routes <= EXACT_UP_TO:
@@ -33,17 +33,17 @@ def sign_flip_test(
     else:
         bits = np.random.default_rng(seed).integers(2, size=(samples, routes))
         extra = 1
-    found = abs(float(sums.sum()))
-    least = found - ROUNDING * max(float(np.abs(sums).sum()), 1.0)
+    observed = abs(float(sums.sum()))
+    least = observed - ROUNDING * max(float(np.abs(sums).sum()), 1.0)
     as_far = int((np.abs((1.0 - 2.0 * bits) @ sums) >= least).sum())
     return (as_far + extra) / (len(bits) + extra)
 
 
 def holm(p_values: Sequence[float]) -> list[float]:
-    """Return the p-values corrected for being many (Holm's step-down), in their order.
+    """Return the p-values corrected for multiple testing (Holm's step-down), in their order.
 
-    The chance that any of the tests finds a difference where there is none stays at the level.
-    Values that are not a number stay so and do not count.
+    This bounds the probability of any false positive among all tests. Values that are nan stay nan
+    and do not count as tests.
 
     >>> holm([0.01, 0.04, 0.03])
     [0.03, 0.06, 0.06]

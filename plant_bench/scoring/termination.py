@@ -1,4 +1,4 @@
-"""When an episode ends (CARLA leaderboard 1.0)."""
+"""Episode termination: completed, deviated, blocked or timed out (CARLA leaderboard 1.0)."""
 
 import math
 
@@ -14,7 +14,7 @@ BLOCKED_SPEED = 0.1  # m/s (ActorSpeedAboveThresholdTest, as route_scenario.py s
 BLOCKED_TIME = 180.0  # s (ActorSpeedAboveThresholdTest, as route_scenario.py sets it)
 DEVIATION_LIMIT = 30.0  # m (InRouteTest, offroad_max)
 DEVIATION_NEAR = 15.0  # m (InRouteTest, offroad_min)
-DEVIATION_SHARE = 0.30  # of the route's length, driven farther off than the above (InRouteTest)
+DEVIATION_SHARE = 0.30  # of the route's length, driven beyond DEVIATION_NEAR (InRouteTest)
 TIMEOUT_PER_METRE = 0.8  # s/m (route_scenario.py, SECONDS_GIVEN_PER_METERS)
 TIMEOUT_EXTRA = 5.0  # s (route_scenario.py, INITIAL_SECONDS_DELAY)
 
@@ -26,7 +26,7 @@ ENDING_INFRACTIONS = {
 
 
 class Termination:
-    """Watches for the end of one episode; mutable.
+    """Checks at each tick whether the episode ends; mutable.
 
     Args:
         route: The route to be driven.
@@ -42,12 +42,12 @@ class Termination:
         self._far_distance = 0.0
 
     def check(self, tick: int, ego: EgoState, place: RouteProgress, step: float) -> Status | None:
-        """Return how the episode ends at this tick, None while it goes on.
+        """Return how the episode ends at this tick, None while it continues.
 
         Args:
             tick: The scene's tick.
             ego: The ego vehicle.
-            place: Where on the route it is.
+            place: Its position on the route.
             step: Metres driven since the last tick.
         """
         if self._last_moving is None or ego.speed >= BLOCKED_SPEED:

@@ -1,4 +1,4 @@
-"""What an episode leaves behind for its measures: the ego at each tick, the others now and then."""
+"""An episode's trajectories as arrays: the ego at each tick, other actors every 0.2 s."""
 
 from dataclasses import dataclass
 
@@ -7,7 +7,7 @@ from jaxtyping import Float, Int
 
 from plant_bench.world.scene import TICK, ActorKind, Actors, EgoState, Scene
 
-SAMPLE_TICKS = 4  # ticks between two looks at the others: the cost, and a car moves 3 m in it
+SAMPLE_TICKS = 4  # ticks between samples of other actors: fewer to save time; a car moves 3 m
 SAMPLE = SAMPLE_TICKS * TICK  # s
 
 VULNERABLE = (ActorKind.PEDESTRIAN, ActorKind.BICYCLE)
@@ -16,18 +16,18 @@ VEHICLES = tuple(kind for kind in ActorKind if kind not in (*VULNERABLE, ActorKi
 
 @dataclass(frozen=True, eq=False)
 class ActorSamples:
-    """Every actor of every sample, one after the other; world frame, float64.
+    """All actors of all samples, concatenated; world frame, float64.
 
     Attributes:
-        samples: The sample that each sighting is of, ascending.
-        actors: Who was seen.
+        samples: Index of the sample that each row belongs to, ascending.
+        actors: The actors, one per row.
     """
 
     samples: Int[np.ndarray, " actors"]
     actors: Actors
 
     def only(self, keep: np.ndarray) -> "ActorSamples":
-        """Return the actor_samples that a mask or an index array selects."""
+        """Return the rows that a mask or an index array selects."""
         return ActorSamples(self.samples[keep], self.actors.only(keep))
 
 
@@ -36,26 +36,26 @@ class Trajectory:
     """An episode as arrays.
 
     Attributes:
-        poses: The ego at each tick.
-        speeds: As above.
-        accelerations: As above.
-        sample_ticks: At which of these rows the others were looked at.
-        seen: The others.
+        poses: The ego's pose at each tick.
+        speeds: The ego's speed at each tick, m/s.
+        accelerations: The ego's acceleration at each tick, m/s2.
+        sample_ticks: Rows of the above at which the other actors were sampled.
+        others: Samples of the other actors.
         off_lane: Metres driven off all lanes.
-        wrong_lane: Metres driven on lanes of the other direction.
+        wrong_lane: Metres driven on lanes of the opposite direction.
     """
 
     poses: Float[np.ndarray, "steps 3"]
     speeds: Float[np.ndarray, " steps"]
     accelerations: Float[np.ndarray, " steps"]
     sample_ticks: Int[np.ndarray, " samples"]
-    seen: ActorSamples
+    others: ActorSamples
     off_lane: float = 0.0
     wrong_lane: float = 0.0
 
     def of_kinds(self, kinds: tuple[ActorKind, ...]) -> ActorSamples:
-        """Return the actor_samples of actors of these kinds."""
-        return self.seen.only(np.isin(self.seen.actors.kinds, kinds))
+        """Return the samples of actors of these kinds."""
+        return self.others.only(np.isin(self.others.actors.kinds, kinds))
 
     @property
     def sample_poses(self) -> Float[np.ndarray, "samples 3"]:
@@ -69,7 +69,7 @@ class Trajectory:
 
 
 class TrajectoryRecorder:
-    """Keeps scenes until the episode is over; mutable. A tick costs two appends."""
+    """Collects the scenes of an episode; mutable. A tick costs two appends."""
 
     def __init__(self) -> None:
         self._egos: list[EgoState] = []
@@ -87,11 +87,11 @@ class TrajectoryRecorder:
         return len(self._egos)
 
     def trajectory(self, *, off_lane: float = 0.0, wrong_lane: float = 0.0) -> Trajectory:
-        """Return what was kept.
+        """Return the trajectory of the scenes added so far.
 
         Args:
             off_lane: Metres driven off all lanes.
-            wrong_lane: Metres driven on lanes of the other direction.
+            wrong_lane: Metres driven on lanes of the opposite direction.
         """
         rows = [(*ego.pose, ego.speed, ego.acceleration) for ego in self._egos]
         ego = np.array(rows, dtype=float).reshape(-1, 5)
@@ -101,7 +101,7 @@ class TrajectoryRecorder:
             speeds=ego[:, 3],
             accelerations=ego[:, 4],
             sample_ticks=np.array(self._ticks, dtype=np.int64),
-            seen=ActorSamples(np.repeat(np.arange(len(counts)), counts), _joined(self._others)),
+            others=ActorSamples(np.repeat(np.arange(len(counts)), counts), _joined(self._others)),
             off_lane=off_lane,
             wrong_lane=wrong_lane,
         )

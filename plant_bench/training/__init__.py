@@ -1,1 +1,1 @@
-"""Learning to drive from recordings. Needs torch and Lightning Fabric."""
+"""Training of learned planners from recordings; needs torch and Lightning Fabric."""

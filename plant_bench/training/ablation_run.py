@@ -33,17 +33,17 @@ Runs = dict[str, list[Run]]
 
 @dataclass(frozen=True)
 class AblationRequest:
-    """What is asked for.
+    """Request of an ablation study.
 
     Attributes:
-        names: Of the ablations; empty for all.
-        base: What they start from.
+        names: Names of the ablations; empty for all.
+        base: The recipe that they change.
         data: Folders of the recordings.
-        out: Folder of all that is made.
-        drives: What is driven; its agent does not count.
-        seeds: Trainings of each variant.
-        machine: What it runs on.
-        overwrite: Make again what is finished.
+        out: Output folder.
+        drives: The evaluation run; its agent is ignored.
+        seeds: Number of trainings of each variant.
+        machine: Hardware and processes.
+        overwrite: Repeat finished trainings and runs.
         graph: Drive with the learner's fast form, see `Learner.for_driving`.
     """
 
@@ -60,12 +60,12 @@ class AblationRequest:
 
 @dataclass(frozen=True)
 class Helpers:
-    """Who does the work of an ablation, and tells how it goes.
+    """Callbacks of an ablation study.
 
     Attributes:
-        learn: Trains; False if it was stopped.
-        drive: Drives what is missing of a run; None if it was stopped.
-        tell: Told which training is at hand.
+        learn: Trains; returns False if it was stopped.
+        drive: Drives the missing episodes of a run; returns None if it was stopped.
+        tell: Called with the name of the current training.
     """
 
     learn: Callable[[TrainingRun], bool]
@@ -77,7 +77,7 @@ def run_ablations(request: AblationRequest, helpers: Helpers) -> Runs | None:
     """Train and score every variant; None if it was stopped.
 
     Returns:
-        The runs of each training, one a seed.
+        The runs of each training, one per seed.
 
     Raises:
         PlantBenchError: A training or a run cannot be started or cannot go on.

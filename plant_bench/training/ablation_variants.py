@@ -1,6 +1,6 @@
-"""What is changed, one thing at a time, to see what it is good for.
+"""Defines the variants of an ablation study: a base recipe with one setting changed.
 
-The ablations are the learner's own (`Learner.ablations`), and that of the data's share.
+The ablations are those of the learner (`Learner.ablations`), and the share of the data.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -16,12 +16,12 @@ DATA = "data"
 
 @dataclass(frozen=True)
 class Recipe:
-    """What decides a trained network, apart from the data.
+    """Everything that determines a trained network, apart from the data.
 
     Attributes:
-        student: Who learns, with which options.
-        settings: How to train.
-        share: Of the episodes that are learnt from, see `load_frames`.
+        student: The learner and its options.
+        settings: The training settings.
+        share: Share of the episodes to train on, see `load_frames`.
     """
 
     student: Student
@@ -34,13 +34,13 @@ Change = Callable[[Recipe], Recipe]
 
 @dataclass(frozen=True)
 class Variant:
-    """A choice, made from a base.
+    """One variant of an ablation.
 
     Attributes:
-        ablation: To which it belongs.
-        name: Of the choice.
-        training: Names the training; choices that are the base share its.
-        recipe: What is trained.
+        ablation: Name of the ablation.
+        name: Name of the variant.
+        training: Name of the training; variants equal to the base share the base's training.
+        recipe: The recipe.
         paper: DS in the paper.
     """
 

@@ -1,4 +1,4 @@
-"""Frames split by route, and put in a reproducible order."""
+"""Splits frames by route into training and validation; forms reproducible batches."""
 
 import hashlib
 from dataclasses import dataclass
@@ -14,14 +14,14 @@ SORTED_TOGETHER = 16  # batches within which frames of like numbers of objects a
 
 @dataclass(frozen=True, eq=False)
 class Split:
-    """The frames to learn from, and those of other routes to check with.
+    """Training frames, and validation frames of other routes.
 
     Attributes:
-        frames: All.
-        training: Numbers of those to learn from.
-        validation: Of those of the routes held out; may be empty.
-        held_out: Ids of these routes.
-        left_out: Number of frames of the same routes as `training` that are not learned from.
+        frames: All frames.
+        training: Indices of the training frames.
+        validation: Indices of the frames of the held-out routes; may be empty.
+        held_out: Ids of the held-out routes.
+        left_out: Number of frames of the training routes that are not used.
     """
 
     frames: Frames
@@ -78,7 +78,7 @@ def split_by_route(
 
 
 def _without_rest(frames: Frames, known: np.ndarray, share: float, seed: int) -> np.ndarray:
-    """Leave some of the frames out in which the ego rests: they are many, and all alike."""
+    """Drop a part of the frames in which the ego is stationary: they are many and similar."""
     if share == 1.0:
         return known
     lucky = np.random.default_rng((seed, len(known))).random(len(known)) < share

@@ -1,4 +1,4 @@
-"""The model card: what a reader needs to judge the weights, and to make them again."""
+"""Writes the model card: data, settings and results of a training, and how to reproduce it."""
 
 import platform
 from collections.abc import Iterator, Mapping, Sequence

@@ -1,4 +1,4 @@
-"""A training half way: everything needed to go on as if nothing had happened."""
+"""Training checkpoints: everything needed to resume a training with identical results."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -18,13 +18,13 @@ PICKLED_FILE = "checkpoint.pt"  # of earlier versions; a pickle can run code, so
 
 @dataclass
 class Progress:
-    """Where a training is; mutable.
+    """Progress of a training; mutable.
 
     Attributes:
-        epoch: The epoch it is in, from 0.
-        step: Steps of this epoch that are done.
+        epoch: The current epoch, from 0.
+        step: Number of finished steps of this epoch.
         sums: Sums over this epoch's steps: `SAMPLES`, and the losses by name.
-        history: A row for each finished epoch, see `Trainer`.
+        history: One row per finished epoch, see `Trainer`.
         best: Score and epoch of the best closed-loop validation.
     """
 
@@ -48,12 +48,12 @@ def save_checkpoint(
     network: dict[str, Any],
     optimizer: dict[str, Any],
 ) -> None:
-    """Write a checkpoint, whole or not at all.
+    """Write a checkpoint atomically.
 
     Args:
-        folder: Where to.
-        progress: Where the training is.
-        identity: What must be equal for another command to go on with it.
+        folder: Output folder.
+        progress: Progress of the training.
+        identity: Values that must be equal for another command to resume it.
         network: State of the network.
         optimizer: State of the optimiser.
     """

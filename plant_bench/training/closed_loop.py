@@ -1,4 +1,4 @@
-"""Scores a network in training by letting it drive: open-loop loss says little about that."""
+"""Closed-loop validation: scores a network during training by letting it drive."""
 
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Which code decides a cached number: ours, and what an outsider's learner brings of its own."""
+"""Hashes of the code that determines cached values: plant-bench's and an external learner's."""
 
 import hashlib
 import importlib.util

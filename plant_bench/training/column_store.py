@@ -1,4 +1,4 @@
-"""Columns of many episodes, one file a column, mapped into memory.
+"""Stores columns of many episodes on disk, one memory-mapped file per column.
 
 FOLDER/parts/*.npz           of one episode each, until they are packed
 FOLDER/pack-*/*.npy          a column of some episodes, one after the other

@@ -1,4 +1,4 @@
-"""Where a training's data comes from: what the model card says of each folder."""
+"""Describes the origin of a training's data, for the model card."""
 
 from pathlib import Path
 

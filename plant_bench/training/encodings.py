@@ -1,4 +1,4 @@
-"""What cached learners make of frames, kept beside them: DIR/encoded/<key>/, see `packs`."""
+"""Caches the encodings of frames on disk: DIR/encoded/<key>/, see `column_store`."""
 
 import hashlib
 import json

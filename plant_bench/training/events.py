@@ -1,4 +1,4 @@
-"""What a training tells while it goes on."""
+"""Events that a training reports to its listener."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

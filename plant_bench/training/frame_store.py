@@ -1,4 +1,4 @@
-"""The frames of data folders, made once and kept; see `plant_bench.training.column_store`.
+"""Caches the frames of data folders on disk; see `plant_bench.training.column_store`.
 
 DIR/routes/*.json          the routes driven (suite files)
 DIR/episodes/*.parquet     recordings; their metadata names the route

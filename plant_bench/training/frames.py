@@ -1,4 +1,4 @@
-"""From a recording to frames at 2 Hz, and what became of them: the same for every learner.
+"""Converts recordings to training frames at 2 Hz, the same for every learner.
 
 A frame is put together when it is needed, by the very function that a planner's observation comes
 from while it drives. Kept are rows: what was recorded at those instants, the ego's place on its

@@ -1,4 +1,4 @@
-"""Ctrl-C as a wish: the step at hand is finished, the checkpoint written, then all ends."""
+"""Graceful Ctrl-C: finishes the current step and writes the checkpoint before exiting."""
 
 import signal
 from collections.abc import Iterator
@@ -9,14 +9,14 @@ from types import FrameType
 
 @dataclass
 class StopRequest:
-    """Whether the user wants to stop; mutable."""
+    """Whether a stop was requested; mutable."""
 
     wanted: bool = False
 
 
 @contextmanager
 def stop_wish() -> Iterator[StopRequest]:
-    """Turn the first Ctrl-C into a wish for as long as the context lasts; the second one raises."""
+    """Within the context, turn the first Ctrl-C into a stop request; the second one raises."""
     wish = StopRequest()
 
     def hear(_signal: int, _frame: FrameType | None) -> None:

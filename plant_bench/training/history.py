@@ -1,4 +1,4 @@
-"""The history of a training: `losses.csv` always, TensorBoard's files where it is installed."""
+"""Writes the history of a training: `losses.csv`, and TensorBoard files if it is installed."""
 
 import csv
 import importlib.util
@@ -15,7 +15,7 @@ NO_TENSORBOARD = (
 
 
 def has_tensorboard() -> bool:
-    """Tell whether TensorBoard's files can be written."""
+    """Return whether TensorBoard is installed."""
     return importlib.util.find_spec("tensorboard") is not None
 
 
@@ -33,7 +33,7 @@ class History:
     """Writes each epoch's row; mutable.
 
     Args:
-        folder: Where to.
+        folder: Output folder.
     """
 
     def __init__(self, folder: Path) -> None:

@@ -1,4 +1,4 @@
-"""Learning by imitation: from samples to a folder of weights that an agent drives with."""
+"""Imitation learning: the complete training, from batches to a model folder."""
 
 import json
 import shutil
@@ -38,11 +38,11 @@ CARD_FILE = "card.md"
 
 @dataclass(frozen=True)
 class TrainingRequest:
-    """What is asked of a training.
+    """Request of a training.
 
     Attributes:
-        student: Who learns.
-        settings: How to train.
+        student: The learner and its options.
+        settings: The training settings.
         out: Folder for the finished model.
         work: Folder for checkpoint, logs and validation runs.
         closed_loop: What to drive for validation; None where `validate_every` is 0.
@@ -257,4 +257,4 @@ class _Keeper:
 
 
 def _silent(_event: object) -> None:
-    """Take no notice."""
+    """Ignore the event."""

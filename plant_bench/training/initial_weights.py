@@ -1,4 +1,4 @@
-"""The weights of an earlier model, for a training that starts from them."""
+"""Loads the weights of an earlier model for a training that starts from them."""
 
 from pathlib import Path
 from typing import Any

@@ -1,4 +1,4 @@
-"""The one table of learners: found by name, by an installed package's word, by module or file."""
+"""Registry of learners: finds them by name, entry point, module or file."""
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
@@ -72,7 +72,7 @@ def installed_learners() -> Mapping[str, str]:
 
 
 def known_learners() -> list[str]:
-    """Return the names of all learners, ours first."""
+    """Return the names of all learners, built-in ones first."""
     return [*LEARNERS, *(name for name in sorted(installed_learners()) if name not in LEARNERS)]
 
 
@@ -92,7 +92,7 @@ def _names(spec: str) -> tuple[str, str]:
 
 def _check(found: Any, spec: str) -> None:
     if not isinstance(found, type) or not issubclass(found, Learner):
-        message = f"'{spec}' is no learner: a subclass of plant_bench.learner.Learner is expected."
+        message = f"'{spec}' is not a learner: expected a subclass of plant_bench.learner.Learner."
         raise InputError(message)
     missing = sorted(found.__abstractmethods__) + [
         name for name in ("name", "agent", "Options") if not hasattr(found, name)

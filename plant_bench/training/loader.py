@@ -1,6 +1,6 @@
-"""Batches for a training: from mapped encodings in this process, or encoded anew by others.
+"""Loads the batches of a training, from memory-mapped encodings or encoded by worker processes.
 
-Both give the same order, and go on from any step of an epoch as if they had never stopped.
+Both give the same order, and can resume at any step of an epoch.
 """
 
 import signal
@@ -193,7 +193,7 @@ class _Refused:
 
 
 def _leave_ctrl_c(_worker: int) -> None:
-    """Let the training alone decide what Ctrl-C means: it still needs its batches."""
+    """Ignore Ctrl-C in loader processes: the training still needs its batches."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 

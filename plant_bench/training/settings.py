@@ -1,4 +1,4 @@
-"""How to train; the defaults are the paper's."""
+"""Training settings: epochs, learning rate, batch size and others; defaults are the paper's."""
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field

@@ -1,4 +1,4 @@
-"""Nested values with tensors in them, as one safetensors file: no pickle is written or read."""
+"""Stores nested values with tensors in one safetensors file, without pickle."""
 
 import json
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Torch's number of threads, which belongs to the whole process."""
+"""Restores torch's number of threads, which is a process-wide setting."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -8,7 +8,7 @@ import torch
 
 @contextmanager
 def threads_kept() -> Iterator[None]:
-    """Set the number back at the end: a planner that is made inside sets it to one."""
+    """Restore the number at the end, since a planner created inside sets it to one."""
     threads = torch.get_num_threads()
     try:
         yield

@@ -1,4 +1,4 @@
-"""One training: steps, epochs, validation; over as many processes as Fabric was given."""
+"""The training loop: steps, epochs and validation, on the processes of Lightning Fabric."""
 
 from collections.abc import Iterator, Mapping
 from typing import Any
@@ -53,7 +53,7 @@ class Trainer:
         self._forward = _Forward(self._model, fabric.device.type, low=not settings.full_precision)
 
     def steps(self, listen: Listener) -> Iterator[None]:
-        """Do the rest of the current epoch; after each step the caller may stop."""
+        """Run the rest of the current epoch; after each step the caller may stop."""
         fabric, settings, progress = self._fabric, self._settings, self.progress
         for group in self.optimizer.param_groups:
             group["lr"] = settings.rate_of(progress.epoch)
@@ -89,7 +89,7 @@ class Trainer:
         return row
 
     def any_wants(self, wish: bool) -> bool:
-        """Tell whether any process has a wish, so that all do the same."""
+        """Return whether any process requests a stop, so that all of them stop."""
         if self._fabric.world_size == 1:
             return wish
         return bool(self._summed({"wish": float(wish)})["wish"])

@@ -1,4 +1,4 @@
-"""One training from recordings to weights: what `plant-bench train` and the Python API ask for."""
+"""Runs a training from recordings to weights, for `plant-bench train` and the Python API."""
 
 import importlib.util
 from collections.abc import Callable
@@ -25,12 +25,12 @@ from plant_bench.training.settings import TrainingSettings
 
 @dataclass(frozen=True)
 class Machine:
-    """What a training runs on; nothing of it decides which numbers are made of the data.
+    """Hardware and processes of a training; they do not change the training data.
 
     Attributes:
         accelerator: cpu, cuda, mps or auto.
-        devices: Processes, one a device.
-        threads: Of each training process; 0 for one a core.
+        devices: Number of devices, one process each.
+        threads: Threads of each training process; 0 for one per core.
         workers: Processes that make frames and drive validations.
         loaders: Processes for each device that make batches of what is not cached (rasters).
     """
@@ -44,12 +44,12 @@ class Machine:
 
 @dataclass(frozen=True)
 class Validation:
-    """What is driven for validation.
+    """Closed-loop validation drives.
 
     Attributes:
-        suite: What to drive, none of the benchmark's; without it the routes of the data held out.
-        routes: Which of them, as in `score --routes`.
-        hazards: Play hazards in validation.
+        suite: Suite to drive, not one of the benchmark's; by default the held-out routes.
+        routes: Selection of its routes, as in `score --routes`.
+        hazards: Whether to play hazards in validation.
     """
 
     suite: str | None = field(default=None, metadata={"option": "validate_suite"})
@@ -62,8 +62,8 @@ class TrainingRun:
     """One training, from recordings to weights.
 
     Attributes:
-        learner: Who learns: a name, package.module:Class or file.py:Class.
-        options: The learner's own.
+        learner: The learner: a name, package.module:Class or file.py:Class.
+        options: Options of the learner.
         data: Folder with routes/ and episodes/; give it again for more. Towns and routes for
             validation are the first one's.
         out: Folder for the model, as models/mine.

@@ -126,8 +126,8 @@ def test_penalty_scheme_changes_the_summary_but_no_record(place):
 
     said = plant_bench(*score(agent, "one", workers=1), cwd=place)
     assert "penalties lb1.0" in said
-    assert "RunMeasures the score" in said
-    assert "cannot be told apart" not in said  # one repetition
+    assert "Other metrics" in said
+    assert "cannot be distinguished" not in said  # one repetition
     assert json.loads((place / "one" / "summary.json").read_text())["penalties"] == "lb1.0"
     assert records(place / "one") == before
     assert all(json.loads(text)["measures"] for text in before.values())

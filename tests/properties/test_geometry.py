@@ -9,7 +9,7 @@ from plant_bench.agents.careful.box_overlaps import overlapping
 from plant_bench.geometry.box import corners, overlap, overlap_one
 from plant_bench.geometry.polyline import Cursor, arc_lengths, distance_to, resample
 from plant_bench.geometry.pose import from_frame, to_frame, wrap_angle
-from plant_bench.scoring.collisions import touching
+from plant_bench.scoring.collisions import overlapping_actors
 from plant_bench.world.scene import EGO_EXTENT, EgoState
 from tests.builders import make_actors
 
@@ -66,7 +66,7 @@ def test_referee_finds_the_same_overlaps(pose, others):
             overlap_one(pose, EGO_EXTENT, near, grown)
             == overlap_one(pose, EGO_EXTENT, near, shrunk)
         )
-    assert touching(EgoState(*pose, speed=0.0), actors) == np.flatnonzero(exact).tolist()
+    assert overlapping_actors(EgoState(*pose, speed=0.0), actors) == np.flatnonzero(exact).tolist()
 
 
 @st.composite

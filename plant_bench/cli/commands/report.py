@@ -136,10 +136,10 @@ def _print_ranking(leaderboard: "Leaderboard") -> None:
 
     for board in leaderboard.boards:
         scores = [
-            f"{table_cell(line.planner)} {line.driving_score.mean:.1f}" for line in board.lines
+            f"{table_cell(line.planner)} {line.driving_score.mean:.1f}" for line in board.rows
         ]
         typer.echo(f"{board.protocol} ({board.world}): DS {', '.join(scores)}")
-        top = {line.id for line in board.lines[:2]}
+        top = {line.id for line in board.rows[:2]}
         for item in board.differences:
             if {item.better, item.worse} == top:
                 paired = item.paired

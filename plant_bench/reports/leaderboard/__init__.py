@@ -1,1 +1,1 @@
-"""The leaderboard: many runs in one table, their differences tested, as files and a page."""
+"""The leaderboard: compares runs in tables with significance tests, as files and an HTML page."""

@@ -1,8 +1,8 @@
-"""A leaderboard's values: boards, and on each the lines, the runs behind them, the differences."""
+"""Data classes of a leaderboard: boards with their rows, runs and pairwise differences."""
 
 from dataclasses import dataclass
 
-from plant_bench.reports.leaderboard.rows import Line
+from plant_bench.reports.leaderboard.rows import Row
 from plant_bench.reports.leaderboard.score_sources import RankingSource, RunSource
 from plant_bench.scoring.comparison import PairedDifference
 from plant_bench.scoring.metrics import Summary
@@ -12,15 +12,15 @@ HERE, CARLA = "plant-bench", "CARLA"  # worlds
 
 @dataclass(frozen=True)
 class Entry:
-    """A run of ours on a board.
+    """A plant-bench run on a board.
 
     Attributes:
-        line: What the table tells.
+        row: Its row of the table.
         run: Its episodes.
-        summary: All that is derived from them.
+        summary: The summary of its episodes.
     """
 
-    line: Line
+    row: Row
     run: RunSource
     summary: Summary
 
@@ -30,10 +30,10 @@ class Difference:
     """By how much one entry's DS is above another's, on the scenarios that both drove.
 
     Attributes:
-        better: Id of the entry with the higher mean difference.
-        worse: Id of the other.
-        paired: The difference, not below zero.
-        p_corrected: Its p-value, corrected for all pairs of the board (Holm).
+        better: Id of the entry with the higher DS.
+        worse: Id of the other entry.
+        paired: The difference; its mean is not negative.
+        p_corrected: p-value, corrected for all pairs of the board (Holm).
     """
 
     better: str
@@ -44,19 +44,19 @@ class Difference:
 
 @dataclass(frozen=True)
 class Board:
-    """One table: runs that may be compared.
+    """One table: runs that can be compared with each other.
 
     Attributes:
-        world: `HERE` or `CARLA`.
-        protocol: The rules.
-        suite: Name of the routes; empty where not known.
-        density: Of the traffic; empty where not known.
-        penalties: By which infractions became scores; empty where not known.
-        lines: The highest driving score first.
-        entries: Of the lines that are runs of ours, in the same order.
-        differences: Of each two entries that share scenarios.
+        world: Simulator environment, `HERE` or `CARLA`.
+        protocol: Version of the rules.
+        suite: Name of the routes; empty if not known.
+        density: Traffic density; empty if not known.
+        penalties: The penalty scheme; empty if not known.
+        rows: Rows of the table, the highest driving score first.
+        entries: The rows that are plant-bench runs, in the same order.
+        differences: Differences of all pairs of entries that share scenarios.
         rankings: RFDS of all rankers on these routes, the highest first.
-        source: Where the figures are from, if not from runs of ours.
+        source: Source of the figures, if they are not from plant-bench runs.
     """
 
     world: str
@@ -64,7 +64,7 @@ class Board:
     suite: str
     density: str
     penalties: str
-    lines: tuple[Line, ...]
+    rows: tuple[Row, ...]
     entries: tuple[Entry, ...] = ()
     differences: tuple[Difference, ...] = ()
     rankings: tuple[RankingSource, ...] = ()
@@ -73,11 +73,11 @@ class Board:
 
 @dataclass(frozen=True)
 class Leaderboard:
-    """All boards, those of our own runs first.
+    """All boards, those of plant-bench runs first.
 
     Attributes:
-        boards: At least one.
-        notes: What the user should know of how they were made.
+        boards: One or more boards.
+        notes: Notes for the user on how the boards were made.
     """
 
     boards: tuple[Board, ...]

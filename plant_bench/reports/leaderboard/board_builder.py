@@ -1,4 +1,4 @@
-"""Runs -> boards: one a protocol and suite, each with its lines and differences."""
+"""Builds the boards of a leaderboard from runs: one per protocol, suite and traffic density."""
 
 import re
 from collections.abc import Callable, Sequence
@@ -11,9 +11,9 @@ from plant_bench.agents.loading.planner_spec import without_folders
 from plant_bench.errors import InputError
 from plant_bench.reports.carla_checkpoint import ImportedRun, load_checkpoint
 from plant_bench.reports.leaderboard.board import CARLA, HERE, Board, Difference, Entry, Leaderboard
-from plant_bench.reports.leaderboard.imported_checkpoints import imported_line
-from plant_bench.reports.leaderboard.published import paper_lines
-from plant_bench.reports.leaderboard.rows import Line, distinct, run_line
+from plant_bench.reports.leaderboard.imported_checkpoints import imported_row
+from plant_bench.reports.leaderboard.published import paper_rows
+from plant_bench.reports.leaderboard.rows import Row, distinct, run_row
 from plant_bench.reports.leaderboard.score_sources import (
     RankingSource,
     RunSource,
@@ -27,7 +27,7 @@ from plant_bench.scoring.penalties import PenaltyScheme
 from plant_bench.scoring.significance import holm
 from plant_bench.text_escaping import table_cell
 
-RANKERS = ("attention", "masking")  # a line tells the first there is
+RANKERS = ("attention", "masking")  # a row shows the first one available
 LONGEST_ID = 40  # characters
 NAMELESS = "(no name)"
 
@@ -39,16 +39,16 @@ _Source = TypeVar("_Source")
 def make_leaderboard(
     sources: Sources, *, penalties: PenaltyScheme, paper: bool, progress: Callable[[str], None]
 ) -> Leaderboard:
-    """Read all sources and put them into boards.
+    """Read all sources and build the boards.
 
     Args:
-        sources: What was found.
-        penalties: By which infractions become scores.
-        paper: Whether PlanT's own figures get a board.
-        progress: Told what is read next.
+        sources: Runs, rankings and checkpoint files to read.
+        penalties: The penalty scheme.
+        paper: Whether to add a board with the figures of the PlanT paper.
+        progress: Called with the name of what is read next.
 
     Raises:
-        InputError: A source cannot be read, or its episodes cannot be summed up.
+        InputError: A source cannot be read, or its episodes cannot be summarised.
     """
     runs = _read(sources.runs, progress, read_run)
     rankings = _read(sources.rankings, progress, read_ranking)
@@ -65,12 +65,12 @@ def make_leaderboard(
         )
         for key, group in groups.items()
     ]
-    boards.sort(key=lambda board: (-len(board.lines), board.protocol, board.suite))
+    boards.sort(key=lambda board: (-len(board.rows), board.protocol, board.suite))
     boards += _imported_boards(imported, ids[len(runs) :])
     if paper:
-        lines = paper_lines()
+        rows = paper_rows()
         boards.append(
-            Board(CARLA, "longest6", "longest6", "", "lb1.0", lines, source=lines[0].source)
+            Board(CARLA, "longest6", "longest6", "", "lb1.0", rows, source=rows[0].source)
         )
     return Leaderboard(tuple(boards), tuple(notes))
 
@@ -78,15 +78,15 @@ def make_leaderboard(
 def _read(
     paths: Sequence[Path], progress: Callable[[str], None], reader: Callable[[Path], _Source]
 ) -> list[_Source]:
-    found = []
+    sources = []
     for path in paths:
         progress(path.name)
-        found.append(reader(path))
-    return found
+        sources.append(reader(path))
+    return sources
 
 
 def _key(run: RunSource) -> _Key:
-    """Return what runs of one board have in common; the rules are those of the records."""
+    """Return the key of a run's board: protocol (from the records), suite, density."""
     provenance = run.provenance
     return run.episodes[0].result.protocol, without_folders(provenance.suite), provenance.density
 
@@ -111,13 +111,13 @@ def _board(
     for (id, run), planner in zip(group, names, strict=True):
         summary = _summary(run, penalties)
         ranking = _ranking_of(run, group, rankings, notes)
-        entries.append(Entry(run_line(run, summary, ranking, id=id, planner=planner), run, summary))
-    entries.sort(key=lambda entry: -entry.line.driving_score.mean)
+        entries.append(Entry(run_row(run, summary, ranking, id=id, planner=planner), run, summary))
+    entries.sort(key=lambda entry: -entry.row.driving_score.mean)
     return Board(
         HERE,
         *key,
         penalties.value,
-        tuple(entry.line for entry in entries),
+        tuple(entry.row for entry in entries),
         tuple(entries),
         _differences_between(entries, penalties),
         tuple(sorted(rankings, key=lambda item: -item.score.score.mean)),
@@ -125,15 +125,15 @@ def _board(
 
 
 def _planner(agent: str) -> str:
-    """Return what an agent is called on a board: without folders, and never nothing."""
+    """Return an agent's display name: without folders, and never empty."""
     name = without_folders(agent)
     return name if table_cell(name) else NAMELESS
 
 
 def _summary(run: RunSource, penalties: PenaltyScheme) -> Summary:
-    asked = len(run.provenance.routes) * run.provenance.repetitions
+    planned = len(run.provenance.routes) * run.provenance.repetitions
     try:
-        return summarise(run.results, expected=max(asked, len(run.episodes)), penalties=penalties)
+        return summarise(run.results, expected=max(planned, len(run.episodes)), penalties=penalties)
     except InputError as error:
         message = f"{run.folder.path}: {error}"
         raise InputError(message) from error
@@ -145,9 +145,9 @@ def _ranking_of(
     rankings: Sequence[RankingSource],
     notes: list[str],
 ) -> RankingSource | None:
-    """Return the RFDS of a run's planner: that of its checksum, or else of its name.
+    """Return the RFDS of a run's planner, matched by checksum.
 
-    A file that tells no checksum is believed by name where one run alone has that name.
+    A file without a checksum is matched by name, provided that only one run has this name.
     """
     agent, checksum = run.provenance.agent, run.episodes[0].result.agent_checksum
     named = {
@@ -157,7 +157,7 @@ def _ranking_of(
     }
     own = {item.ranker: item for item in rankings if item.score.planner_checksum == checksum}
     if not own and named and sum(other.provenance.agent == agent for _, other in group) > 1:
-        note = f"RFDS is told of '{agent}', and several runs are of it: none of them is given it."
+        note = f"The RFDS of '{agent}' is left out: several runs have this name."
         notes.extend([note] * (note not in notes))
         return None
     own = own or named
@@ -168,10 +168,10 @@ def _imported_boards(runs: Sequence[ImportedRun], ids: Sequence[str]) -> list[Bo
     names = distinct(
         [_planner(run.name) for run in runs], lambda place: runs[place].source.parent.name
     )
-    groups: dict[tuple[str, str], list[Line]] = {}
+    groups: dict[tuple[str, str], list[Row]] = {}
     for run, id, name in zip(runs, ids, names, strict=True):
         key = (HERE if run.results else CARLA, run.protocol)
-        groups.setdefault(key, []).append(imported_line(run, id=id, planner=name))
+        groups.setdefault(key, []).append(imported_row(run, id=id, planner=name))
     return [
         Board(
             world,
@@ -179,15 +179,15 @@ def _imported_boards(runs: Sequence[ImportedRun], ids: Sequence[str]) -> list[Bo
             "",
             "",
             "",
-            tuple(sorted(lines, key=lambda line: -line.driving_score.mean)),
+            tuple(sorted(rows, key=lambda row: -row.driving_score.mean)),
             source="checkpoint files of the CARLA leaderboard",
         )
-        for (world, protocol), lines in sorted(groups.items())
+        for (world, protocol), rows in sorted(groups.items())
     ]
 
 
 def _ids(names: Sequence[str]) -> list[str]:
-    """Return a short id for each name; those of equal names are numbered."""
+    """Return a short id for each name; ids of equal names are numbered."""
     short = [
         re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-")[:LONGEST_ID].strip("-") or "run"
         for name in names
@@ -202,13 +202,13 @@ def _ids(names: Sequence[str]) -> list[str]:
 
 
 def _twin_notes(runs: Sequence[RunSource]) -> list[str]:
-    """Say which runs are of one and the same agent."""
+    """Return a note for each pair of runs with the same agent."""
     notes = []
     for first, second in combinations(runs, 2):
         checksum = first.episodes[0].result.agent_checksum
         if checksum == second.episodes[0].result.agent_checksum and _key(first) == _key(second):
             notes.append(
-                f"{first.folder.path} and {second.folder.path} are of the same agent "
+                f"{first.folder.path} and {second.folder.path} have the same agent "
                 f"({first.provenance.agent}, {checksum[:12]}): both are shown."
             )
     return notes
@@ -222,11 +222,11 @@ def _differences_between(
     for high, low in combinations(entries, 2):
         try:
             paired = paired_difference(low.run.results, high.run.results, penalties=penalties)
-            if paired.mean < 0.0:  # on what both drove, the lower in the table is the better one
+            if paired.mean < 0.0:  # on the common scenarios, the lower row scores higher
                 paired = paired_difference(high.run.results, low.run.results, penalties=penalties)
                 high, low = low, high
         except InputError:
             continue  # no scenario in common
-        found.append(Difference(high.line.id, low.line.id, paired, paired.p_value))
+        found.append(Difference(high.row.id, low.row.id, paired, paired.p_value))
     corrected = holm([item.p_corrected for item in found])
     return tuple(replace(item, p_corrected=p) for item, p in zip(found, corrected, strict=True))

@@ -1,4 +1,4 @@
-"""A leaderboard as columns: the same in CSV, JSON and Parquet, read back equal by pandas."""
+"""A leaderboard as data frames: the columns of the CSV, JSON and Parquet exports."""
 
 import json
 from dataclasses import fields
@@ -6,7 +6,7 @@ from dataclasses import fields
 import pandas as pd
 
 from plant_bench.reports.leaderboard.board import Board, Difference, Entry, Leaderboard
-from plant_bench.reports.leaderboard.rows import Line
+from plant_bench.reports.leaderboard.rows import Row
 from plant_bench.scoring.metrics import Spread, summary_frame
 from plant_bench.scoring.metrics_table import score_metrics
 
@@ -14,16 +14,16 @@ _LISTS = ("infractions", "hazards")
 
 
 def board_columns(board: Board) -> list[dict[str, object]]:
-    """Return a row for each line of a board; what is not known is None or not a number."""
-    facts = {
+    """Return each row of a board as columns; unknown values are None or nan."""
+    common = {
         name: getattr(board, name)
         for name in ("world", "protocol", "suite", "density", "penalties")
     }
-    return [facts | _line(line) for line in board.lines]
+    return [common | _row(row) for row in board.rows]
 
 
 def leaderboard_frame(leaderboard: Leaderboard) -> pd.DataFrame:
-    """Return the lines of all boards; `protocol`, `suite` and `density` tell them apart."""
+    """Return the rows of all boards; `protocol`, `suite` and `density` identify the board."""
     rows = [row for board in leaderboard.boards for row in board_columns(board)]
     frame = pd.DataFrame(rows)
     frame["parameters"] = frame["parameters"].astype("Int64")
@@ -48,7 +48,7 @@ def difference_columns(item: Difference) -> dict[str, object]:
 
 
 def episode_frame(leaderboard: Leaderboard) -> pd.DataFrame:
-    """Return every episode of our own runs: `summary.csv`'s columns and all else of its record.
+    """Return every episode of plant-bench runs: columns of `summary.csv`, rest of the record.
 
     `infractions` and `hazards` hold the record's lists as JSON.
     """
@@ -62,7 +62,7 @@ def _episodes(board: Board, entry: Entry) -> pd.DataFrame:
         key=lambda item: (item.result.town, item.result.route, item.result.repetition),
     )
     frame = summary_frame([item.result for item in order], penalties=entry.summary.penalties)
-    frame.insert(0, "id", entry.line.id)
+    frame.insert(0, "id", entry.row.id)
     frame.insert(1, "episode", [item.name for item in order])
     frame.insert(2, "protocol", board.protocol)
     for name in ("agent_checksum", "town_checksum", "route_checksum", "format"):
@@ -76,13 +76,13 @@ def _episodes(board: Board, entry: Entry) -> pd.DataFrame:
     return frame
 
 
-def _line(line: Line) -> dict[str, object]:
+def _row(row: Row) -> dict[str, object]:
     columns: dict[str, object] = {}
-    for item in fields(Line):
-        value = getattr(line, item.name)
+    for item in fields(Row):
+        value = getattr(row, item.name)
         if item.name == "scores":
             for metric in score_metrics():
-                columns |= _spread(metric.name, line.score(metric.name))
+                columns |= _spread(metric.name, row.score(metric.name))
         elif isinstance(value, Spread):
             columns |= _spread(item.name, value)
         elif item.name == "rates":

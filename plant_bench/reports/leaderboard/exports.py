@@ -1,4 +1,4 @@
-"""A leaderboard as files for programs and papers: CSV, JSON, Parquet, Markdown and LaTeX."""
+"""Writes a leaderboard's export files: CSV, JSON, Parquet, Markdown and LaTeX."""
 
 import json
 import math
@@ -22,10 +22,10 @@ FORMAT = 1
 
 
 def write_exports(leaderboard: Leaderboard, out: Path) -> list[Path]:
-    """Write all files for programs and papers; return their paths.
+    """Write all export files; return their paths.
 
     Raises:
-        OSError: One cannot be written.
+        OSError: A file cannot be written.
     """
     texts = {
         "leaderboard.json": leaderboard_json(leaderboard),
@@ -45,14 +45,14 @@ def write_exports(leaderboard: Leaderboard, out: Path) -> list[Path]:
 
 
 def leaderboard_json(leaderboard: Leaderboard) -> str:
-    """Return the boards as JSON: rows as in the CSV, and the differences; null where not known."""
+    """Return the boards as JSON: rows as in the CSV, and the differences; null if not known."""
     boards = [_board(board) for board in leaderboard.boards]
     payload = {"format": FORMAT, "plant_bench": __version__, "boards": boards}
     return json.dumps(without_nan(payload), indent=1, ensure_ascii=False) + "\n"
 
 
 def without_nan(value: object) -> object:
-    """Return JSON-able values with None for what is no finite number."""
+    """Return values for JSON, with None for floats that are not finite."""
     if isinstance(value, dict):
         return {name: without_nan(item) for name, item in value.items()}
     if isinstance(value, list | tuple):
@@ -70,7 +70,7 @@ def _board(board: Board) -> dict[str, object]:
 
 
 def _write_frame(frame: pd.DataFrame, path: Path) -> None:
-    """Write a frame as CSV and as Parquet; both tell floats to the last bit."""
+    """Write a frame as CSV and as Parquet; both keep the exact values of floats."""
     text = frame.to_csv(index=False, lineterminator="\n")
     write_whole_text(path.with_name(f"{path.name}.csv"), text)
     parquet = path.with_name(f"{path.name}.parquet")

@@ -1,4 +1,4 @@
-"""The main figure as files, for papers and talks: scores, and differences from the leader."""
+"""Figures of a leaderboard as SVG and PNG: scores, and differences from the first row."""
 
 import math
 from pathlib import Path
@@ -15,15 +15,15 @@ from plant_bench.text_escaping import table_cell
 
 KINDS = ("svg", "png")
 LONGEST = 28  # characters of a name
-ROW = 0.32  # inch
+ROW = 0.32  # inches
 INK, GREY, GOOD, BAD = "#1b1e23", "#565e69", "#17714a", "#ad3029"
 
 
 def write_figures(leaderboard: Leaderboard, out: Path) -> list[Path]:
-    """Write a figure of each board of our own runs, as SVG and PNG; return their paths.
+    """Write a figure of each board of plant-bench runs, as SVG and PNG; return their paths.
 
     Raises:
-        OSError: One cannot be written.
+        OSError: A file cannot be written.
     """
     paths = []
     boards = [board for board in leaderboard.boards if board.entries]
@@ -38,8 +38,8 @@ def write_figures(leaderboard: Leaderboard, out: Path) -> list[Path]:
 
 
 def board_figure(board: Board) -> Figure:
-    """Draw driving scores with their deviations, and beside them the differences from the first."""
-    names = [drawable(line.planner) for line in board.lines]
+    """Draw driving scores with their deviations, and the differences from the first row."""
+    names = [drawable(row.planner) for row in board.rows]
     figure = Figure(figsize=(8.0, 1.1 + ROW * len(names)), layout="constrained")
     left, right = figure.subplots(1, 2, sharey=True)
     _draw_scores(left, board)
@@ -55,7 +55,7 @@ def board_figure(board: Board) -> Figure:
 
 
 def drawable(text: str) -> str:
-    r"""Return a name as matplotlib draws it: one line, no formula, no character the font lacks.
+    r"""Return a name for matplotlib: one line, dollar signs escaped, missing glyphs as "?".
 
     >>> drawable("a$b$ 名")
     'a\\$b\\$ ?'
@@ -66,8 +66,8 @@ def drawable(text: str) -> str:
 
 
 def _draw_scores(axes: Axes, board: Board) -> None:
-    for place, line in enumerate(board.lines):
-        mean, std = line.driving_score.mean, line.driving_score.std
+    for place, row in enumerate(board.rows):
+        mean, std = row.driving_score.mean, row.driving_score.std
         if not math.isnan(std):
             axes.plot([mean - std, mean + std], [place, place], color=GREY, linewidth=1.5)
         axes.plot(mean, place, "o", color=INK, markersize=5)
@@ -76,25 +76,25 @@ def _draw_scores(axes: Axes, board: Board) -> None:
 
 
 def _draw_differences(axes: Axes, board: Board) -> None:
-    first = board.lines[0].id
-    places = {line.id: place for place, line in enumerate(board.lines)}
+    first = board.rows[0].id
+    places = {row.id: place for place, row in enumerate(board.rows)}
     axes.axvline(0.0, color=GREY, linewidth=0.8)
     for item in board.differences:
         if first in (item.better, item.worse):
             _draw_difference(axes, item, places, sign=-1.0 if item.better == first else 1.0)
-    axes.set_xlabel(f"DS against {drawable(board.lines[0].planner)} (95 % interval)")
+    axes.set_xlabel(f"DS against {drawable(board.rows[0].planner)} (95 % interval)")
 
 
 def _draw_difference(axes: Axes, item: Difference, places: dict[str, int], *, sign: float) -> None:
-    """Draw a difference from the first; hollow where it could be chance."""
+    """Draw a difference from the first row; hollow if it is not significant."""
     place = places[item.worse if sign < 0.0 else item.better]
-    told = item.p_corrected <= LEVEL
-    colour = GREY if not told else BAD if sign < 0.0 else GOOD
+    significant = item.p_corrected <= LEVEL
+    colour = GREY if not significant else BAD if sign < 0.0 else GOOD
     paired = item.paired
     if not math.isnan(paired.low):
         ends = [sign * paired.low, sign * paired.high]
         axes.plot(ends, [place, place], color=colour, linewidth=1.5)
-    fill = colour if told else "white"
+    fill = colour if significant else "white"
     axes.plot(sign * paired.mean, place, "o", color=colour, markerfacecolor=fill, markersize=5)
 
 

@@ -1,4 +1,4 @@
-"""Checkpoint files of the CARLA leaderboard as lines of a table of their own."""
+"""Leaderboard rows from imported checkpoint files of the CARLA leaderboard."""
 
 from collections.abc import Iterable, Sequence
 
@@ -6,21 +6,21 @@ import numpy as np
 
 from plant_bench.reports.carla_checkpoint import ImportedRecord, ImportedRun
 from plant_bench.reports.carla_checkpoint_schema import NAMES
-from plant_bench.reports.leaderboard.rows import Line
+from plant_bench.reports.leaderboard.rows import Row
 from plant_bench.scoring.infractions import InfractionKind
 from plant_bench.scoring.metrics import Spread
 from plant_bench.scoring.normalised_score import LEAST_KM
 
 VEHICLES = NAMES[InfractionKind.COLLISION_VEHICLE]
-_SCORES = ("driving_score", "route_completion", "infraction_score")  # that each record tells
+_SCORES = ("driving_score", "route_completion", "infraction_score")  # in each record
 _KINDS = {name: kind.value for kind, name in NAMES.items()}
 
 
-def imported_line(run: ImportedRun, *, id: str, planner: str) -> Line:
-    """Return the line of a checkpoint file; rates are all counts over all kilometres."""
+def imported_row(run: ImportedRun, *, id: str, planner: str) -> Row:
+    """Return the row of a checkpoint file; a rate is the total count over the total kilometres."""
     numbers = sorted({item.repetition for item in run.records})
     parts = [[item for item in run.records if item.repetition == number] for number in numbers]
-    return Line(
+    return Row(
         id=id,
         planner=planner,
         track="",

@@ -1,10 +1,10 @@
-"""A leaderboard as LaTeX tables (booktabs); names from outside are escaped."""
+"""A leaderboard as LaTeX tables (booktabs), with all names escaped."""
 
 import math
 from collections.abc import Sequence
 
 from plant_bench.reports.leaderboard.board import Board, Leaderboard
-from plant_bench.reports.leaderboard.rows import Line
+from plant_bench.reports.leaderboard.rows import Row
 from plant_bench.reports.leaderboard.table_text import (
     Column,
     board_title,
@@ -29,7 +29,7 @@ _LATEX = {
     "|": r"\textbar{}",
     "`": r"\textasciigrave{}",
     '"': r"\textquotedbl{}",
-    "[": "{[}",  # an optional argument of the row's end before it, otherwise
+    "[": "{[}",  # else read as an optional argument of the row end before it
     "]": "{]}",
     "*": "{*}",
 }
@@ -39,10 +39,10 @@ _ARROWS = {Better.HIGHER: r" $\uparrow$", Better.LOWER: r" $\downarrow$", Better
 
 
 def latex_text(leaderboard: Leaderboard) -> str:
-    """Return all boards as LaTeX tables, to be read in by a document that uses booktabs."""
+    """Return all boards as LaTeX tables, to be included by a document that uses booktabs."""
     parts = [r"% Needs \usepackage{booktabs} and \usepackage[T1]{fontenc}.", ""]
     for board in leaderboard.boards:
-        best = [_best(column, board.lines) for column in columns()]
+        best = [_best(column, board.rows) for column in columns()]
         heads = ["Method", "Input", *(_latex_head(column) for column in columns())]
         parts += [
             r"\begin{table}[t]",
@@ -51,7 +51,7 @@ def latex_text(leaderboard: Leaderboard) -> str:
             r"    \toprule",
             f"    {' & '.join(heads)} \\\\",
             r"    \midrule",
-            *(f"    {' & '.join(_latex_cells(line, best))} \\\\" for line in board.lines),
+            *(f"    {' & '.join(_latex_cells(row, best))} \\\\" for row in board.rows),
             r"    \bottomrule",
             r"  \end{tabular}",
             rf"  \caption{{{latex_escaped_long(_caption(board))}}}",
@@ -62,7 +62,7 @@ def latex_text(leaderboard: Leaderboard) -> str:
 
 
 def latex_escaped(text: str) -> str:
-    r"""Return text that every LaTeX compiles; characters beyond Latin-1 are named by their number.
+    r"""Return text that any LaTeX can compile; characters beyond Latin-1 become code points.
 
     >>> latex_escaped("plant_100%"), latex_escaped("ok 😀")
     ('plant\\_100\\%', 'ok {[}U+1F600{]}')
@@ -71,12 +71,12 @@ def latex_escaped(text: str) -> str:
 
 
 def latex_escaped_long(text: str) -> str:
-    """As `latex_escaped`, of text that must not be cut as a whole; its words are."""
+    """Escape text word by word, so that long text is not truncated."""
     return " ".join(latex_escaped(word) for word in text.split())
 
 
-def _best(column: Column, lines: Sequence[Line]) -> float:
-    values = [value for line in lines if not math.isnan(value := column.value(line).mean)]
+def _best(column: Column, rows: Sequence[Row]) -> float:
+    values = [value for row in rows if not math.isnan(value := column.value(row).mean)]
     if not values or column.better is Better.NEITHER:
         return math.nan
     return max(values) if column.better is Better.HIGHER else min(values)
@@ -87,11 +87,11 @@ def _latex_head(column: Column) -> str:
     return rf"\multicolumn{{1}}{{c}}{{\textbf{{{column.head}}}{arrow}}}"
 
 
-def _latex_cells(line: Line, best: Sequence[float]) -> list[str]:
-    inputs = " + ".join(line.inputs) or "-"
-    cells = [latex_escaped(line.planner), latex_escaped(inputs)]
+def _latex_cells(row: Row, best: Sequence[float]) -> list[str]:
+    inputs = " + ".join(row.inputs) or "-"
+    cells = [latex_escaped(row.planner), latex_escaped(inputs)]
     for column, top in zip(columns(), best, strict=True):
-        spread = column.value(line)
+        spread = column.value(row)
         text = spread.text(column.digits).replace(" ± ", r"{\scriptsize$\pm$") + "}" * (
             not math.isnan(spread.std) and not math.isnan(spread.mean)
         )
@@ -100,14 +100,14 @@ def _latex_cells(line: Line, best: Sequence[float]) -> list[str]:
 
 
 def _caption(board: Board) -> str:
-    counts = sorted({line.repetitions for line in board.lines})
+    counts = sorted({row.repetitions for row in board.rows})
     many = str(counts[0]) if len(counts) == 1 else f"{counts[0]} to {counts[-1]}"
     text = f"{board_title(board)}. Mean and standard deviation over {many} repetitions."
     return f"{text} Source: {board.source}." if board.source else text
 
 
 def _compiling(letter: str) -> str:
-    """Return a character of ASCII or Latin-1 as it is, another as its number."""
+    """Return an ASCII or Latin-1 character unchanged, any other as its code point."""
     if letter == "…":
         return r"\dots{}"
     known = letter.isascii() or (letter.isalpha() and ord(letter) < 256)

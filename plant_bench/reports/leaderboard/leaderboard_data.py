@@ -1,10 +1,10 @@
-"""What the page shows, as compact JSON: lines, differences, breakdowns, every episode."""
+"""The data of the leaderboard page as compact JSON: rows, differences, breakdowns, episodes."""
 
 from collections.abc import Sequence
 
 from plant_bench.reports.leaderboard.board import Board, Difference, Entry, Leaderboard
 from plant_bench.reports.leaderboard.exports import without_nan
-from plant_bench.reports.leaderboard.rows import Line
+from plant_bench.reports.leaderboard.rows import Row
 from plant_bench.reports.leaderboard.score_sources import Episode
 from plant_bench.reports.leaderboard.table_text import board_title
 from plant_bench.scoring.episode_measures import Number
@@ -30,10 +30,10 @@ PHASES, ACTORS = list(Phase), list(ActorKind)
 
 
 def page_json(leaderboard: Leaderboard, *, replays: bool) -> str:
-    """Return the page's data as JSON that may stand inside a script element.
+    """Return the page's data as JSON that is safe inside a script element.
 
     Args:
-        leaderboard: What is shown.
+        leaderboard: The leaderboard.
         replays: Whether episodes with a recording have a replay beside the page.
     """
     payload = {
@@ -62,7 +62,7 @@ def _board(board: Board, replays: bool) -> dict[str, object]:
     towns = sorted(set(routes.values()))
     route_names = sorted(routes, key=lambda route: (routes[route], _natural(route)))
     places = {route: place for place, route in enumerate(route_names)}
-    ids = [line.id for line in board.lines]
+    ids = [row.id for row in board.rows]
     return {
         "title": board_title(board),
         "world": board.world,
@@ -72,7 +72,7 @@ def _board(board: Board, replays: bool) -> dict[str, object]:
         "source": board.source,
         "towns": towns,
         "routes": [[route, towns.index(routes[route])] for route in route_names],
-        "lines": [_line(line) for line in board.lines],
+        "lines": [_row(row) for row in board.rows],
         "differences": [_difference(item, ids) for item in board.differences],
         "rankings": [
             [item.ranker, item.planner or "", *_spread(item.score.score, 2), item.score.episodes]
@@ -87,39 +87,39 @@ def _board(board: Board, replays: bool) -> dict[str, object]:
 
 
 def _column(metric: Metric) -> dict[str, object]:
-    """Return what the page needs to know of a metric."""
+    """Return what the page needs of a metric."""
     return {
         "name": metric.name,
         "label": metric.label,
         "unit": metric.unit,
         "digits": metric.digits,
         "better": metric.better,
-        "about": metric.about,
+        "about": metric.description,
         "ofEpisode": metric.episode is not None,
     }
 
 
-def _line(line: Line) -> dict[str, object]:
+def _row(row: Row) -> dict[str, object]:
     return {
-        "id": line.id,
-        "planner": line.planner,
-        "track": line.track,
-        "inputs": line.inputs,
-        "scores": _scores(line.scores),
-        "it": line.inference_ms,
-        "tokens": line.inference_tokens,
-        "processor": line.processor,
-        "rfds": _spread(line.rfds, 3),
-        "ranker": line.ranker,
-        "parameters": line.parameters,
-        "date": line.date,
-        "repetitions": line.repetitions,
-        "episodes": line.episodes,
-        "expected": line.expected,
-        "checksum": line.agent_checksum[:12],
-        "source": line.source,
-        "rates": {kind: round(rate, 5) for kind, rate in line.rates.items()},
-        "km": line.km,
+        "id": row.id,
+        "planner": row.planner,
+        "track": row.track,
+        "inputs": row.inputs,
+        "scores": _scores(row.scores),
+        "it": row.inference_ms,
+        "tokens": row.inference_tokens,
+        "processor": row.processor,
+        "rfds": _spread(row.rfds, 3),
+        "ranker": row.ranker,
+        "parameters": row.parameters,
+        "date": row.date,
+        "repetitions": row.repetitions,
+        "episodes": row.episodes,
+        "expected": row.expected,
+        "checksum": row.agent_checksum[:12],
+        "source": row.source,
+        "rates": {kind: round(rate, 5) for kind, rate in row.rates.items()},
+        "km": row.km,
     }
 
 
@@ -160,7 +160,7 @@ def _detail(entry: Entry) -> dict[str, object]:
 
 
 def _scores(scores: Scores) -> dict[str, list[float]]:
-    """Return scores by name, more exact by two digits than they are shown."""
+    """Return scores by name, with two more decimals than are shown."""
     return {
         metric.name: _spread(scores[metric.name], metric.digits + 2)
         for metric in score_metrics()
@@ -179,7 +179,7 @@ def _episode(
     scenarios: dict[str, int],
     replays: bool,
 ) -> list[object]:
-    """Return an episode as a list; `templates/data.js` names its places."""
+    """Return an episode as a list; `templates/data.js` names its fields."""
     result, penalties = item.result, entry.summary.penalties
     return [
         item.name,
@@ -201,16 +201,16 @@ def _episode(
 
 
 def _episode_scores(result: EpisodeResult, penalties: PenaltyScheme) -> list[Number | None]:
-    """Return the scores that an episode has, in the order of the page's `scores`.
+    """Return an episode's scores, in the order of the page's `scores`.
 
-    They have twice the digits that are shown: pages hold many episodes.
+    They are rounded to twice the decimals that are shown, since pages hold many episodes.
     """
-    found = []
+    scores = []
     for metric in headline_metrics():
         if metric.episode is not None:
             value = metric.episode(result, penalties)
-            found.append(None if value is None else round(value, 2 * metric.digits))
-    return found
+            scores.append(None if value is None else round(value, 2 * metric.digits))
+    return scores
 
 
 def _infraction(item: Infraction) -> list[object]:

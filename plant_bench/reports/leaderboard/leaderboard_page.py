@@ -1,4 +1,4 @@
-"""The page: one file with its own style, scripts and data; it loads nothing and asks no network."""
+"""Writes the leaderboard page: one self-contained HTML file that loads nothing else."""
 
 import base64
 import hashlib
@@ -25,14 +25,14 @@ _SCRIPTS = (
     "main",
 )
 _REPORTS = files("plant_bench.reports")
-_ROOM = _REPORTS / "leaderboard"
+_FOLDER = _REPORTS / "leaderboard"
 
 
 def write_page(leaderboard: Leaderboard, out: Path, *, replays: bool) -> Path:
     """Write the page.
 
     Args:
-        leaderboard: What it shows.
+        leaderboard: The leaderboard.
         out: Folder of the leaderboard.
         replays: Whether episodes with a recording have a replay beside the page.
 
@@ -45,25 +45,25 @@ def write_page(leaderboard: Leaderboard, out: Path, *, replays: bool) -> Path:
 
 
 def page_html(leaderboard: Leaderboard, *, replays: bool) -> str:
-    """Return the page; its policy allows its own scripts by their hashes, and no others."""
+    """Return the page; its Content-Security-Policy allows only its own scripts, by hash."""
     scripts = {
         "THEME": _text(_REPORTS / "templates" / "theme.js"),
-        "D3": _text(_ROOM / "vendor" / "d3.min.js"),
-        "PLOT": _text(_ROOM / "vendor" / "plot.min.js"),
-        "MAIN": "\n".join(_text(_ROOM / "templates" / f"{name}.js") for name in _SCRIPTS),
+        "D3": _text(_FOLDER / "vendor" / "d3.min.js"),
+        "PLOT": _text(_FOLDER / "vendor" / "plot.min.js"),
+        "MAIN": "\n".join(_text(_FOLDER / "templates" / f"{name}.js") for name in _SCRIPTS),
     }
     parts = scripts | {
         "POLICY": _policy(list(scripts.values())),
         "STYLE": _text(_REPORTS / "templates" / "theme.css")
-        + _text(_ROOM / "templates" / "page.css"),
+        + _text(_FOLDER / "templates" / "page.css"),
         "DATA": page_json(leaderboard, replays=replays),
     }
-    template = _text(_ROOM / "templates" / "page.html")
+    template = _text(_FOLDER / "templates" / "page.html")
     return re.sub(r"@@([A-Z0-9]+)@@", lambda found: parts[found[1]], template)
 
 
 def _policy(scripts: list[str]) -> str:
-    """Return a Content-Security-Policy that runs these scripts alone and reaches nothing."""
+    """Return a Content-Security-Policy that allows these scripts only, and no connections."""
     digests = (hashlib.sha256(script.encode()).digest() for script in scripts)
     allowed = " ".join(f"'sha256-{base64.b64encode(digest).decode()}'" for digest in digests)
     return (

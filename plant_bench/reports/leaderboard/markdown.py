@@ -1,11 +1,11 @@
-"""A leaderboard as Markdown; names from outside are escaped."""
+"""A leaderboard as Markdown tables, with all names escaped."""
 
 import math
 import re
 from collections.abc import Sequence
 
 from plant_bench.reports.leaderboard.board import Board, Difference, Leaderboard
-from plant_bench.reports.leaderboard.rows import Line
+from plant_bench.reports.leaderboard.rows import Row
 from plant_bench.reports.leaderboard.table_text import (
     LEVEL,
     board_title,
@@ -31,13 +31,13 @@ def markdown_text(leaderboard: Leaderboard) -> str:
             "episodes",
         ]
         parts += [_row(heads), "|---|---|---|" + "---:|" * (len(heads) - 3)]
-        parts += [_row(_markdown_cells(line)) for line in board.lines]
+        parts += [_row(_markdown_cells(row)) for row in board.rows]
         parts += ["", *_markdown_differences(board)]
     return "\n".join(parts).rstrip() + "\n"
 
 
 def markdown_escaped(text: str) -> str:
-    r"""Return text that Markdown shows as it is, in a table too.
+    r"""Return text that Markdown shows unchanged, also inside a table.
 
     >>> markdown_escaped("a|b<script>")
     'a\\|b&lt;script&gt;'
@@ -47,14 +47,14 @@ def markdown_escaped(text: str) -> str:
 
 
 def markdown_escaped_long(text: str) -> str:
-    """As `markdown_escaped`, of our own text that must not be cut."""
+    """Escape text word by word, so that long text is not truncated."""
     return " ".join(markdown_escaped(word) for word in text.split())
 
 
 def _legend() -> str:
     titles = ", ".join(f"{column.head} {column.title}" for column in columns())
     return (
-        f"{titles}: mean ± standard deviation over repetitions. Tables of different rules cannot "
+        f"{titles}: mean ± standard deviation over repetitions. Tables with different rules cannot "
         "be compared."
     )
 
@@ -63,14 +63,14 @@ def _row(cells: Sequence[str]) -> str:
     return f"| {' | '.join(cells)} |"
 
 
-def _markdown_cells(line: Line) -> list[str]:
-    count = f"{line.episodes}/{line.expected}" if line.expected else "-"
-    parameters = "-" if line.parameters is None else f"{line.parameters / 1e6:.2f} M"
+def _markdown_cells(row: Row) -> list[str]:
+    count = f"{row.episodes}/{row.expected}" if row.expected else "-"
+    parameters = "-" if row.parameters is None else f"{row.parameters / 1e6:.2f} M"
     return [
-        markdown_escaped(line.planner),
-        line.track or "-",
-        markdown_escaped(" + ".join(line.inputs)) or "-",
-        *(column.value(line).text(column.digits) for column in columns()),
+        markdown_escaped(row.planner),
+        row.track or "-",
+        markdown_escaped(" + ".join(row.inputs)) or "-",
+        *(column.value(row).text(column.digits) for column in columns()),
         parameters,
         count,
     ]
@@ -79,8 +79,8 @@ def _markdown_cells(line: Line) -> list[str]:
 def _markdown_differences(board: Board) -> list[str]:
     if not board.differences:
         return []
-    names = {line.id: markdown_escaped(line.planner) for line in board.lines}
-    heads = ["better", "worse", "DS difference", "95 % interval", "p (Holm)", "told apart"]
+    names = {row.id: markdown_escaped(row.planner) for row in board.rows}
+    heads = ["better", "worse", "DS difference", "95 % interval", "p (Holm)", "significant"]
     rows = [_row(_difference_cells(item, names)) for item in board.differences]
     note = (
         "Paired by route and seed: bootstrap interval and sign-flip test over routes, p corrected "

@@ -1,4 +1,4 @@
-"""How many parameters a planner's network has: read from the head of its weights, without torch."""
+"""Counts a network's parameters from the header of its safetensors file, without torch."""
 
 import math
 import struct
@@ -8,19 +8,19 @@ from plant_bench.agents.plant.agent import DEFAULT_WEIGHTS
 from plant_bench.data_files import models_dir
 from plant_bench.untrusted_files import parse_json
 
-SHIPPED = dict.fromkeys(("plant", "plant-unguarded"), DEFAULT_WEIGHTS)  # without a folder's name
+SHIPPED = dict.fromkeys(("plant", "plant-unguarded"), DEFAULT_WEIGHTS)  # names without "@FOLDER"
 SUFFIX = ".safetensors"
-LONGEST_HEAD = 100_000_000  # bytes, as the format's own readers allow
+LONGEST_HEADER = 100_000_000  # bytes, the limit of the safetensors library
 
 
 def parameter_count(agent: str) -> int | None:
-    """Return the number of parameters of the weights that an agent's name tells of.
+    """Return the number of parameters of the weights that an agent's name refers to.
 
     Args:
-        agent: As it was asked for; what follows an "@" is a folder of weights or a file.
+        agent: The agent as given by the user; after an "@" follows a folder of weights or a file.
 
     Returns:
-        None where it names no weights, or they are not there any more.
+        None if it refers to no weights, or they do not exist any more.
     """
     name, _, argument = agent.rpartition("@") if "@" in agent else (agent, "", "")
     place = Path(argument) if argument else None
@@ -41,13 +41,13 @@ def _weight_files(place: Path) -> list[Path]:
 
 
 def _count(file: Path) -> int | None:
-    """Return the elements of all tensors of a safetensors file, None if it is broken."""
+    """Return the number of elements of all tensors in a safetensors file, None if it is broken."""
     try:
         with file.open("rb") as data:
             (length,) = struct.unpack("<Q", data.read(8))
-            head = parse_json(data.read(min(length, LONGEST_HEAD)).decode())
+            header = parse_json(data.read(min(length, LONGEST_HEADER)).decode())
         return sum(
-            math.prod(tensor["shape"]) for name, tensor in head.items() if name != "__metadata__"
+            math.prod(tensor["shape"]) for name, tensor in header.items() if name != "__metadata__"
         )
     except (OSError, ValueError, struct.error, KeyError, TypeError, AttributeError):
         return None

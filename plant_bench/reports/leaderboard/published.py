@@ -1,8 +1,8 @@
-"""Figures that others published, from the CARLA simulator: another world, in a table of its own."""
+"""Published results of the PlanT paper (CARLA), as a separate board."""
 
 import math
 
-from plant_bench.reports.leaderboard.rows import UNKNOWN, Line
+from plant_bench.reports.leaderboard.rows import UNKNOWN, Row
 from plant_bench.scoring.metrics import Spread
 from plant_bench.sensing.inputs import Track
 
@@ -68,20 +68,20 @@ _TABLE_1 = (
 _RFDS = {"PlanCNN": (Spread(82.83, 6.79), "masking"), "PlanT": (Spread(96.82, 2.12), "attention")}
 
 
-def paper_lines() -> tuple[Line, ...]:
-    """Return the lines of PlanT's Table 1, the highest driving score first."""
-    lines = [_line(*row) for row in _TABLE_1]
-    return tuple(sorted(lines, key=lambda line: -line.driving_score.mean))
+def paper_rows() -> tuple[Row, ...]:
+    """Return the rows of PlanT's Table 1, the highest driving score first."""
+    rows = [_row(*row) for row in _TABLE_1]
+    return tuple(sorted(rows, key=lambda row: -row.driving_score.mean))
 
 
-def _line(
+def _row(
     planner: str, track: Track, inputs: tuple[str, ...], figures: str, inference_ms: float
-) -> Line:
+) -> Row:
     values = [float(text) for text in figures.split()]
     spreads = [Spread(*pair) for pair in zip(values[::2], values[1::2], strict=True)]
     scores = dict(zip(_SCORES, spreads, strict=True))
     rfds, ranker = _RFDS.get(planner, (UNKNOWN, ""))
-    return Line(
+    return Row(
         id=f"paper-{planner.lower().replace('/', '').replace(' ', '-')}",
         planner=planner,
         track=track.label,

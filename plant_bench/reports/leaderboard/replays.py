@@ -1,4 +1,4 @@
-"""Which episodes of a leaderboard have a replay, and what it is called."""
+"""Lists the replays of a leaderboard: one for each recorded episode."""
 
 from plant_bench.reports.leaderboard.board import Leaderboard
 from plant_bench.reports.replay.replay_source import AskExpert, ReplaySource
@@ -7,16 +7,16 @@ from plant_bench.reports.replay.replay_source import AskExpert, ReplaySource
 def replay_sources(
     leaderboard: Leaderboard, ask_expert: AskExpert | None = None
 ) -> list[ReplaySource]:
-    """Return a source for each episode that was recorded; its id is "<line>/<episode>".
+    """Return a source for each episode that was recorded; its id is "<row>/<episode>".
 
     Args:
-        leaderboard: Whose episodes.
-        ask_expert: Tells whom the expert would brake for; None leaves that out.
+        leaderboard: The leaderboard.
+        ask_expert: Returns the actor that the expert would brake for; None leaves that out.
     """
     return [
         ReplaySource(
-            id=f"{entry.line.id}/{episode.name}",
-            title=entry.line.planner,
+            id=f"{entry.row.id}/{episode.name}",
+            title=entry.row.planner,
             agent=entry.run.provenance.agent,
             recording=episode.recording,
             result=episode.result,

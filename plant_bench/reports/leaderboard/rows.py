@@ -1,4 +1,4 @@
-"""A line of a leaderboard: what every table tells of a planner, whoever has scored it."""
+"""Rows of a leaderboard: one planner's scores and facts, the same for every table."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -16,31 +16,31 @@ UNKNOWN = Spread(math.nan, math.nan)
 
 
 @dataclass(frozen=True)
-class Line:
-    """One planner's line.
+class Row:
+    """One planner's row.
 
-    What is not known is not a number, empty or None.
+    Unknown values are nan, empty or None.
 
     Attributes:
-        id: Short, of letters, digits and hyphens; unlike any other on the leaderboard.
-        planner: Its name, as shown.
-        track: A `Track` in words; empty where not known.
-        inputs: What it was given.
-        scores: By name of `scoring.metrics_table`; those not known may be missing.
-        inference_ms: IT, time of one forward pass.
-        inference_tokens: As IT, of the tokens of a pass.
-        processor: What IT was measured on.
+        id: Short unique id of letters, digits and hyphens.
+        planner: Display name.
+        track: Label of a `Track`; empty if not known.
+        inputs: The observation inputs that it used.
+        scores: By name of `scoring.metrics_table`; unknown ones may be missing.
+        inference_ms: Inference time (IT): time of one forward pass.
+        inference_tokens: Number of tokens in a forward pass, aggregated as IT.
+        processor: Processor on which IT was measured.
         rfds: Relative filtered driving score in percent.
-        ranker: By which of the planner's rankings.
-        parameters: Of its network.
+        ranker: The planner's ranking that RFDS belongs to.
+        parameters: Number of parameters of its network.
         date: Day of its newest episode, as in 2026-01-31.
-        repetitions: Of the routes.
-        episodes: How many there are.
-        expected: How many there should be.
+        repetitions: Repetitions of the routes.
+        episodes: Number of episodes.
+        expected: Number of episodes in a complete run.
         agent_checksum: Content hash of its code and weights.
-        source: Where its numbers are from, in words.
-        rates: Infractions per kilometre by kind, all counts over all kilometres; for lanes left
-            kilometres outside per kilometre.
+        source: Source of the numbers, as text.
+        rates: Infractions per kilometre by kind: total count over total kilometres; for
+            OUTSIDE_LANES, kilometres outside per kilometre.
         km: Kilometres driven along the routes.
     """
 
@@ -66,20 +66,20 @@ class Line:
 
     @property
     def driving_score(self) -> Spread:
-        """DS, by which boards are sorted."""
+        """DS, the score that boards are sorted by."""
         return self.score(RANKED)
 
     def score(self, name: str) -> Spread:
-        """Return a score, `UNKNOWN` where it is not known."""
+        """Return a score, `UNKNOWN` if it is missing."""
         return self.scores.get(name, UNKNOWN)
 
 
-def run_line(
+def run_row(
     run: RunSource, summary: Summary, ranking: RankingSource | None, *, id: str, planner: str
-) -> Line:
-    """Return the line of a run of ours."""
+) -> Row:
+    """Return the row of a plant-bench run."""
     speed = speed_of(read_timings(run.folder, (item.name for item in run.episodes)))
-    return Line(
+    return Row(
         id=id,
         planner=planner,
         track=track_of(summary.inputs).label,
@@ -103,23 +103,23 @@ def run_line(
 
 
 def distinct(names: Sequence[str], fallback: Callable[[int], str]) -> list[str]:
-    """Return names of which none is there twice: those that are get a further word, then a number.
+    """Return unique names: duplicates get a suffix, and a number if that is not enough.
 
     Args:
-        names: What they are called.
-        fallback: The further word of the name at a place.
+        names: The names, with duplicates.
+        fallback: Returns the suffix of the name at an index.
     """
-    worded = [
+    suffixed = [
         f"{name} ({fallback(place)})" if names.count(name) > 1 else name
         for place, name in enumerate(names)
     ]
     return [
-        f"{name} #{worded[: place + 1].count(name)}" if worded.count(name) > 1 else name
-        for place, name in enumerate(worded)
+        f"{name} #{suffixed[: place + 1].count(name)}" if suffixed.count(name) > 1 else name
+        for place, name in enumerate(suffixed)
     ]
 
 
 def _newest_day(run: RunSource) -> str:
-    """Return the day on which the newest record was written; records themselves hold no clock."""
+    """Return the day on which the newest record file was written; records contain no dates."""
     newest = max(path.stat().st_mtime for path in run.folder.record_files())
     return datetime.fromtimestamp(newest, tz=UTC).date().isoformat()

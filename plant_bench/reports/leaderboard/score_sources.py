@@ -1,4 +1,4 @@
-"""What a leaderboard is made of: runs on disk, scores of rankings (RFDS), checkpoint files."""
+"""Finds and reads a leaderboard's sources: runs, RFDS of rankings, CARLA checkpoint files."""
 
 import math
 from collections.abc import Iterable, Sequence
@@ -15,7 +15,7 @@ from plant_bench.scoring.results import EpisodeResult
 from plant_bench.untrusted_files import read_json
 
 RANKING_FILE = "rfds.json"
-LARGEST_WHOLE = 2**63 - 1  # what tables hold in a column of whole numbers
+LARGEST_WHOLE = 2**63 - 1  # largest value of an integer column
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,7 @@ class Episode:
     Attributes:
         name: Stem of its files' names.
         result: Its record.
-        recording: Every tick of it; None where none was kept.
+        recording: Path of its recording; None if it has none.
     """
 
     name: str
@@ -35,12 +35,12 @@ class Episode:
 
 @dataclass(frozen=True)
 class RunSource:
-    """A run that was read.
+    """A run read from disk.
 
     Attributes:
-        folder: Where it lies.
-        provenance: What it was made with.
-        episodes: By name; at least one.
+        folder: Its folder.
+        provenance: How it was made.
+        episodes: Its episodes, in order of name; at least one.
     """
 
     folder: RunFolder
@@ -55,12 +55,12 @@ class RunSource:
 
 @dataclass(frozen=True)
 class RankingSource:
-    """An RFDS that `plant-bench rfds` has left beside the filtered expert's run.
+    """An RFDS that `plant-bench rfds` wrote into the folder of the filtered expert's run.
 
     Attributes:
-        ranker: Who ranked, such as "attention".
-        planner: Whose ranking it was; None for rankers that need no planner.
-        provenance: What the filtered expert's run was made with.
+        ranker: Name of the ranker, such as "attention".
+        planner: Name of the planner that it used; None for rankers that need no planner.
+        provenance: How the filtered expert's run was made.
         score: The RFDS.
     """
 
@@ -72,13 +72,13 @@ class RankingSource:
 
 @dataclass(frozen=True)
 class Sources:
-    """All that was found.
+    """All sources found.
 
     Attributes:
         runs: Folders that `plant-bench score` wrote.
-        rankings: Of folders that `plant-bench rfds` wrote.
+        rankings: Folders with an RFDS that `plant-bench rfds` wrote.
         checkpoints: Files that may be checkpoints of the CARLA leaderboard.
-        notes: What the user should know of what was left out.
+        notes: Notes for the user on what was left out.
     """
 
     runs: tuple[Path, ...]
@@ -88,11 +88,11 @@ class Sources:
 
 
 def find_sources(paths: Sequence[Path], *, below: Path) -> Sources:
-    """Say what the given paths are; without any, look below a folder.
+    """Return the sources at the given paths; without any path, search a folder.
 
     Args:
         paths: Runs, folders of `plant-bench rfds` runs, checkpoint files.
-        below: Where runs are looked for, if no path is given.
+        below: Folder to search for runs if no path is given.
 
     Raises:
         InputError: A given path is none of these, or nothing was found.
@@ -106,10 +106,10 @@ def find_sources(paths: Sequence[Path], *, below: Path) -> Sources:
     checkpoints = [path for part in parts for path in part.checkpoints]
     if not runs and not checkpoints:
         message = (
-            f"There is no run to report below {below}. Score a planner first, as in 'plant-bench "
-            "score --agent expert', or give the folders of runs."
+            f"There is no run to report in {below}. Score a planner first, for example with "
+            "'plant-bench score --agent expert', or give the folders of runs."
             if not paths
-            else "Only runs of 'plant-bench rfds' were given: give runs of 'plant-bench score' too."
+            else "Only runs of 'plant-bench rfds' were given: add runs of 'plant-bench score'."
         )
         raise InputError(message)
     return Sources(
@@ -139,12 +139,12 @@ def read_ranking(path: Path) -> RankingSource:
     """Read an RFDS.
 
     Raises:
-        InputError: The file is broken, or lies beside no run.
+        InputError: The file is broken, or its folder is not a run.
     """
     file = path / RANKING_FILE
     try:
-        told = read_json(file)
-        score = TypeAdapter(RelativeScore).validate_python(_with_nan(told))
+        content = read_json(file)
+        score = TypeAdapter(RelativeScore).validate_python(_with_nan(content))
     except (OSError, ValueError) as error:
         message = f"Cannot read {file} ({in_one_line(error)}). Run 'plant-bench rfds' again."
         raise InputError(message) from error
@@ -160,8 +160,8 @@ def _source_of(path: Path) -> Sources:
     if found is None:
         kind = "has no run.json" if path.is_dir() else "does not exist"
         message = (
-            f"{path} is no run of plant-bench: it {kind}. Give folders that 'plant-bench score' or "
-            "'plant-bench rfds' wrote, or checkpoint files of the CARLA leaderboard."
+            f"{path} is not a run of plant-bench: it {kind}. Give folders written by 'plant-bench "
+            "score' or 'plant-bench rfds', or checkpoint files of the CARLA leaderboard."
         )
         raise InputError(message)
     if found.notes:
@@ -170,7 +170,7 @@ def _source_of(path: Path) -> Sources:
 
 
 def _source_below(path: Path) -> Sources | None:
-    """Return what a folder is, None if it is nothing of ours."""
+    """Return the sources in a folder, None if plant-bench did not write it."""
     if (path / RANKING_FILE).is_file():
         return Sources((), (path,), (), ())
     if (path / "run.json").is_file():
@@ -184,13 +184,13 @@ def _source_below(path: Path) -> Sources | None:
 def _episode(folder: RunFolder, file: Path) -> Episode:
     recording, result = folder.recording_path(file.stem), EpisodeResult.load(file)
     if max(abs(result.seed), abs(result.format)) > LARGEST_WHOLE:
-        message = f"Not an episode record: {file} (a number that fits no table). Score again."
+        message = f"Not an episode record: {file} (seed or format too large). Score again."
         raise InputError(message)
     return Episode(file.stem, result, recording if recording.is_file() else None)
 
 
 def _with_nan(value: object) -> object:
-    """Return JSON with not-a-number where it holds null."""
+    """Return JSON values with nan in place of null."""
     if isinstance(value, dict):
         return {name: _with_nan(item) for name, item in value.items()}
     if isinstance(value, Iterable) and not isinstance(value, str):

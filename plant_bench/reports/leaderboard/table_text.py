@@ -1,15 +1,15 @@
-"""What Markdown, LaTeX and the terminal say alike: columns, titles and numbers."""
+"""Columns, titles and number formats that the Markdown, LaTeX and terminal tables share."""
 
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
 from plant_bench.reports.leaderboard.board import HERE, Board
-from plant_bench.reports.leaderboard.rows import Line
+from plant_bench.reports.leaderboard.rows import Row
 from plant_bench.scoring.metrics import Spread
 from plant_bench.scoring.metrics_table import Better, Metric, headline_metrics
 
-LEVEL = 0.05  # of a corrected p-value
+LEVEL = 0.05  # significance level of a corrected p-value
 
 
 @dataclass(frozen=True)
@@ -17,22 +17,22 @@ class Column:
     """A column of a text table.
 
     Attributes:
-        head: Its name.
-        title: The name in full.
-        digits: After the point.
-        better: Which values are the better ones.
-        value: What it tells of a line.
+        head: Column header.
+        title: Long name.
+        digits: Decimals shown.
+        better: Which values are better.
+        value: Returns the value of a row.
     """
 
     head: str
     title: str
     digits: int
     better: Better
-    value: Callable[[Line], Spread]
+    value: Callable[[Row], Spread]
 
 
 def columns() -> tuple[Column, ...]:
-    """Return the headline scores, and what is known of a planner beside its episodes."""
+    """Return the columns of headline scores, inference time and RFDS."""
     return (
         *map(_column, headline_metrics()),
         Column("IT", "one forward pass (ms)", 2, Better.LOWER, _inference_time),
@@ -41,7 +41,7 @@ def columns() -> tuple[Column, ...]:
             "relative filtered driving score (%)",
             1,
             Better.HIGHER,
-            lambda line: line.rfds,
+            lambda row: row.rfds,
         ),
     )
 
@@ -49,19 +49,19 @@ def columns() -> tuple[Column, ...]:
 def _column(metric: Metric) -> Column:
     return Column(
         metric.label,
-        metric.full,
+        metric.long_name,
         metric.digits,
         metric.better,
-        lambda line: line.score(metric.name),
+        lambda row: row.score(metric.name),
     )
 
 
-def _inference_time(line: Line) -> Spread:
-    return Spread(line.inference_ms, math.nan)
+def _inference_time(row: Row) -> Spread:
+    return Spread(row.inference_ms, math.nan)
 
 
 def board_title(board: Board) -> str:
-    """Return what a board is called: its rules, routes and traffic; another world is named."""
+    """Return a board's title: its rules, routes and traffic, and the world if not plant-bench."""
     words = [board.protocol]
     if board.suite and board.suite not in board.protocol:
         words.append(f"routes {board.suite}")

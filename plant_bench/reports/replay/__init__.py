@@ -1,1 +1,1 @@
-"""Replays: recordings as pages that play in a browser, and as pictures and films."""
+"""Replays: recordings as browser pages, images, GIFs and videos."""

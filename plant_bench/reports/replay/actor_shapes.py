@@ -1,4 +1,4 @@
-"""Road users from above as polygons; each kind has a shape of its own, as on the page."""
+"""Top-view polygons of actors, one shape for each kind, as on the replay page."""
 
 import numpy as np
 from jaxtyping import Float
@@ -6,7 +6,7 @@ from jaxtyping import Float
 from plant_bench.world.scene import ActorKind
 
 Polygon = Float[np.ndarray, "points 2"]
-SLIGHT = {ActorKind.PEDESTRIAN: 1.1, ActorKind.BICYCLE: 1.9, ActorKind.MOTORCYCLE: 2.2}  # m, least
+LEAST_LENGTH = {ActorKind.PEDESTRIAN: 1.1, ActorKind.BICYCLE: 1.9, ActorKind.MOTORCYCLE: 2.2}  # m
 
 
 def _rectangle(left: float, right: float, low: float, high: float) -> Polygon:
@@ -33,7 +33,7 @@ def _walker() -> Polygon:
     return np.concatenate([[(0.85, 0.0)], rim])
 
 
-# In parts of the length and of the width: what is filled as the actor is, and what is dark.
+# Fractions of length and width. BODIES are filled with the actor's colour, GLASS is dark.
 BODIES: dict[ActorKind, list[Polygon]] = {
     ActorKind.CAR: [_rounded(0.1)],
     ActorKind.VAN: [_rounded(0.04)],
@@ -66,10 +66,10 @@ GLASS: dict[ActorKind, list[Polygon]] = {
 def placed(
     shapes: list[Polygon], pose: Float[np.ndarray, " 3"], extent: Float[np.ndarray, " 2"]
 ) -> list[Polygon]:
-    """Return shapes of a unit box in the world.
+    """Return shapes of a unit box, transformed to the world frame.
 
     Args:
-        shapes: In parts of the length and width.
+        shapes: Points as fractions of length and width.
         pose: x, y, yaw of the box.
         extent: Its length and width, metres.
     """
@@ -79,5 +79,5 @@ def placed(
 
 
 def shown_extent(kind: ActorKind, extent: Float[np.ndarray, " 2"]) -> Float[np.ndarray, " 2"]:
-    """Return the size at which an actor is drawn: the slight ones a little larger."""
-    return extent * max(1.0, SLIGHT.get(kind, 0.0) / max(float(extent[0]), 1e-3))
+    """Return the size at which an actor is drawn: small ones are enlarged."""
+    return extent * max(1.0, LEAST_LENGTH.get(kind, 0.0) / max(float(extent[0]), 1e-3))

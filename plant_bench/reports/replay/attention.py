@@ -1,4 +1,4 @@
-"""Whom the planner attended to: asked again, on observations rebuilt from the recording."""
+"""The planner's attention to actors, recomputed on observations rebuilt from the recording."""
 
 from dataclasses import dataclass
 
@@ -18,23 +18,23 @@ from plant_bench.runner.review.actor_ranking import relevance_of
 from plant_bench.scoring.results import EpisodeResult
 from plant_bench.world.route import Route
 
-SPACING = 10  # ticks between two questions: 2 Hz, as the planner's own memory of who was where
-MOST_SHOWN = 8  # actors of each question; the rest matters little
-LEAST_SHOWN = 0.04  # of the largest relevance
-PROBES = 40  # plans compared where the checksum is another
-SAME_PLAN = 0.01  # m by which compared plans may differ
+SPACING = 10  # ticks between two samples: 2 Hz, as the planner's own history of actors
+MOST_SHOWN = 8  # actors per sample
+LEAST_SHOWN = 0.04  # least relevance shown, as a fraction of the largest
+PROBES = 40  # plans to compare if the checksum differs
+SAME_PLAN = 0.01  # m: tolerance between compared plans
 
 
 @dataclass(frozen=True, eq=False)
 class Attention:
-    """How relevant whom was to the planner, and when.
+    """Relevance of actors to the planner over time.
 
     Attributes:
-        ticks: When it was asked, rising.
-        starts: Where each answer begins in the other two; one more than there are ticks.
+        ticks: Ticks of the samples, ascending.
+        starts: Index at which each sample begins in `actors` and `shares`, and the total length.
         actors: Ids, the most relevant first.
-        shares: Relevance over that of the most relevant, 0 to 1.
-        note: Why there is none; empty where there is.
+        shares: Relevance divided by that of the most relevant actor, 0 to 1.
+        note: Why there is no attention; empty if there is.
     """
 
     ticks: Int[np.ndarray, " asked"]
@@ -45,7 +45,7 @@ class Attention:
 
     @classmethod
     def absent(cls, note: str) -> "Attention":
-        """Return no attention, and why."""
+        """Return an empty attention with the reason."""
         nothing = np.zeros(0, int)
         return cls(nothing, np.zeros(1, int), nothing, np.zeros(0), note)
 
@@ -53,40 +53,40 @@ class Attention:
 def attention_of(
     result: EpisodeResult, agent: str, recording: Recording, route: Route, progress: Progress
 ) -> Attention:
-    """Return the relevance of actors twice a second, or why it cannot be had.
+    """Return the relevance of actors twice a second, or why it is not available.
 
-    A planner whose code or weights are not those recorded is asked only if it still plans what was
-    recorded: then its attention is what it was.
+    If the planner's code or weights have changed since the recording, it is used only if it still
+    makes the recorded plans.
 
     Args:
-        result: The episode.
-        agent: The planner, as `load_agent` reads it.
-        recording: Of the episode.
-        route: That was driven.
-        progress: Of the ego on it.
+        result: The episode's record.
+        agent: Name of the planner, for `load_agent`.
+        recording: The episode's recording.
+        route: The route driven.
+        progress: The ego's progress along the route.
     """
     try:
         planner = load_agent(agent)
     except PlantBenchError:
-        return Attention.absent(f"The planner {without_folders(agent)} cannot be loaded here.")
+        return Attention.absent(f"The planner {without_folders(agent)} cannot be loaded.")
     try:
         if not isinstance(planner, Ranker):
-            return Attention.absent("The planner does not rank others.")
+            return Attention.absent("The planner does not rank actors.")
         if Input.PRIVILEGED in planner.inputs:
-            return Attention.absent("What the planner was told is not in the recording.")
+            return Attention.absent("The planner's privileged input is not in the recording.")
         drive = _Drive(planner, planner, recording, route, result.seed, progress)
         if agent_checksum(agent) != result.agent_checksum and not drive.plans_as_recorded():
             return Attention.absent(
-                "The planner's code or weights are not those of the recording, and it plans "
-                "something else now: its attention then is not known."
+                "The planner's code or weights have changed since the recording, and it no longer "
+                "makes the recorded plans, so its attention is not known."
             )
-        return drive.asked()
-    except Exception as error:  # noqa: BLE001  whatever an outsider's planner raises
-        return Attention.absent(f"The planner raised {type(error).__name__} when it was asked.")
+        return drive.attention()
+    except Exception as error:  # noqa: BLE001  an external planner may raise anything
+        return Attention.absent(f"The planner raised {type(error).__name__} when it was called.")
 
 
 class _Drive:
-    """A recorded drive and the planner of it, which is asked again."""
+    """A recorded drive, and its planner to be called again."""
 
     def __init__(
         self,
@@ -103,17 +103,17 @@ class _Drive:
         self._progress = progress
         self._actions: list[Action] = recording.actions
 
-    def asked(self) -> Attention:
-        """Ask whom it attends to, at decisions about half a second apart."""
-        ticks, starts, actors, shares = self._questions(), [0], [], []
+    def attention(self) -> Attention:
+        """Return the planner's attention at decisions about half a second apart."""
+        ticks, starts, actors, shares = self._sample_ticks(), [0], [], []
         self._planner.start()
         for tick in ticks:
             observation = self._observation(tick)
             ids = np.zeros(0, int) if observation.actors is None else observation.actors.ids
-            who, share = most_relevant(relevance_of(self._ranker, observation).astype(float), ids)
-            actors.append(who)
+            top, share = most_relevant(relevance_of(self._ranker, observation).astype(float), ids)
+            actors.append(top)
             shares.append(share)
-            starts.append(starts[-1] + len(who))
+            starts.append(starts[-1] + len(top))
         empty = np.zeros(0)
         return Attention(
             np.array(ticks, int),
@@ -123,22 +123,22 @@ class _Drive:
         )
 
     def plans_as_recorded(self) -> bool:
-        """Tell whether it plans what was recorded, at the first decisions asked about."""
+        """Return whether the planner makes the recorded plans at the first `PROBES` samples."""
         self._planner.start()
         compared = 0
-        for tick in self._questions()[: PROBES + 1]:
+        for tick in self._sample_ticks()[: PROBES + 1]:
             scene, recorded = self._recording[tick], self._actions[tick]
             planned = self._planner.decide(scene, self._observation(tick)).action
             if not isinstance(planned, Plan) or not isinstance(recorded, Plan):
                 return False
             if tick < SPACING:
-                continue  # it had no memory yet
+                continue  # the planner has no history yet
             if np.abs(planned.waypoints - recorded.waypoints).max() > SAME_PLAN:
                 return False
             compared += 1
         return compared > 0
 
-    def _questions(self) -> list[int]:
+    def _sample_ticks(self) -> list[int]:
         ticks: list[int] = []
         for tick, action in enumerate(self._actions):
             if action is not None and (not ticks or tick - ticks[-1] >= SPACING):
@@ -153,9 +153,9 @@ class _Drive:
 def most_relevant(
     ranks: Float[np.ndarray, " actors"], ids: Int[np.ndarray, " actors"]
 ) -> tuple[Int[np.ndarray, " shown"], Float[np.ndarray, " shown"]]:
-    """Return who is most relevant, and the share of each in the largest relevance.
+    """Return the ids of the most relevant actors, and their relevance relative to the largest.
 
-    Ranks below 0 say an order alone, so only the first is shown where all are.
+    Negative ranks give an order only: if all are negative, only the first actor is returned.
 
     >>> most_relevant(np.array([0.5, 2.0, -7.0]), np.array([4, 5, 6]))
     (array([5, 4]), array([1.  , 0.25]))

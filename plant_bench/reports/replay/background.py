@@ -1,4 +1,4 @@
-"""What lies still under a replay's scene in pictures: the town and the route."""
+"""Draws the static background of replay images: the town and the route."""
 
 import numpy as np
 from jaxtyping import Float
@@ -9,23 +9,23 @@ from plant_bench.reports.replay.town_shapes import Piece, town_pieces
 from plant_bench.world.route import Route
 from plant_bench.world.town import Town
 
-NEAR = 200.0  # m around a place within which the town is drawn
-DASH = (3.0, 4.0)  # m of paint and m without
+NEAR = 200.0  # m: the town is drawn up to this distance
+DASH = (3.0, 4.0)  # m of paint, m of gap
 AREAS = ("pavement", "junction", "zebra")
 PAINT_WIDTH = {"edge": 0.14, "between": 0.13, "middle": 0.17, "stop": 0.4}  # m
 COLOUR_OF = {"junction": "road", "edge": "paint", "between": "paint", "stop": "paint"}
 ORDER = ("pavement", "junction", "bridge", "road", "edge", "between", "middle", "zebra", "stop")
 
 
-class Ground:
-    """Draws a town and a route into an axes, as much as is near; mutable.
+class BackgroundPainter:
+    """Draws the part of a town and a route near a point into axes; mutable.
 
     Args:
-        ax: Where.
-        town: What.
-        route: Over it.
-        colours: One of `palette()`.
-        metre: Length of a metre on the picture, points.
+        ax: The axes.
+        town: The town.
+        route: The route, drawn over the town.
+        colours: A colour scheme of `palette()`.
+        metre: Length of a metre in the image, points.
     """
 
     def __init__(
@@ -41,11 +41,11 @@ class Ground:
         self._middle = np.full(2, np.inf)
 
     def has_drawn(self, place: Float[np.ndarray, " 2"], reach: float) -> bool:
-        """Tell whether all within some metres of a place is drawn."""
+        """Return whether everything within `reach` metres of a place is drawn already."""
         return bool(np.abs(place - self._middle).max() + reach <= NEAR)
 
     def draw(self, middle: Float[np.ndarray, " 2"]) -> None:
-        """Clear the axes, and draw what is near a place."""
+        """Clear the axes, and draw everything within `NEAR` of a place."""
         self._middle = middle
         self._ax.clear()
         self._ax.set_facecolor(self._colours["ground"])
@@ -91,5 +91,5 @@ class Ground:
 
 
 def _level(upper: bool, kind: str) -> float:
-    """Return the drawing order of a kind of piece: bridges above all that lies on the ground."""
+    """Return the z-order of a kind of piece: bridges are above everything on the ground."""
     return (4.0 if upper else 0.0) + 0.3 * ORDER.index(kind)

@@ -1,7 +1,7 @@
-"""Columns of numbers as little text: whole numbers, differences of second order, deflated, base64.
+"""Compresses columns of numbers for replay pages: quantised, differenced, deflated, base64.
 
-What moves steadily has second differences about 0, so a five-minute episode takes some 30 kB.
-`templates/codec.js` reads it back.
+Second differences of smooth motion are near 0, so a five-minute episode takes about 30 kB.
+`templates/codec.js` is the decoder.
 """
 
 import base64
@@ -11,17 +11,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-CENTI, MILLI = 100.0, 1000.0  # of a metre, of a radian
-_MOST = 2**28  # beyond which second differences would not fit into 32 bits
+CENTI, MILLI = 100.0, 1000.0  # steps per metre, steps per radian
+_MOST = 2**28  # second differences of larger values would not fit into 32 bits
 
 
 @dataclass(frozen=True)
 class Packed:
-    """Columns as text.
+    """Compressed columns.
 
     Attributes:
-        columns: Name, length, order of differences and number of bytes a value of each, in order.
-        data: All of them, deflated, in base64.
+        columns: Name, length, order of differences and bytes per value of each column, in order.
+        data: All columns, deflated, in base64.
     """
 
     columns: list[list[str | int]]
@@ -29,25 +29,25 @@ class Packed:
 
 
 def quantised(values: np.ndarray, scale: float) -> np.ndarray:
-    """Return values as whole numbers of 1/scale; what is not finite becomes 0."""
+    """Return values as integers in steps of 1/scale; values that are not finite become 0."""
     return np.round(np.nan_to_num(values, posinf=0.0, neginf=0.0) * scale).astype(np.int64)
 
 
 def pack(columns: Mapping[str, tuple[np.ndarray, int]]) -> Packed:
-    """Return columns of whole numbers as text.
+    """Compress columns of integers.
 
     Args:
-        columns: By name: the values, and the order of differences to keep, 0 to 2.
+        columns: By name: the values, and the order of differences to store, 0 to 2.
 
     Raises:
-        ValueError: A value is too large to be kept.
+        ValueError: A value is too large.
     """
     table: list[list[str | int]] = []
     parts: list[bytes] = []
     for name, (values, order) in columns.items():
         whole = np.asarray(values, np.int64)
         if whole.size and np.abs(whole).max() >= _MOST:
-            message = f"Column {name}: values up to {np.abs(whole).max()}, below {_MOST} wanted."
+            message = f"Column {name}: expected values below {_MOST}, got {np.abs(whole).max()}."
             raise ValueError(message)
         for _ in range(order):
             whole = np.diff(whole, prepend=0)

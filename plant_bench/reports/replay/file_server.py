@@ -1,4 +1,4 @@
-"""A small server of files on this machine alone, for browsers that do not open pages from disk."""
+"""A local HTTP file server, for browsers that do not open replay pages from disk."""
 
 import errno
 from functools import partial
@@ -11,40 +11,40 @@ HOST = "127.0.0.1"
 
 
 class _Handler(SimpleHTTPRequestHandler):
-    """Serves files; says nothing of each, and lets browsers ask again for what may change."""
+    """Serves files without logging requests, and makes browsers revalidate their cache."""
 
     def log_message(self, format: str, *args: object) -> None:
-        """Stay silent."""
+        """Do not log."""
 
     def end_headers(self) -> None:
-        """Add what keeps a browser from showing yesterday's replay."""
+        """Add a header that keeps browsers from showing an outdated replay."""
         self.send_header("Cache-Control", "no-cache")
         super().end_headers()
 
 
 def file_server(folder: Path, port: int) -> ThreadingHTTPServer:
-    """Return a server of a folder that is ready to be run.
+    """Return a server of a folder, ready to run.
 
     Args:
-        folder: What to serve.
-        port: Of 127.0.0.1; 0 for any that is free.
+        folder: The folder to serve.
+        port: Port on 127.0.0.1; 0 for any free port.
 
     Raises:
         InputError: There is no such folder, or the port cannot be used.
     """
     if not folder.is_dir():
-        message = f"There is no folder {folder}. Give one that `plant-bench report` wrote."
+        message = f"There is no folder {folder}. Give one written by `plant-bench report`."
         raise InputError(message)
     try:
         return ThreadingHTTPServer((HOST, port), partial(_Handler, directory=str(folder)))
     except (OSError, OverflowError) as error:
         busy = getattr(error, "errno", None) == errno.EADDRINUSE
         why = "is in use" if busy else f"cannot be used ({error})"
-        message = f"Port {port} {why}. Choose another with --port, or 0 for any that is free."
+        message = f"Port {port} {why}. Choose another with --port, or 0 for any free port."
         raise InputError(message) from error
 
 
 def address_of(server: ThreadingHTTPServer, folder: Path) -> str:
-    """Return the address of a server's page: the leaderboard where there is one."""
+    """Return the address of a server's page: the leaderboard if there is one."""
     pages = [name for name in ("leaderboard.html", "replay.html") if (folder / name).is_file()]
     return f"http://{HOST}:{server.server_address[1]}/{pages[0] if pages else ''}"

@@ -1,4 +1,4 @@
-"""Scenes beside and below each other in one picture."""
+"""Arranges scenes in a grid in one image: a row per episode, a column per moment."""
 
 from collections.abc import Sequence
 
@@ -10,18 +10,18 @@ from plant_bench.reports.replay.replay_episode import EpisodeReplay
 from plant_bench.reports.replay.replay_page import palette
 from plant_bench.reports.replay.scene_image import ScenePainter
 
-ACROSS, STRIP_ACROSS = 90.0, 56.0  # m that a scene shows from left to right
+ACROSS, STRIP_ACROSS = 90.0, 56.0  # m: width of a scene
 DPI = 100
 GAP = 4  # px between scenes
 
 
-class Panels:
-    """A grid of scenes in one figure: a row an episode, a column a moment; mutable.
+class SceneGrid:
+    """A grid of scenes in one figure: a row per episode, a column per moment; mutable.
 
     Args:
-        episodes: To draw.
-        columns: How many moments stand side by side.
-        dark: In dark colours.
+        episodes: Episodes to draw.
+        columns: Number of moments.
+        dark: Whether to use dark colours.
     """
 
     def __init__(self, episodes: Sequence[EpisodeReplay], columns: int, *, dark: bool) -> None:
@@ -52,7 +52,7 @@ class Panels:
             )
 
     def draw(self, times: Sequence[float]) -> np.ndarray:
-        """Show moments, one a column, and return the pixels: uint8 (height, width, 3)."""
+        """Draw moments, one per column, and return the pixels: uint8 (height, width, 3)."""
         for row in self._painters:
             for painter, seconds in zip(row, times, strict=True):
                 painter.draw(seconds)
@@ -61,7 +61,7 @@ class Panels:
 
 
 def _panel_size(rows: int, columns: int) -> tuple[int, int]:
-    """Return width and height of one scene, even numbers of pixels."""
+    """Return width and height of one scene in pixels; both even."""
     if columns == 1:
         return (960, 540) if rows == 1 else (960, 430)
     return 480, 360

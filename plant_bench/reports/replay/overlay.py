@@ -1,4 +1,4 @@
-"""What is drawn over the scenes: plans, reasons, progress, and what happened when and where."""
+"""Overlay data of a replay: plans, reasons, route progress, infractions and hazards."""
 
 from dataclasses import dataclass
 
@@ -7,7 +7,7 @@ from jaxtyping import Float, Int
 
 from plant_bench.agent import NO_ACTOR, PLAN_STEPS, Plan
 from plant_bench.data.recording import Recording
-from plant_bench.reports.replay.replay_frames import EVERY
+from plant_bench.reports.replay.replay_frames import FRAME_TICKS
 from plant_bench.reports.replay.replay_source import ReplaySource
 from plant_bench.runner.review.expert_braking import EXPERT, ExpertView, told_by_expert
 from plant_bench.scoring.infractions import Infraction
@@ -17,7 +17,7 @@ from plant_bench.world.route import Passage, Route
 from plant_bench.world.route_progress import RouteProgress
 from plant_bench.world.scene import EGO_WIDTH, TICK
 
-NO_CAUSE = -1  # where no reason is known
+NO_CAUSE = -1  # no reason is known
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,8 +25,8 @@ class Plans:
     """The planner's waypoints.
 
     Attributes:
-        ticks: When each plan was made, rising.
-        waypoints: In the ego frame of that tick, metres.
+        ticks: Tick at which each plan was made, ascending.
+        waypoints: Waypoints in the ego frame of that tick, metres.
     """
 
     ticks: Int[np.ndarray, " plans"]
@@ -35,11 +35,11 @@ class Plans:
 
 @dataclass(frozen=True, eq=False)
 class Reasons:
-    """Why the planner drove as it did, a row a frame.
+    """The planner's reasons, one row per frame.
 
     Attributes:
-        causes: `Cause` values, `NO_CAUSE` where none is known.
-        actors: Ids, `NO_ACTOR` where the cause is no actor.
+        causes: `Cause` values, `NO_CAUSE` if not known.
+        actors: Ids of actors, `NO_ACTOR` if the cause is not an actor.
     """
 
     causes: Int[np.ndarray, " frames"]
@@ -48,11 +48,11 @@ class Reasons:
 
 @dataclass(frozen=True, eq=False)
 class Progress:
-    """Where the ego was on its route, a row a tick.
+    """The ego's position on its route, one row per tick.
 
     Attributes:
-        along: Metres driven of the route.
-        offsets: Metres to the left of it.
+        along: Arc length along the route, metres.
+        offsets: Lateral offset, metres to the left of the route.
     """
 
     along: Float[np.ndarray, " ticks"]
@@ -60,7 +60,7 @@ class Progress:
 
 
 def plans_of(recording: Recording) -> Plans:
-    """Return all plans; none for a planner that gives controls."""
+    """Return all plans; empty for a planner that returns controls."""
     actions = recording.actions
     ticks = [row for row, action in enumerate(actions) if isinstance(action, Plan)]
     waypoints = [action.waypoints for action in actions if isinstance(action, Plan)]
@@ -77,11 +77,14 @@ def reasons_of(recording: Recording) -> Reasons:
         if reason is not None:
             cause, actor = int(reason.cause), reason.actor
         causes[row], actors[row] = cause, actor
-    return Reasons(causes[::EVERY], actors[::EVERY])
+    return Reasons(causes[::FRAME_TICKS], actors[::FRAME_TICKS])
 
 
 def expert_view_of(source: ReplaySource, recording: Recording, route: Route) -> ExpertView | None:
-    """Return whom the expert would brake for: as it told where it drove, else as it is asked."""
+    """Return the actors that the expert would brake for; None if they are not requested.
+
+    They are in the recording if the expert drove, else the expert is queried.
+    """
     if source.result.agent == EXPERT:
         return told_by_expert(recording)
     ask = source.ask_expert
@@ -89,7 +92,7 @@ def expert_view_of(source: ReplaySource, recording: Recording, route: Route) -> 
 
 
 def progress_of(recording: Recording, route: Route) -> Progress:
-    """Return the ego's place on its route, as the referee follows it."""
+    """Return the ego's progress along its route, computed as by the referee."""
     place = RouteProgress(route)
     along, offsets = np.empty(len(recording)), np.empty(len(recording))
     for row, (x, y) in enumerate(recording.egos[:, :2].tolist()):
@@ -99,7 +102,7 @@ def progress_of(recording: Recording, route: Route) -> Progress:
 
 
 def limit_steps(route: Route) -> list[list[float]]:
-    """Return where on the route the speed limit changes, and to what: metres, m/s."""
+    """Return the changes of the speed limit: metres along the route, new limit in m/s."""
     changes = np.flatnonzero(np.diff(route.speed_limits, prepend=-1.0))
     return [
         [round(float(route.along[row]), 1), round(float(route.speed_limits[row]), 2)]
@@ -108,21 +111,21 @@ def limit_steps(route: Route) -> list[list[float]]:
 
 
 def stop_line(route: Route, passage: Passage) -> list[float]:
-    """Return where the stop line of a light on the route is: x, y, heading, half its width."""
+    """Return the stop line of a light on the route: x, y, heading, half its width."""
     return [*place_at(route, passage.entry), round(0.75 * EGO_WIDTH, 2)]
 
 
 def place_at(route: Route, at: float) -> list[float]:
-    """Return x, y and heading at an arc length of the route, to the centimetre."""
+    """Return x, y and heading at an arc length of the route, rounded."""
     x, y = (float(np.interp(at, route.along, column)) for column in route.points.T)
     heading = float(np.interp(at, route.along, route.headings))
     return [round(x, 2), round(y, 2), round(heading, 3)]
 
 
 def infraction_facts(item: Infraction, recording: Recording) -> dict[str, object]:
-    """Return what the page tells of an infraction.
+    """Return an infraction as JSON values for the page.
 
-    Its `tick` is what was recorded nearest to its time, and `speed` the ego's then, m/s.
+    `speed` is the ego's at the recorded tick nearest to its time, m/s.
     """
     tick = round(min(max(item.time / TICK, 0.0), len(recording) - 1.0))
     return {
@@ -141,7 +144,7 @@ def infraction_facts(item: Infraction, recording: Recording) -> dict[str, object
 
 
 def hazard_facts(item: HazardRecord, route: Route) -> dict[str, object]:
-    """Return what the page tells of a hazard."""
+    """Return a hazard as JSON values for the page."""
     return {
         "kind": item.kind.value,
         "letter": HAZARDS[item.kind].letter,
@@ -154,7 +157,7 @@ def hazard_facts(item: HazardRecord, route: Route) -> dict[str, object]:
 
 
 def result_facts(result: EpisodeResult) -> dict[str, object]:
-    """Return what the page tells of how the episode ended."""
+    """Return the episode's result as JSON values for the page."""
     return {
         "status": result.status.value,
         "reason": result.reason,

@@ -1,4 +1,4 @@
-"""One episode with all that is drawn of it, and the script that tells the page of it."""
+"""Loads the replay data of one episode, and encodes it as a script for the replay page."""
 
 from dataclasses import dataclass
 
@@ -21,7 +21,7 @@ from plant_bench.reports.replay.overlay import (
     result_facts,
     stop_line,
 )
-from plant_bench.reports.replay.replay_frames import EVERY, FRAME, Frames, frames_of
+from plant_bench.reports.replay.replay_frames import FRAME, FRAME_TICKS, Frames, frames_of
 from plant_bench.reports.replay.replay_source import (
     ReplaySource,
     load_recording,
@@ -35,24 +35,24 @@ from plant_bench.world.scene import EGO_EXTENT, TICK, ActorKind, Light
 from plant_bench.world.town import Town
 
 REPLAY_FORMAT = 1
-SHARE_SCALE = 255.0  # of an actor's relevance
+SHARE_SCALE = 255.0  # steps of an actor's relevance
 
 
 @dataclass(frozen=True, eq=False)
 class EpisodeReplay:
-    """All that is drawn of an episode.
+    """All replay data of an episode.
 
     Attributes:
-        source: What it is of.
-        town: Where.
-        route: That was driven.
-        frames: Who was where.
-        progress: Metres of the route driven at each frame.
-        plans: The planner's.
-        reasons: Of its decisions.
-        attention: Whom it attended to.
-        expert: Whom the expert would brake for; None where that is not wanted.
-        infractions: Facts of each, as `infraction_facts` gives them.
+        source: The episode's files and record.
+        town: The town.
+        route: The route driven.
+        frames: Poses of ego and actors, and states of lights.
+        progress: Arc length along the route at each frame, metres.
+        plans: The planner's plans.
+        reasons: The planner's reasons.
+        attention: The planner's attention.
+        expert: The actors that the expert would brake for; None if not requested.
+        infractions: The results of `infraction_facts`.
     """
 
     source: ReplaySource
@@ -68,10 +68,10 @@ class EpisodeReplay:
 
 
 def load_episode(source: ReplaySource) -> EpisodeReplay:
-    """Return all that is drawn of an episode.
+    """Return all replay data of an episode.
 
     Raises:
-        InputError: Its recording, route or town is missing, broken or of another state.
+        InputError: Its recording, route or town is missing, broken or changed.
     """
     recording = load_recording(source)
     route = load_route(source)
@@ -83,7 +83,7 @@ def load_episode(source: ReplaySource) -> EpisodeReplay:
         town,
         route,
         frames_of(recording),
-        progress.along[::EVERY],
+        progress.along[::FRAME_TICKS],
         plans_of(recording),
         reasons_of(recording),
         attention_of(result, source.agent, recording, route, progress),
@@ -93,7 +93,7 @@ def load_episode(source: ReplaySource) -> EpisodeReplay:
 
 
 def replay_script(episode: EpisodeReplay) -> str:
-    """Return the script that tells the page of an episode."""
+    """Return the script that passes an episode to the page."""
     packed = pack(_columns(episode))
     result, route = episode.source.result, episode.route
     facts: dict[str, object] = {
@@ -130,12 +130,12 @@ def replay_script(episode: EpisodeReplay) -> str:
 
 
 def missing_script(source: ReplaySource, why: str) -> str:
-    """Return the script that tells the page why there is no replay."""
+    """Return the script that passes the error message of a failed replay to the page."""
     return f"plantBenchReplay({script_json({'id': source.id, 'error': why})});\n"
 
 
 def _columns(episode: EpisodeReplay) -> dict[str, tuple[np.ndarray, int]]:
-    """Return all numbers, with the order of differences that makes each column smallest."""
+    """Return all columns, each with the order of differences that compresses it best."""
     return {
         **_ego_columns(episode.frames.egos),
         **_track_columns(episode.frames),
@@ -185,7 +185,7 @@ def _reason_columns(reasons: Reasons) -> dict[str, tuple[np.ndarray, int]]:
     if (reasons.causes == NO_CAUSE).all():
         return {}
     return {
-        "reason.cause": (reasons.causes - NO_CAUSE, 1),  # 0 where none is known
+        "reason.cause": (reasons.causes - NO_CAUSE, 1),  # 0 if not known
         "reason.actor": (reasons.actors - NO_ACTOR, 1),
     }
 

@@ -1,4 +1,4 @@
-"""A recording as frames: the ego, whoever else was in sight, and the lights, ten times a second."""
+"""Converts a recording to replay frames: ego, actors and lights at 10 Hz."""
 
 import itertools
 from collections.abc import Sequence
@@ -10,21 +10,21 @@ from jaxtyping import Float, Int, UInt8
 from plant_bench.data.recording import Recording
 from plant_bench.world.scene import TICK, Scene
 
-EVERY = 2  # ticks between two frames; the page draws what is between by itself
-FRAME = EVERY * TICK  # s
+FRAME_TICKS = 2  # ticks between two frames; the page interpolates
+FRAME = FRAME_TICKS * TICK  # s
 
 
 @dataclass(frozen=True, eq=False)
 class Tracks:
-    """Where each actor was as long as it was in sight; who came back has two tracks.
+    """Tracks of the actors while they are in sight; an actor that reappears has a second track.
 
     Attributes:
-        ids: Of the actors.
-        kinds: `ActorKind` values.
+        ids: Id of each track's actor.
+        kinds: `ActorKind` of each track's actor.
         extents: Full length and width, metres.
-        first: The frame in which each track begins.
-        starts: Where each track begins in `poses`; one more than there are tracks.
-        poses: x, y and unwrapped yaw of all tracks, one after the other, a row a frame.
+        first: The first frame of each track.
+        starts: Index at which each track begins in `poses`, and the total length.
+        poses: x, y and unwrapped yaw of all tracks, concatenated, one row per frame.
     """
 
     ids: Int[np.ndarray, " tracks"]
@@ -37,11 +37,11 @@ class Tracks:
 
 @dataclass(frozen=True, eq=False)
 class Frames:
-    """An episode, a row every `FRAME` seconds.
+    """An episode, one row every `FRAME` seconds.
 
     Attributes:
         egos: Columns as `EGO_COLUMNS`; yaw is unwrapped.
-        tracks: The others.
+        tracks: Tracks of the other actors.
         lights: `Light` values of the route's signals.
     """
 
@@ -59,13 +59,13 @@ class Frames:
 
 
 def frames_of(recording: Recording) -> Frames:
-    """Return the frames of a recording that is whole.
+    """Return the frames of a complete recording.
 
     Raises:
-        InputError: It is thinned.
+        InputError: The recording is thinned.
     """
-    scenes = [recording[row] for row in range(0, len(recording), EVERY)]
-    egos = recording.egos[::EVERY].copy()
+    scenes = [recording[row] for row in range(0, len(recording), FRAME_TICKS)]
+    egos = recording.egos[::FRAME_TICKS].copy()
     egos[:, 2] = np.unwrap(egos[:, 2])
     return Frames(egos, _tracks(scenes), np.stack([scene.lights for scene in scenes]))
 

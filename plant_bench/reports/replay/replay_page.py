@@ -1,4 +1,4 @@
-"""The page that plays replays: its parts put together into one file that needs nothing else."""
+"""Builds the replay page: one self-contained HTML file from its templates."""
 
 import json
 import re
@@ -27,7 +27,7 @@ SCRIPTS = (
 
 @cache
 def palette() -> dict[str, dict[str, str]]:
-    """Return the colours of what is drawn, "light" and "dark"; pictures and pages share them."""
+    """Return the colour schemes "light" and "dark", which images and pages share."""
     return json.loads((TEMPLATES / "palette.json").read_text(encoding="utf-8"))
 
 

@@ -1,9 +1,9 @@
-"""The folder of replays: one page, a script for each town and for each episode.
+"""Writes the folder of replays: one page, and a script for each town and episode.
 
 replay.html                     opens replay.html#<id>, or #<id>&<id2> side by side
-replays/<run>/<episode>.js      one episode, read only when it is opened
-replays/index.js                what there is, for choosing
-towns/<town>.js                 what is drawn under it
+replays/<run>/<episode>.js      one episode, loaded when it is opened
+replays/index.js                list of the replays
+towns/<town>.js                 shapes of a town
 """
 
 import hashlib
@@ -27,7 +27,7 @@ from plant_bench.world.town import load_town, town_checksum
 
 STAMP = "// made from "
 INDEX = "replays/index.js"
-LEADERBOARD = "leaderboard.html"  # that the page links to, where it is
+LEADERBOARD = "leaderboard.html"  # linked by the page if it exists
 
 
 @dataclass(frozen=True)
@@ -44,23 +44,23 @@ def write_replays(
     workers: int,
     progress: Callable[[int, int], None],
 ) -> None:
-    """Write the page, and the replays that are not there yet.
+    """Write the page, and the replays that do not exist yet.
 
-    A replay that cannot be made does not stop the others: its page says why, and it is tried again
-    the next time.
+    A replay that cannot be made does not stop the others: its page shows the error, and it is tried
+    again the next time.
 
     Args:
         out: Folder of the site.
-        sources: What to show.
-        workers: Processes; with one, all is done in this one.
-        progress: Told how many replays are done, and how many there are.
+        sources: Episodes to show.
+        workers: Number of worker processes; with 1, no process is started.
+        progress: Called with the number of finished and of all replays.
 
     Raises:
-        InputError: Two sources have one id, or the folder cannot be written to.
+        InputError: Two sources have the same id, or the folder cannot be written to.
     """
     doubled = len(sources) - len({source.id for source in sources})
     if doubled:
-        message = f"{doubled} replays have the id of another: each episode needs its own."
+        message = f"{doubled} replays have the same id as another: expected unique ids."
         raise InputError(message)
     write_script(out / "replay.html", replay_page())
     leaderboard = (out / LEADERBOARD).is_file()
@@ -80,28 +80,28 @@ def write_replays(
 
 
 def replay_path(out: Path, replay_id: str) -> Path:
-    """Return where the script of a replay lies."""
+    """Return the path of the script of a replay."""
     return out / "replays" / f"{replay_id}.js"
 
 
 def write_replay(task: _Task, _report: Callable[[float], None] | None = None) -> None:
-    """Write one replay, or why there is none; the work of a worker."""
+    """Write one replay, or its error message; called in a worker."""
     try:
         text = f"{STAMP}{task.stamp}\n{replay_script(load_episode(task.source))}"
     except PlantBenchError as error:
         text = missing_script(task.source, _without_folder(str(error), task.source.recording))
-    except Exception as error:  # noqa: BLE001  a broken file may break anything that reads it
+    except Exception as error:  # noqa: BLE001  a broken file may raise anything
         text = missing_script(task.source, f"Its recording is broken ({type(error).__name__}).")
     write_script(task.path, text)
 
 
 def _without_folder(text: str, path: Path) -> str:
-    """Return a text that tells a file's name alone: pages are shown to others."""
+    """Return a text without the path's folder, which a published page should not show."""
     return text.replace(str(path), path.name)
 
 
 def write_script(path: Path, text: str) -> None:
-    """Write a file of the site, whole or not at all.
+    """Write a file of the site atomically.
 
     Raises:
         InputError: It cannot be written.
@@ -129,7 +129,7 @@ def _write_with(workers: int, tasks: list[_Task], progress: Callable[[int], None
 
 
 def _write_town(out: Path, name: str, folders: tuple[Path, ...]) -> None:
-    """Write a town unless it is there as it is now; a town that is gone is left to the page."""
+    """Write a town's script if it changed; delete it if the town cannot be loaded."""
     path = out / "towns" / f"{name}.js"
     try:
         checksum = town_checksum(name, folders)
@@ -141,7 +141,7 @@ def _write_town(out: Path, name: str, folders: tuple[Path, ...]) -> None:
 
 
 def _index(sources: Sequence[ReplaySource], out: Path, *, leaderboard: bool) -> str:
-    """Return the list of these replays, and of the earlier ones that are still there."""
+    """Return the index script: these replays, and earlier ones that still exist."""
     entries: list[dict[str, object]] = [
         {
             "id": source.id,
@@ -157,16 +157,16 @@ def _index(sources: Sequence[ReplaySource], out: Path, *, leaderboard: bool) -> 
     ]
     if entries:
         entries += _listed_before(out, {source.id for source in sources}, set(entries[0]))
-    told = {"leaderboard": leaderboard, "replays": entries}
-    return f"plantBenchIndex({script_json(told)});\n"
+    content = {"leaderboard": leaderboard, "replays": entries}
+    return f"plantBenchIndex({script_json(content)});\n"
 
 
 def _listed_before(out: Path, new: set[str], keys: set[str]) -> list[dict[str, object]]:
-    """Return what the list told of other replays whose files are there; nothing if it is broken."""
+    """Return the entries of the present index for other existing replays; none if it is broken."""
     try:
         text = read_text(out / INDEX)
-        told = parse_json(text[text.index("(") + 1 : text.rindex(")")])["replays"]
-        known = [item for item in told if set(item) == keys and is_replay_id(item["id"])]
+        listed = parse_json(text[text.index("(") + 1 : text.rindex(")")])["replays"]
+        known = [item for item in listed if set(item) == keys and is_replay_id(item["id"])]
     except (OSError, ValueError, TypeError, KeyError):
         return []
     return [
@@ -187,7 +187,7 @@ def _begins(path: Path, text: str) -> bool:
 
 
 def _stamp(source: ReplaySource) -> str:
-    """Return a hash of all that a replay depends on."""
+    """Return a hash of everything that a replay depends on."""
     digest = hashlib.sha256(f"{_code()}|{source.title}|{source.agent}|{_planner(source)}".encode())
     digest.update(source.result.to_json().encode())
     if source.ask_expert is not None:
@@ -201,7 +201,7 @@ def _stamp(source: ReplaySource) -> str:
 
 
 def _planner(source: ReplaySource) -> str:
-    """Return what the planner's attention depends on."""
+    """Return the checksum of the planner, or the error message if it cannot be loaded."""
     try:
         return _checksum(source.agent)
     except PlantBenchError as error:

@@ -1,4 +1,4 @@
-"""What a replay is made from, and the route that it was driven on."""
+"""Loads the inputs of a replay: recording, record, route and town of an episode."""
 
 import re
 from collections.abc import Callable
@@ -27,16 +27,16 @@ _NAME = re.compile(r"[A-Za-z0-9_][\w.-]*", re.ASCII)
 
 @dataclass(frozen=True)
 class ReplaySource:
-    """One episode that is to be shown.
+    """One episode to replay.
 
     Attributes:
         id: "<run>/<episode name>", of letters, digits, ".", "_" and "-"; names the replay's file.
-        title: What people are told the planner is called.
-        agent: The planner as it was asked for, as `load_agent` reads it.
-        recording: The file with every tick.
+        title: Display name of the planner.
+        agent: Name of the planner, for `load_agent`.
+        recording: Path of the recording.
         result: The episode's record.
-        ask_expert: Tells whom the expert would brake for; None leaves that out, but where the
-            expert drove itself. It must be importable, since workers are given it.
+        ask_expert: Returns the actors that the expert would brake for; must be picklable. None
+            leaves them out, unless the expert drove.
 
     Raises:
         InputError: The id cannot name a file, or the town's name cannot.
@@ -50,11 +50,11 @@ class ReplaySource:
     ask_expert: AskExpert | None = None
 
     def __post_init__(self) -> None:
-        """Refuse ids that would lead out of the folder of replays."""
+        """Check that the id cannot name a file outside the folder of replays."""
         if not is_replay_id(self.id):
             message = (
-                f"Replay id {self.id[:80]!r}: '<run>/<episode>' of letters, digits, '.', '_' and "
-                "'-' is wanted, since it names a file."
+                f"Replay id {self.id[:80]!r}: expected '<run>/<episode>' of letters, digits, '.', "
+                "'_' and '-', since it names a file."
             )
             raise InputError(message)
         if not _NAME.fullmatch(self.result.town):
@@ -63,7 +63,7 @@ class ReplaySource:
 
 
 def is_replay_id(text: object) -> bool:
-    """Tell whether a text may name a replay's file.
+    """Return whether a text is a valid replay id.
 
     >>> is_replay_id("plant/town01-0_r0_abc"), is_replay_id("../x")
     (True, False)
@@ -79,16 +79,16 @@ def load_recording(source: ReplaySource) -> Recording:
     """
     if not source.recording.is_file():
         message = (
-            f"No recording {source.recording.name}: the run was scored without them. Run the same "
-            "`plant-bench score` again with --recordings --overwrite."
+            f"No recording {source.recording.name}: the run was scored without recordings. Run the "
+            "same `plant-bench score` again with --recordings --overwrite."
         )
         raise InputError(message)
     recording = Recording.load(source.recording)
     if not len(recording) or len(recording.whole) < len(recording):
         message = (
-            f"The recording {source.recording.name} is thinned: it holds the others at "
-            f"{len(recording.whole)} of {len(recording)} ticks, as `plant-bench collect` writes "
-            "them. A replay needs them all: drive the route with `plant-bench score --recordings`."
+            f"The recording {source.recording.name} is thinned: it has the actors at only "
+            f"{len(recording.whole)} of {len(recording)} ticks, as written by `plant-bench "
+            "collect`. A replay needs all: drive the route with `plant-bench score --recordings`."
         )
         raise InputError(message)
     if recording.metadata.get("scenario") != source.result.scenario:
@@ -102,19 +102,19 @@ def load_recording(source: ReplaySource) -> Recording:
 
 
 def load_route(source: ReplaySource) -> Route:
-    """Return the route of a source: from the suite that its run names, or one of ours.
+    """Return the route of a source: from its run's suite, or one of the built-in suites.
 
     Raises:
-        InputError: No suite has the route as it was driven.
+        InputError: No suite has the route with the recorded checksum.
     """
-    wanted = source.result.route_checksum
+    checksum = source.result.route_checksum
     for suite in (*_suite_of(source), *suite_names()):
-        route = _routes(suite).get(wanted)
+        route = _routes(suite).get(checksum)
         if route is not None:
             return route
     message = (
-        f"The route {source.result.route} is not in any suite here as it was driven "
-        f"({wanted[:12]}): it has changed since. Score it again."
+        f"The route {source.result.route} has changed since the episode was driven: no suite has "
+        f"it with checksum {checksum[:12]}. Score it again."
     )
     raise InputError(message)
 
@@ -123,7 +123,7 @@ def load_town_of(source: ReplaySource) -> Town:
     """Return the town of a source.
 
     Raises:
-        InputError: There is no such town, or it is not as it was.
+        InputError: There is no such town, or it has changed.
     """
     name, folders = source.result.town, town_folders_of(source)
     if _checksum(name, folders) != source.result.town_checksum:
@@ -133,7 +133,7 @@ def load_town_of(source: ReplaySource) -> Town:
 
 
 def town_folders_of(source: ReplaySource) -> tuple[Path, ...]:
-    """Return where a source's town may lie, besides `networks/`."""
+    """Return the folders to search for a source's town, besides `networks/`."""
     return tuple(
         folder
         for suite in map(Path, _suite_of(source))
@@ -149,7 +149,7 @@ def _suite_of(source: ReplaySource) -> list[str]:
 
 @lru_cache(maxsize=8)
 def _routes(suite: str) -> dict[str, Route]:
-    """Return the routes of a suite by checksum; none where it is gone."""
+    """Return the routes of a suite by checksum; empty if it cannot be loaded."""
     try:
         return {route.checksum: route for route in load_suite(suite)}
     except InputError:
@@ -167,10 +167,10 @@ def source_in_run(run: Path, route: str, repetition: int | None) -> ReplaySource
     Args:
         run: A folder that `plant-bench score` wrote.
         route: The route's id, or its number in the suite.
-        repetition: Of the route; the first one there is without it.
+        repetition: The repetition; None for the first one.
 
     Raises:
-        InputError: It is no run, or has no such episode; says which it has.
+        InputError: It is not a run, or has no such episode; the message lists its episodes.
     """
     folder = RunFolder.open(run)
     name, result = episodes_of(folder, route, repetition)[0]
@@ -181,7 +181,7 @@ def source_in_run(run: Path, route: str, repetition: int | None) -> ReplaySource
 
 
 def run_slug(run: Path) -> str:
-    """Return the name of a run's folder, in letters that may stand in addresses.
+    """Return the name of a run's folder, with characters that are valid in a URL.
 
     >>> run_slug(Path("reports/my agent.py_Mine-longest6"))
     'my-agent.py_Mine-longest6'

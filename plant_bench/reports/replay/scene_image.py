@@ -1,4 +1,4 @@
-"""Scenes of a replay as pictures, in the look of the page."""
+"""Draws one scene of a replay as an image, in the style of the replay page."""
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -9,32 +9,32 @@ from matplotlib.colors import to_rgb
 from plant_bench.agent import NO_ACTOR
 from plant_bench.geometry.box import corners
 from plant_bench.reports.replay.actor_shapes import BODIES, GLASS, Polygon, placed, shown_extent
-from plant_bench.reports.replay.background import Ground
+from plant_bench.reports.replay.background import BackgroundPainter
 from plant_bench.reports.replay.overlay import place_at, stop_line
 from plant_bench.reports.replay.replay_episode import EpisodeReplay
 from plant_bench.reports.replay.replay_page import palette
-from plant_bench.reports.replay.snapshots import Moment, moment_of
+from plant_bench.reports.replay.snapshots import Snapshot, snapshot_at
 from plant_bench.world.hazard import Phase
 from plant_bench.world.hazard_table import HAZARDS
 from plant_bench.world.scene import EGO_EXTENT, ActorKind, Light
 
-BOXES = {  # metres wider than the actor, points, style
+BOXES = {  # margin around the actor in metres, line width in points, line style
     "relevance": (1.2, 2.2, "solid"),
     "expert": (2.2, 2.2, "solid"),
-    "outline": (3.2, 3.2, "solid"),  # below the next: white is seen on any ground
+    "outline": (3.2, 3.2, "solid"),  # below the next: visible on any background
     "ownReason": (3.2, 1.8, (0, (3.5, 2.0))),
 }
-RECENT = 2.5  # s for which an infraction stands out
+RECENT = 2.5  # s for which an infraction is highlighted
 
 
 class ScenePainter:
     """Draws scenes of one episode into one axes; mutable.
 
     Args:
-        ax: Where; its size and the figure's must not change any more.
-        episode: What.
-        across: Metres from left to right.
-        dark: In the colours of the page's dark mode.
+        ax: The axes; their size and the figure's must not change afterwards.
+        episode: The episode.
+        across: Width of the scene, metres.
+        dark: Whether to use the colours of the page's dark mode.
     """
 
     def __init__(self, ax: Axes, episode: EpisodeReplay, *, across: float, dark: bool) -> None:
@@ -45,34 +45,34 @@ class ScenePainter:
         self._across, self._up = across, across * box.height / box.width
         self._metre = box.width / across * 72.0 / ax.figure.dpi  # in points
         town, route = episode.town, episode.route
-        self._ground = Ground(ax, town, route, self._colours, self._metre)
-        self._fleeting: list[Artist] = []
+        self._ground = BackgroundPainter(ax, town, route, self._colours, self._metre)
+        self._artists: list[Artist] = []  # of the present scene
 
     def draw(self, seconds: float) -> None:
-        """Show the scene of a moment."""
-        moment = moment_of(self._episode, seconds)
-        x, y = float(moment.ego[0]), float(moment.ego[1])
-        for artist in self._fleeting:
+        """Draw the scene at a time in seconds."""
+        snapshot = snapshot_at(self._episode, seconds)
+        x, y = float(snapshot.ego[0]), float(snapshot.ego[1])
+        for artist in self._artists:
             artist.remove()
-        self._fleeting.clear()
-        if not self._ground.has_drawn(moment.ego[:2], max(self._across, self._up) / 2):
-            self._ground.draw(moment.ego[:2])
+        self._artists.clear()
+        if not self._ground.has_drawn(snapshot.ego[:2], max(self._across, self._up) / 2):
+            self._ground.draw(snapshot.ego[:2])
         self._ax.set_xlim(x - self._across / 2, x + self._across / 2)
         self._ax.set_ylim(y - self._up / 2, y + self._up / 2)
-        self._draw_attention(moment)
-        self._draw_actors(moment)
-        self._draw_ego(moment)
-        self._draw_lights(moment)
+        self._draw_attention(snapshot)
+        self._draw_actors(snapshot)
+        self._draw_ego(snapshot)
+        self._draw_lights(snapshot)
         self._draw_marks(seconds)
-        self._draw_caption(moment)
+        self._draw_caption(snapshot)
 
     def _keep(self, artist: Artist) -> None:
-        self._fleeting.append(artist)
+        self._artists.append(artist)
 
-    def _draw_attention(self, moment: Moment) -> None:
-        rows = np.flatnonzero(moment.shares)
-        lines = [[moment.ego[:2], moment.poses[row, :2]] for row in rows]
-        shares = moment.shares[rows]
+    def _draw_attention(self, snapshot: Snapshot) -> None:
+        rows = np.flatnonzero(snapshot.shares)
+        lines = [[snapshot.ego[:2], snapshot.poses[row, :2]] for row in rows]
+        shares = snapshot.shares[rows]
         lines = LineCollection(
             lines,
             colors=[(*to_rgb(self._colours["relevance"]), 0.25 + 0.65 * share) for share in shares],
@@ -81,18 +81,18 @@ class ScenePainter:
         )
         self._keep(self._ax.add_collection(lines))
 
-    def _draw_actors(self, moment: Moment) -> None:
+    def _draw_actors(self, snapshot: Snapshot) -> None:
         bodies: list[Polygon] = []
         fills: list[np.ndarray] = []
         glass: list[Polygon] = []
         plain, hot = (np.array(to_rgb(self._colours[name])) for name in ("actor", "relevance"))
-        for row, number in enumerate(moment.kinds.tolist()):
+        for row, number in enumerate(snapshot.kinds.tolist()):
             kind = ActorKind(number)
-            extent = shown_extent(kind, moment.extents[row])
-            parts = placed(BODIES[kind], moment.poses[row], extent)
+            extent = shown_extent(kind, snapshot.extents[row])
+            parts = placed(BODIES[kind], snapshot.poses[row], extent)
             bodies += parts
-            fills += [plain + (hot - plain) * moment.shares[row]] * len(parts)
-            glass += placed(GLASS[kind], moment.poses[row], extent)
+            fills += [plain + (hot - plain) * snapshot.shares[row]] * len(parts)
+            glass += placed(GLASS[kind], snapshot.poses[row], extent)
         outline = self._colours["outline"]
         shapes = PolyCollection(
             bodies, facecolors=fills or "none", edgecolors=outline, linewidths=0.7, zorder=13
@@ -100,29 +100,29 @@ class ScenePainter:
         panes = PolyCollection(glass, facecolors=self._colours["glass"], linewidths=0, zorder=13.1)
         self._keep(self._ax.add_collection(shapes))
         self._keep(self._ax.add_collection(panes))
-        if moment.shares.any():
-            self._draw_box(moment, int(np.argmax(moment.shares)), "relevance")
-        self._draw_box_of(moment, moment.expert_brakes_for, "expert")
-        self._draw_box_of(moment, moment.brakes_for, "outline")
-        self._draw_box_of(moment, moment.brakes_for, "ownReason")
+        if snapshot.shares.any():
+            self._draw_box(snapshot, int(np.argmax(snapshot.shares)), "relevance")
+        self._draw_box_of(snapshot, snapshot.expert_brakes_for, "expert")
+        self._draw_box_of(snapshot, snapshot.brakes_for, "outline")
+        self._draw_box_of(snapshot, snapshot.brakes_for, "ownReason")
 
-    def _draw_box_of(self, moment: Moment, actor: int, colour: str) -> None:
-        for row in np.flatnonzero((moment.ids == actor) & (actor != NO_ACTOR)):
-            self._draw_box(moment, int(row), colour)
+    def _draw_box_of(self, snapshot: Snapshot, actor: int, colour: str) -> None:
+        for row in np.flatnonzero((snapshot.ids == actor) & (actor != NO_ACTOR)):
+            self._draw_box(snapshot, int(row), colour)
 
-    def _draw_box(self, moment: Moment, row: int, colour: str) -> None:
-        """Draw a box of its own size for each meaning, so that no two cover each other."""
-        aside, width, style = BOXES[colour]
-        room = moment.extents[row] + aside
-        outline = corners(moment.poses[[row]], room[None])[0]
+    def _draw_box(self, snapshot: Snapshot, row: int, colour: str) -> None:
+        """Draw a box around an actor; its size depends on the meaning, so that none overlap."""
+        margin, width, style = BOXES[colour]
+        extent = snapshot.extents[row] + margin
+        outline = corners(snapshot.poses[[row]], extent[None])[0]
         line = np.concatenate([outline, outline[:1]])
         (drawn,) = self._ax.plot(
             *line.T, color=self._colours[colour], linewidth=width, linestyle=style, zorder=15
         )
         self._keep(drawn)
 
-    def _draw_ego(self, moment: Moment) -> None:
-        colours, pose = self._colours, moment.ego[:3]
+    def _draw_ego(self, snapshot: Snapshot) -> None:
+        colours, pose = self._colours, snapshot.ego[:3]
         frame = corners(pose[None], np.array([EGO_EXTENT]))
         triangle = placed(
             [np.array([(0.5, 0.0), (-0.5, 0.5), (-0.5, -0.5)])], pose, np.array(EGO_EXTENT)
@@ -135,16 +135,16 @@ class ScenePainter:
                 list(shapes), facecolors=fill, edgecolors=edge, linewidths=0.9, zorder=16
             )
             self._keep(self._ax.add_collection(drawn))
-        if len(moment.plan):
-            line = np.concatenate([moment.ego[None, :2], moment.plan])
+        if len(snapshot.plan):
+            line = np.concatenate([snapshot.ego[None, :2], snapshot.plan])
             style = {"color": colours["plan"], "linewidth": 1.5, "zorder": 17}
             dots = {"marker": "o", "markersize": 5, "markeredgecolor": colours["outline"]}
             (drawn,) = self._ax.plot(*line.T, markevery=slice(1, None), **style, **dots)
             self._keep(drawn)
 
-    def _draw_lights(self, moment: Moment) -> None:
+    def _draw_lights(self, snapshot: Snapshot) -> None:
         route = self._episode.route
-        for passage, state in zip(route.signal_passages, moment.lights.tolist(), strict=True):
+        for passage, state in zip(route.signal_passages, snapshot.lights.tolist(), strict=True):
             if state == Light.UNKNOWN:
                 continue
             x, y, heading, half = stop_line(route, passage)
@@ -156,7 +156,7 @@ class ScenePainter:
             self._draw_head(np.array([x, y]) - across * (half + 2.0), lit)
 
     def _draw_head(self, place: np.ndarray, lit: str) -> None:
-        """Draw three lamps: which one is lit tells the colour, too."""
+        """Draw three lamps, so that the state is visible without colour."""
         step = 8.0 / self._metre  # m between lamps
         (case,) = self._ax.plot(
             [place[0]] * 2,
@@ -210,14 +210,14 @@ class ScenePainter:
         )
         self._keep(text_drawn)
 
-    def _draw_caption(self, moment: Moment) -> None:
-        """Write who drives, when and how fast; a name is never read as mathematics."""
-        minutes, rest = divmod(round(moment.time, 1), 60.0)
+    def _draw_caption(self, snapshot: Snapshot) -> None:
+        """Write planner, time and speed; the name is not parsed as a formula."""
+        minutes, rest = divmod(round(snapshot.time, 1), 60.0)
         title = _shortened(self._episode.source.title)
-        speed, limit = (f"{3.6 * value:.0f}" for value in (moment.ego[3], moment.limit))
+        speed, limit = (f"{3.6 * value:.0f}" for value in (snapshot.ego[3], snapshot.limit))
         text = f"{title}   {int(minutes)}:{rest:04.1f}   {speed} of {limit} km/h"
-        if moment.reason:
-            text += f"   {moment.reason}"
+        if snapshot.reason:
+            text += f"   {snapshot.reason}"
         face = {"boxstyle": "round,pad=0.4", "fc": self._colours["labelBack"], "ec": "none"}
         drawn = self._ax.text(
             0.012,

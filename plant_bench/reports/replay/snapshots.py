@@ -1,4 +1,4 @@
-"""What is where at one moment of an episode, in metres: what pictures and films are drawn from."""
+"""Interpolates an episode at a point in time, for drawing images and videos."""
 
 from dataclasses import dataclass
 
@@ -12,27 +12,27 @@ from plant_bench.reports.replay.replay_frames import FRAME
 from plant_bench.runner.review.expert_braking import EXPERT
 from plant_bench.world.scene import TICK
 
-FRESH = 1.3  # s for which a plan or an answer to whom it attends is shown
+FRESH = 1.3  # s for which a plan or an attention sample is shown
 
 
 @dataclass(frozen=True, eq=False)
-class Moment:
-    """One moment.
+class Snapshot:
+    """State of an episode at one point in time.
 
     Attributes:
         time: Seconds.
         ego: x, y, yaw, speed, acceleration, steering.
-        ids: Of the others in sight.
-        kinds: Of them.
-        poses: Of them.
-        extents: Of them.
+        ids: Ids of the actors in sight.
+        kinds: `ActorKind` values of these actors.
+        poses: Poses of these actors.
+        extents: Length and width of these actors, metres.
         lights: `Light` values of the route's signals.
-        plan: Waypoints in the world; empty where there is none.
-        shares: Relevance of each of the others, 0 to 1.
-        brakes_for: Id of the actor the planner brakes for, or `NO_ACTOR`; where the expert drives,
-            `expert_brakes_for` tells it.
-        expert_brakes_for: Id of whom the expert would brake for, or `NO_ACTOR`.
-        reason: Why it drives no faster, empty where not told.
+        plan: Waypoints in the world frame, metres; empty if there is none.
+        shares: Relevance of these actors, 0 to 1.
+        brakes_for: Id of the actor that the planner brakes for, or `NO_ACTOR`. If the expert drives,
+            it is in `expert_brakes_for` only.
+        expert_brakes_for: Id of the actor that the expert would brake for, or `NO_ACTOR`.
+        reason: Why the planner does not drive faster; empty if not known.
         limit: Speed limit, m/s.
     """
 
@@ -51,8 +51,8 @@ class Moment:
     limit: float
 
 
-def moment_of(episode: EpisodeReplay, seconds: float) -> Moment:
-    """Return what is where; before the start and after the end, as it is there."""
+def snapshot_at(episode: EpisodeReplay, seconds: float) -> Snapshot:
+    """Return the state at a time, clipped to the duration of the episode."""
     frames = episode.frames
     frame = float(np.clip(seconds / FRAME, 0, len(frames) - 1))
     row = int(frame + 1e-6)
@@ -65,7 +65,7 @@ def moment_of(episode: EpisodeReplay, seconds: float) -> Moment:
     part = (at - low)[:, None]
     cause, actor = int(episode.reasons.causes[row]), int(episode.reasons.actors[row])
     ids = tracks.ids[here]
-    return Moment(
+    return Snapshot(
         time=frame * FRAME,
         ego=_ego(episode, frame),
         ids=ids,
@@ -96,7 +96,7 @@ def _limit(episode: EpisodeReplay, row: int) -> float:
 
 
 def _latest(ticks: Int[np.ndarray, " asked"], seconds: float) -> int:
-    """Return the row of what is newest and still fresh; -1 where nothing is."""
+    """Return the row of the newest tick, -1 if it is older than `FRESH`."""
     row = int(np.searchsorted(ticks, seconds / TICK + 1e-6, side="right")) - 1
     return row if row >= 0 and seconds - ticks[row] * TICK <= FRESH else -1
 

@@ -1,4 +1,4 @@
-"""What of a town is drawn under a replay, for pages and for pictures."""
+"""Shapes of a town for replays: roads, markings, crossings; for pages and images."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -18,12 +18,12 @@ KINDS = ("pavement", "junction", "road", "bridge", "edge", "middle", "between", 
 
 @dataclass(frozen=True, eq=False)
 class Piece:
-    """One thing to draw.
+    """One shape to draw.
 
     Attributes:
         kind: One of `KINDS`.
-        upper: Whether it lies on a bridge, above all that does not.
-        width: Of a road's stroke, metres; 0 for areas and for paint.
+        upper: Whether it is on a bridge, and drawn above everything else.
+        width: Line width of a road, metres; 0 for areas and markings.
         points: A polygon for "pavement", "junction" and "zebra", else a line.
     """
 
@@ -35,7 +35,7 @@ class Piece:
 
 @lru_cache(maxsize=8)
 def town_pieces(town: Town) -> tuple[Piece, ...]:
-    """Return what is drawn of a town, in no order: kinds and levels say what lies above."""
+    """Return the shapes of a town, unordered: `kind` and `upper` give the drawing order."""
     pieces = [
         Piece("pavement", False, 0.0, np.array(area.outline))
         for area in town.areas
@@ -67,11 +67,11 @@ def town_pieces(town: Town) -> tuple[Piece, ...]:
 
 
 def town_script(town: Town, checksum: str) -> str:
-    """Return the script that tells the page of a town.
+    """Return the script that passes a town to the page.
 
     Args:
-        town: To draw.
-        checksum: Of the town, so that the page can say if a replay is of another state of it.
+        town: The town.
+        checksum: Checksum of the town, so that the page can detect a replay of another version.
     """
     pieces = town_pieces(town)
     points = quantised(np.concatenate([piece.points for piece in pieces]), CENTI)
@@ -85,7 +85,7 @@ def town_script(town: Town, checksum: str) -> str:
         {name: (np.array([of(piece) for piece in pieces]), 0) for name, of in per_piece.items()}
         | {"x": (points[:, 0], 2), "y": (points[:, 1], 2)}
     )
-    told = {
+    content = {
         "format": TOWN_FORMAT,
         "name": town.name,
         "checksum": checksum,
@@ -93,9 +93,9 @@ def town_script(town: Town, checksum: str) -> str:
         "columns": packed.columns,
         "data": packed.data,
     }
-    return f"plantBenchTown({script_json(told)});\n"
+    return f"plantBenchTown({script_json(content)});\n"
 
 
 def _thinned(line: Shape) -> Shape:
-    """Return a line in the plane without the points that a straight line has no need of."""
+    """Return a line in 2D without the points that straight parts do not need."""
     return thin_out(line[:, :2]) if len(line) > 2 else line[:, :2]

@@ -1,1 +1,1 @@
-"""Why an episode went wrong: the seconds before each infraction, in words and in a picture."""
+"""`plant-bench why`: explains the infractions of an episode as text and as a figure."""

@@ -1,4 +1,4 @@
-"""When a driver brakes before an incident, and for how long."""
+"""Brake onset: when the planner or the expert starts to brake before an incident."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -9,42 +9,42 @@ from plant_bench.runner.decisions import Decision
 from plant_bench.runner.review.review_frames import Moment
 from plant_bench.scoring.termination import BLOCKED_SPEED
 
-BRAKES = -0.5  # m/s2 and below count as braking
+BRAKES = -0.5  # m/s2: accelerations at or below this count as braking
 
 
 @dataclass(frozen=True)
 class Braking:
-    """When somebody brakes, or would have braked.
+    """Onset and strength of braking, executed or proposed.
 
     Attributes:
         before: Seconds before the incident at which it begins.
-        hardest: The least acceleration asked for, m/s2.
-        times: Decisions of it from then on.
-        of: All decisions from then on.
-        at_once: Whether it brakes from the beginning of the window, so perhaps earlier.
+        hardest: The lowest acceleration requested, m/s2.
+        times: Number of braking decisions from the onset on.
+        of: Number of all decisions from the onset on.
+        from_start: Whether it begins with the window, so that the onset may be earlier.
     """
 
     before: float
     hardest: float
     times: int
     of: int
-    at_once: bool
+    from_start: bool
 
 
 def decisions(answers: Sequence[Decision | None]) -> list[Decision]:
-    """Return the answers once each: between decisions the last one is held."""
+    """Return each decision once; the input repeats a decision until the next one."""
     return list({answer.tick: answer for answer in answers if answer is not None}.values())
 
 
 def braking_for(
     answers: Sequence[Decision], why: Callable[[Reason], bool], incident: Incident
 ) -> Braking | None:
-    """Return the braking for one reason, from the first such decision on; None without any.
+    """Return the braking for one reason, from the first such decision on; None if there is none.
 
     Args:
-        answers: One for each decision.
-        why: Tells whether a reason is the one.
-        incident: At its window's beginning a braking may have begun already.
+        answers: The decisions, in order.
+        why: Whether a reason is the one looked for.
+        incident: The incident; braking at the start of its window may have begun earlier.
     """
     brakes = [
         answer.reason is not None and answer.control.acceleration <= BRAKES and why(answer.reason)
@@ -65,22 +65,22 @@ def braking_for(
         hardest=hardest,
         times=sum(brakes[first:]),
         of=len(since),
-        at_once=first == 0 and incident.window.first > 0,
+        from_start=first == 0 and incident.window.first > 0,
     )
 
 
 def own_braking(
     moments: Sequence[Moment], incident: Incident, *, like_expert: bool
 ) -> Braking | None:
-    """Return the braking that was executed in some moments; None without any.
+    """Return the braking that was executed in these moments; None if there is none.
 
-    Who stands does not brake, whatever is asked for.
+    Braking requests of a stationary ego do not count.
 
     Args:
-        moments: In order.
-        incident: Which they lead to.
-        like_expert: Count only braking that is at least half as hard as the expert's is then; a
-            planner may slow down a little for other reasons.
+        moments: In order of time.
+        incident: The incident that they lead to.
+        like_expert: Count only braking at least half as hard as the expert's at the same moment; a
+            planner may slow down slightly for other reasons.
     """
     brakes = [
         moment.control.acceleration <= (_half_of_experts(moment) if like_expert else BRAKES)
@@ -95,7 +95,7 @@ def own_braking(
         hardest=min(moment.control.acceleration for moment in moments[first:]),
         times=sum(brakes[first:]),
         of=len(brakes) - first,
-        at_once=first == 0,
+        from_start=first == 0,
     )
 
 

@@ -1,4 +1,4 @@
-"""A picture of an incident: moments before it from above, and speeds and accelerations below."""
+"""Figure of an incident: top views of the moments before it, with speed and acceleration plots."""
 
 import textwrap
 from functools import lru_cache
@@ -32,13 +32,13 @@ from plant_bench.runner.review.review_frames import Moment, Postmortem
 
 PANELS = 4
 SIZE_IN = (13.0, 9.6)
-DOTS = 110  # an inch
+DOTS = 110  # per inch
 LINE = 150  # characters of text
 OWN = "#495057"
 
 
 def save_picture(finding: Finding, postmortem: Postmortem, path: Path) -> None:
-    """Draw an incident into a PNG file, written whole or not at all.
+    """Draw an incident into a PNG file, written atomically.
 
     Raises:
         OSError: It cannot be written.
@@ -78,12 +78,12 @@ def _figure(finding: Finding, postmortem: Postmortem) -> Figure:
 
 @lru_cache(maxsize=1)
 def _drawable() -> frozenset[int]:
-    """Return the code points that the font of pictures has."""
+    """Return the code points that matplotlib's font has."""
     return frozenset(get_font(findfont(FontProperties())).get_charmap())
 
 
 def _plain(text: str) -> str:
-    """Return text that matplotlib takes as it is: a dollar begins no formula."""
+    """Return text that matplotlib shows unchanged: dollar signs escaped, missing glyphs as '?'."""
     known = "".join(letter if ord(letter) in _drawable() else "?" for letter in text)
     return known.replace("$", r"\$")
 

@@ -1,6 +1,6 @@
-"""What can be measured about an incident: when the expert would have braked, and for whom.
+"""Measurements about an incident: when the expert would have braked, for what, and what was ranked.
 
-Nothing is guessed: each value is counted from the recorded scenes and the answers to them.
+All values come from the recorded scenes and from the decisions of planner and expert in them.
 """
 
 from collections.abc import Callable, Sequence
@@ -21,17 +21,17 @@ from plant_bench.scoring.infractions import InfractionKind
 from plant_bench.scoring.termination import BLOCKED_SPEED
 from plant_bench.world.scene import EGO_EXTENT, TICK, ActorKind, Scene
 
-FIRST_FEW = 3  # who ranks among so many is noticed
+FIRST_FEW = 3  # top ranks that count as noticed
 
 
 @dataclass(frozen=True)
-class Noticed:
-    """How an actor ranked with the planner.
+class ActorRank:
+    """How the planner ranked an actor.
 
     Attributes:
-        best: Its best place, from 1; None where it was never ranked.
-        times: Decisions at which it was among the first few.
-        of: All decisions looked at.
+        best: Its best rank, from 1; None if it was never ranked.
+        times: Number of decisions with a rank up to `FIRST_FEW`.
+        of: Number of all decisions evaluated.
     """
 
     best: int | None
@@ -45,17 +45,17 @@ class Finding:
 
     Attributes:
         incident: The incident.
-        moments: Of its window, in order.
-        kinds: The kind of each actor that was seen, by id.
-        expert: The expert's braking for the one hit, or for the light; None where it never brakes.
-        expert_else: The first other thing that it brakes for in the window, and how.
-        asked: Whether the expert was asked in the window at all.
-        planner: The planner's own braking: from the expert's on, where it is at least half as hard;
-            in the whole window where the expert does not brake.
-        stood: Seconds of the same time that the ego stood.
-        noticed: How the one hit ranked in the same time; None without a ranking.
-        red_light: For a red light.
-        standing: For a block.
+        moments: The moments of its window, in order.
+        kinds: Kind of each actor in the window, by id.
+        expert: The expert's braking for the actor hit, or for the light; None if it never brakes.
+        expert_else: The first other reason that the expert brakes for, and this braking.
+        asked: Whether there is any decision of the expert in the window.
+        planner: The planner's braking. If the expert brakes: from the expert's onset on, at least
+            half as hard; else any braking in the whole window.
+        stood: Seconds of the same period in which the ego was stationary.
+        actor_rank: Rank of the actor hit in the same period; None without a ranking.
+        red_light: State of the light; None if the incident is not a red light.
+        standing: Why the ego was stationary; None if the incident is not a block.
     """
 
     incident: Incident
@@ -66,13 +66,13 @@ class Finding:
     asked: bool
     planner: Braking | None
     stood: float
-    noticed: Noticed | None
+    actor_rank: ActorRank | None
     red_light: RedLight | None
     standing: Standing | None
 
 
 def find(incident: Incident, postmortem: Postmortem) -> Finding:
-    """Return what was measured about an incident."""
+    """Return the measurements about an incident."""
     moments = postmortem.between(incident.window)
     item = incident.infraction
     light = item.kind is InfractionKind.RED_LIGHT
@@ -95,14 +95,14 @@ def find(incident: Incident, postmortem: Postmortem) -> Finding:
         asked=bool(answers),
         planner=own_braking(later, incident, like_expert=expert is not None),
         stood=TICK * sum(moment.scene.ego.speed < BLOCKED_SPEED for moment in later),
-        noticed=None if item.actor is None else _noticed(later, item.actor),
+        actor_rank=None if item.actor is None else _actor_rank(later, item.actor),
         red_light=red_light_of(incident, moments, postmortem.route) if light else None,
         standing=standing_of(moments, answers) if item.kind is InfractionKind.BLOCKED else None,
     )
 
 
 def gap_to(scene: Scene, actor: int) -> float | None:
-    """Return the metres between the ego's box and an actor's; None where it is out of sight."""
+    """Return the metres between the ego's box and an actor's; None if it is not in the scene."""
     row = np.flatnonzero(scene.actors.ids == actor)
     if not row.size:
         return None
@@ -125,7 +125,7 @@ def _something_else(
     return None
 
 
-def _noticed(moments: Sequence[Moment], actor: int) -> Noticed | None:
+def _actor_rank(moments: Sequence[Moment], actor: int) -> ActorRank | None:
     rankings = [
         answer.ranking
         for answer in decisions([moment.planner for moment in moments])
@@ -134,7 +134,7 @@ def _noticed(moments: Sequence[Moment], actor: int) -> Noticed | None:
     if not rankings:
         return None
     places = [ranking.index(actor) + 1 for ranking in rankings if actor in ranking]
-    return Noticed(
+    return ActorRank(
         best=min(places, default=None),
         times=sum(place <= FIRST_FEW for place in places),
         of=len(rankings),

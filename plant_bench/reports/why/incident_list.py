@@ -1,4 +1,4 @@
-"""A run's infractions, the worst routes first, to choose from."""
+"""Prints the list of a run's infractions, worst routes first."""
 
 import sys
 from collections.abc import Sequence
@@ -15,14 +15,14 @@ from plant_bench.scoring.infractions import Infraction, Status
 from plant_bench.scoring.results import EpisodeResult
 from plant_bench.text_escaping import one_line
 
-FEW = 3  # infractions of an episode that are named
+FEW = 3  # infractions listed per episode
 _console = Console(
     highlight=False, markup=False, emoji=False, width=None if sys.stdout.isatty() else PIPED_WIDTH
 )
 
 
 def worst_first(results: Sequence[EpisodeResult]) -> list[EpisodeResult]:
-    """Return the episodes with infractions or a crash, those of the worst routes first."""
+    """Return the episodes with infractions or a crash, the routes with the lowest DS first."""
     scores: dict[str, list[float]] = {}
     for item in results:
         scores.setdefault(item.route, []).append(item.driving_score)
@@ -32,7 +32,7 @@ def worst_first(results: Sequence[EpisodeResult]) -> list[EpisodeResult]:
 
 
 def print_infractions(results: Sequence[EpisodeResult], run: str) -> None:
-    """Print which infractions a run has."""
+    """Print a table of the infractions of a run."""
     marred = worst_first(results)
     count = sum(len(item.infractions) for item in results)
     _console.print(
@@ -53,7 +53,7 @@ def print_infractions(results: Sequence[EpisodeResult], run: str) -> None:
     _console.print(table)
     first = marred[0]
     _console.print(
-        Text(f"Look at one: plant-bench why {run} {one_line(first.route)} ", end="")
+        Text(f"To explain one: plant-bench why {run} {one_line(first.route)} ", end="")
         + Text(f"--repetition {first.repetition}")
     )
 

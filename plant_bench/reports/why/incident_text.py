@@ -1,4 +1,4 @@
-"""What `plant-bench why` prints of an episode: each incident, its last seconds and a verdict."""
+"""Text output of `plant-bench why`: each incident, a table of its last seconds, and a verdict."""
 
 import sys
 from collections.abc import Iterable, Sequence
@@ -18,8 +18,8 @@ from plant_bench.scoring.results import EpisodeResult
 from plant_bench.text_escaping import one_line
 from plant_bench.world.scene import Light
 
-ROWS = 9  # of the table of an incident
-TOP = 3  # of a ranking that are shown
+ROWS = 9  # of an incident's table
+TOP = 3  # actors of a ranking that are shown
 _console = Console(
     highlight=False, markup=False, emoji=False, width=None if sys.stdout.isatty() else PIPED_WIDTH
 )
@@ -38,7 +38,7 @@ def print_episode(
 
 
 def print_finding(finding: Finding, postmortem: Postmortem) -> None:
-    """Print one incident: what happened, what was seen, the last seconds, the verdict."""
+    """Print one incident: what happened, the surroundings, the last seconds, the verdict."""
     _console.print(Text(incident_line(finding, postmortem.result), style="bold red"))
     _console.print(Padding(Text(surroundings(finding, postmortem)), (0, 0, 0, 3)))
     if finding.moments:
@@ -47,7 +47,7 @@ def print_finding(finding: Finding, postmortem: Postmortem) -> None:
 
 
 def episode_line(result: EpisodeResult) -> str:
-    """Return what an episode is and how it ended."""
+    """Return a line with the episode's agent, route, scores and status."""
     reason = f" ({one_line(result.reason)})" if result.reason else ""
     return (
         f"{one_line(result.agent)} on {one_line(result.route)}, repetition {result.repetition}: "
@@ -57,17 +57,17 @@ def episode_line(result: EpisodeResult) -> str:
 
 
 def again_line(postmortem: Postmortem) -> str:
-    """Return whether the simulator came to the recorded scenes again."""
+    """Return a line that says whether the resimulation reproduced the recorded scenes."""
     if postmortem.differs_at is None:
         return f"Simulated again: all {postmortem.ticks:,} scenes equal the recorded ones."
     return (
-        f"Simulated again: from tick {postmortem.differs_at:,} of {postmortem.ticks:,} on it is "
-        f"another episode ({postmortem.difference}); from there on the expert is not asked."
+        f"Simulated again: differs from the recording from tick {postmortem.differs_at:,} of "
+        f"{postmortem.ticks:,} on ({postmortem.difference}); no decisions of the expert after that."
     )
 
 
 def incident_line(finding: Finding, result: EpisodeResult) -> str:
-    """Return what happened, when, where, and with whom."""
+    """Return a line that says what happened, when and where, and which actor was involved."""
     item = finding.incident.infraction
     whom = "" if item.actor is None else f": {_who_hit_whom(finding)}"
     return (
@@ -78,12 +78,12 @@ def incident_line(finding: Finding, result: EpisodeResult) -> str:
 
 
 def surroundings(finding: Finding, postmortem: Postmortem) -> str:
-    """Return what there was to see at the beginning of the last seconds, and the hazards then."""
+    """Return a line on the surroundings at the start of the last seconds, and recent hazards."""
     if not finding.moments:
-        return "Nothing of it was looked at."
+        return "No moments of it were evaluated."
     moment = _near(finding)
     seen, light = moment.seen, moment.seen.light
-    parts = [f"{len(moment.scene.actors)} others in sight", f"limit {seen.speed_limit:.1f} m/s"]
+    parts = [f"{len(moment.scene.actors)} actors in sight", f"limit {seen.speed_limit:.1f} m/s"]
     parts += _junction(moment, postmortem)
     if light is not None and light.state is not Light.UNKNOWN:
         parts.append(f"light {light.state.name.lower()}, {light.distance:.0f} m to its line")
@@ -99,19 +99,19 @@ def surroundings(finding: Finding, postmortem: Postmortem) -> str:
 
 
 def _junction(moment: Moment, postmortem: Postmortem) -> list[str]:
-    """Return where the route goes at the next junction, or at the one that the ego is on."""
+    """Return the route's turn at the current or next junction; empty if there is none."""
     route = moment.seen.route
     at = 0.0 if route is None else route.progress
     for item in postmortem.route.passages:
         if item.exit > at:
             way = "straight on" if item.turn == "straight" else f"{item.turn} turn"
             left = item.entry - at
-            return [f"{way} on this junction" if left <= 0.0 else f"{way} in {left:.0f} m"]
+            return [f"{way} at this junction" if left <= 0.0 else f"{way} in {left:.0f} m"]
     return []
 
 
 def spread_moments(finding: Finding, rows: int = ROWS) -> list[Moment]:
-    """Return so many moments of a finding, evenly spread, the incident the last."""
+    """Return up to `rows` moments of a finding, evenly spaced and ending with the incident."""
     moments = finding.moments
     count = min(rows, len(moments))
     if count < 2:
@@ -120,14 +120,14 @@ def spread_moments(finding: Finding, rows: int = ROWS) -> list[Moment]:
 
 
 def _near(finding: Finding) -> Moment:
-    """Return the moment at the beginning of the seconds in which the planner's ranking is asked."""
+    """Return the first moment of the period in which the planner's ranking is evaluated."""
     start = finding.incident.window.ranked_from
     return next((item for item in finding.moments if item.scene.tick >= start), finding.moments[-1])
 
 
 def _who_hit_whom(finding: Finding) -> str:
     item = finding.incident.infraction
-    assert item.actor is not None  # noqa: S101  only asked then
+    assert item.actor is not None  # noqa: S101  checked by the caller
     name = actor_name(item.actor, item.actor_kind)
     return f"{name} ran into the ego" if item.cause == "other" else f"the ego ran into {name}"
 
@@ -137,9 +137,9 @@ def _seconds_table(finding: Finding) -> Table:
     table.add_column("before", justify="right")
     table.add_column("m/s", justify="right")
     table.add_column("planner m/s2", justify="right")
-    table.add_column("ranks first, or why")
+    table.add_column("planner's top ranks or reason")
     table.add_column("expert m/s2", justify="right")
-    table.add_column("because of")
+    table.add_column("expert's reason")
     what = subject(finding)
     table.add_column(f"to {what}, m" if what else "", justify="right")
     for moment in spread_moments(finding):
@@ -161,25 +161,25 @@ def _cells(moment: Moment, finding: Finding) -> Sequence[str]:
 
 
 def _top(moment: Moment, finding: Finding) -> str:
-    """Return whom the planner ranks first, and where the one hit ranks if not among these.
+    """Return the planner's top-ranked actors, and the rank of the actor hit if it is lower.
 
-    A planner without a ranking that explains itself tells its reason.
+    Without a ranking, it is the planner's reason, if it gives one.
     """
     planner = moment.planner
     ranking = None if planner is None else planner.ranking
     if not ranking:
         return reason_text(None if planner is None else planner.reason, finding.kinds)
     names = [actor_name(actor, finding.kinds.get(actor)) for actor in ranking[:TOP]]
-    foe = finding.incident.infraction.actor
-    if foe in ranking[TOP:]:
-        names.append(f"... {foe} as number {ranking.index(foe) + 1}")
+    hit = finding.incident.infraction.actor
+    if hit in ranking[TOP:]:
+        names.append(f"... {hit} as number {ranking.index(hit) + 1}")
     return ", ".join(names)
 
 
 def _distance(moment: Moment, finding: Finding) -> str:
-    foe = finding.incident.infraction.actor
-    if foe is not None:
-        gap = gap_to(moment.scene, foe)
+    hit = finding.incident.infraction.actor
+    if hit is not None:
+        gap = gap_to(moment.scene, hit)
         return "out of sight" if gap is None else f"{gap:.1f}"
     if finding.red_light is None:
         return ""

@@ -1,4 +1,4 @@
-"""Which moments of an episode want an explanation, and how they are called."""
+"""The incidents of an episode: each infraction with the time window to evaluate, and its name."""
 
 from dataclasses import dataclass
 
@@ -25,13 +25,13 @@ KIND_NAMES: dict[InfractionKind, str] = {
 
 @dataclass(frozen=True)
 class Incident:
-    """One infraction and the time that led to it.
+    """One infraction and the time window before it.
 
     Attributes:
-        number: Its place in the episode's list, from 1.
-        infraction: What is held against the planner.
-        tick: When.
-        window: What is looked at.
+        number: Its place in the episode's list of infractions, from 1.
+        infraction: The infraction.
+        tick: The tick at which it happened.
+        window: The ticks to evaluate.
     """
 
     number: int
@@ -40,30 +40,30 @@ class Incident:
     window: Window
 
     def before(self, tick: int) -> float:
-        """Return how many seconds before the incident a tick is."""
+        """Return the seconds from a tick to the incident."""
         return (self.tick - tick) * TICK
 
     @property
     def seconds(self) -> float:
-        """How long the window is."""
+        """Length of the window in seconds."""
         return self.before(self.window.first)
 
 
 def check_recorded(result: EpisodeResult, ticks: int) -> None:
-    """Check that an episode's infractions are of times that were recorded.
+    """Check that the times of an episode's infractions lie within its recording.
 
     Args:
         result: The episode's record.
-        ticks: Of its recording.
+        ticks: Number of ticks in its recording.
 
     Raises:
-        InputError: One is of before or after it.
+        InputError: An infraction's time is outside the recording.
     """
     for item in result.infractions:
         if not 0.0 <= item.time <= ticks * TICK:
             message = (
-                f"The record of {result.route} tells of an infraction at {item.time:g} s, its "
-                f"recording is of {ticks * TICK:g} s. Score the route again."
+                f"The record of {result.route} has an infraction at {item.time:g} s, but its "
+                f"recording lasts {ticks * TICK:g} s. Score the route again."
             )
             raise InputError(message)
 
@@ -71,11 +71,11 @@ def check_recorded(result: EpisodeResult, ticks: int) -> None:
 def incidents(result: EpisodeResult, before: float) -> list[Incident]:
     """Return an episode's incidents, in order of time.
 
-    For a block the whole time of standing is looked at.
+    For a block, the window also covers the whole time that the ego was stationary.
 
     Args:
         result: The episode's record.
-        before: Seconds to look at before each.
+        before: Seconds to evaluate before each incident.
     """
     found = []
     for number, item in enumerate(result.infractions, start=1):
@@ -90,7 +90,7 @@ def incidents(result: EpisodeResult, before: float) -> list[Incident]:
 
 
 def actor_name(actor: int, kind: ActorKind | None) -> str:
-    """Return how an actor is called: its kind and its id.
+    """Return the display name of an actor: its kind and its id.
 
     >>> actor_name(17, ActorKind.CAR), actor_name(1000002, ActorKind.VAN)
     ('car 17', 'parked van 1000002')

@@ -1,7 +1,6 @@
-"""A red light that was run: since when it was red, and when the ego's front was at its line.
+"""Details of a red-light infraction: how long it was red, and when the ego's front crossed.
 
-The rule counts the rear (see `scoring.red_lights`), so a front that crossed at green may be the
-beginning of it.
+The rule checks the ego's rear (see `scoring.red_lights`), so the front may have crossed at green.
 """
 
 from bisect import bisect_right
@@ -16,14 +15,15 @@ from plant_bench.world.scene import EGO_LENGTH, Light
 
 @dataclass(frozen=True)
 class RedLight:
-    """What is known of the light.
+    """State of the light that was run.
 
     Attributes:
-        place: Of the signal on the route, as in `Scene.lights`.
-        entry: Metres along the route to its line.
-        red_for: Seconds that it has been red; the whole window where it was red all the time.
-        front_before: Seconds before at which the front crossed its line; None if it was earlier.
-        front_state: What the light showed then.
+        place: Index of the signal on the route, as in `Scene.lights`.
+        entry: Metres along the route to its stop line.
+        red_for: Seconds that it had been red; at most the length of the window.
+        front_before: Seconds before the incident at which the ego's front crossed the stop line;
+            None if that was before the window.
+        front_state: State of the light when the front crossed.
     """
 
     place: int
@@ -33,14 +33,14 @@ class RedLight:
     front_state: Light
 
     def seen_at(self, moment: Moment) -> tuple[Light, float]:
-        """Return what the light shows, and the metres from the ego's front to its line."""
+        """Return the light's state, and the metres from the ego's front to its stop line."""
         route = moment.seen.route
         front = 0.5 * EGO_LENGTH + (0.0 if route is None else route.progress)
         return _state(moment, self.place), self.entry - front
 
 
 def red_light_of(incident: Incident, moments: Sequence[Moment], route: Route) -> RedLight | None:
-    """Return what is known of the light that was run; None where nothing was looked at."""
+    """Return details of the light that was run; None if there are no moments."""
     place = bisect_right(route.signal_entries, incident.infraction.progress) - 1
     if place < 0 or not moments:
         return None

@@ -1,4 +1,4 @@
-"""Why somebody stood until the episode was over."""
+"""Why the ego was stationary until the episode ended as blocked."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -13,25 +13,25 @@ from plant_bench.runner.review.review_frames import Moment
 from plant_bench.scoring.termination import BLOCKED_SPEED
 from plant_bench.world.scene import EGO_LENGTH, TICK
 
-GOES = 0.2  # m/s2 and above count as a wish to go
+STARTS = 0.2  # m/s2: accelerations at or above this count as starting to drive
 
 
 @dataclass(frozen=True)
 class Standing:
-    """Why somebody stood for minutes.
+    """Why the ego was stationary.
 
     Attributes:
-        seconds: How long it stood.
-        wishes: Decisions at which the expert would have gone.
-        of: All its decisions in that time.
-        reason: The commonest reason of the others; None without any.
-        times: How often it was that.
-        ahead: The id of who is the nearest on the route ahead at the end; None for nobody.
+        seconds: Seconds that it was stationary.
+        starts: Number of decisions in which the expert would have driven on.
+        of: Number of all its decisions in that time.
+        reason: The most frequent reason of its other decisions; None if there is none.
+        times: Number of decisions with this reason.
+        ahead: Id of the nearest actor on the route ahead at the end; None if there is none.
         gap: Metres to it.
     """
 
     seconds: float
-    wishes: int
+    starts: int
     of: int
     reason: Reason | None
     times: int
@@ -40,19 +40,19 @@ class Standing:
 
 
 def standing_of(moments: Sequence[Moment], answers: Sequence[Decision]) -> Standing:
-    """Return why the ego stood, given the expert's answers to that."""
-    wishes = sum(answer.control.acceleration >= GOES for answer in answers)
-    waits = [answer for answer in answers if answer.control.acceleration < GOES]
+    """Return why the ego was stationary, from the decisions of the expert."""
+    starts = sum(answer.control.acceleration >= STARTS for answer in answers)
+    waits = [answer for answer in answers if answer.control.acceleration < STARTS]
     counted = Counter(answer.reason for answer in waits if answer.reason is not None)
     reason, times = counted.most_common(1)[0] if counted else (None, 0)
-    stands = [moment for moment in moments if moment.scene.ego.speed < BLOCKED_SPEED]
+    stationary = [moment for moment in moments if moment.scene.ego.speed < BLOCKED_SPEED]
     ahead, gap = _ahead(moments[-1])
-    seconds = len(stands) * TICK
-    return Standing(seconds, wishes, len(answers), reason, times, ahead, gap)
+    seconds = len(stationary) * TICK
+    return Standing(seconds, starts, len(answers), reason, times, ahead, gap)
 
 
 def _ahead(moment: Moment) -> tuple[int | None, float]:
-    """Return who is the nearest on the route ahead, and the metres from bumper to bumper."""
+    """Return the id of the nearest actor on the route ahead, and the bumper-to-bumper gap in m."""
     actors, route = moment.seen.actors, moment.seen.route
     if actors is None or route is None or not len(actors) or len(route.points) < 2:
         return None, np.inf

@@ -1,4 +1,4 @@
-"""One moment from above: streets, route, plan, light, actors and the ego, which drives upwards."""
+"""Draws a scene from above: lanes, route, plan, lights and actors; the ego points upwards."""
 
 import math
 from functools import lru_cache
@@ -19,8 +19,8 @@ from plant_bench.world.scene import EGO_LENGTH, EGO_WIDTH, ActorKind, Light
 from plant_bench.world.town import Town
 
 SIDE, BEHIND, AHEAD = 19.0, 13.0, 44.0  # m shown beside, behind and before the ego
-LABEL = 4.0  # m from the edge within which nothing is labelled
-SPEED_LINE = 0.5  # s that the line before an actor looks ahead
+LABEL = 4.0  # m: actors closer to the edge are not labelled
+SPEED_LINE = 0.5  # s: an actor's speed line is the distance driven in this time
 GROUND, STREET, EDGE = "#eceee8", "#c9ccd0", "#f6f6f4"
 ROUTE, PLAN = "#2f9e44", "#e8590c"
 EGO, TOP, EXPERTS, OTHER, WALKER = "#ffd60a", "#e03131", "#1c7ed6", "#868e96", "#5f3dc4"
@@ -31,7 +31,7 @@ Points = Float[np.ndarray, "points 2"]
 
 
 def draw_moment(ax: Axes, moment: Moment, finding: Finding, postmortem: Postmortem) -> None:
-    """Draw one moment into a panel."""
+    """Draw one moment into the axes of a panel."""
     ax.set_xlim(-SIDE, SIDE)
     ax.set_ylim(-BEHIND, AHEAD)
     ax.set_aspect("equal")
@@ -48,14 +48,14 @@ def draw_moment(ax: Axes, moment: Moment, finding: Finding, postmortem: Postmort
 
 
 def _turned(points: np.ndarray, moment: Moment) -> Points:
-    """Return world points as the panel shows them: the ego at the origin, forward up."""
+    """Return world points in the panel's frame: the ego at the origin, forward is up."""
     ahead = to_frame(np.asarray(points, float).reshape(-1, 2), *moment.scene.ego.pose)
     return np.stack((-ahead[:, 1], ahead[:, 0]), axis=1)
 
 
 @lru_cache(maxsize=4)
 def _streets(town: Town) -> tuple[list[shapely.Polygon], shapely.STRtree]:
-    """Return the lanes of a town as areas, and an index of them."""
+    """Return the lanes of a town as polygons, and a spatial index of them."""
     areas = [
         shapely.LineString(lane.points[:, :2]).buffer(0.5 * lane.width, cap_style="flat")
         for lane in town.lanes.values()
@@ -81,7 +81,7 @@ def _draw_route(ax: Axes, moment: Moment) -> None:
 
 
 def _draw_plan(ax: Axes, moment: Moment) -> None:
-    """Draw the recorded waypoints where they were when the plan was made."""
+    """Draw the waypoints of the plan in the frame of the ego pose when the plan was made."""
     if moment.plan is None:
         return
     world = from_frame(moment.plan.waypoints, *moment.planned_at.pose)
@@ -93,7 +93,7 @@ def _draw_plan(ax: Axes, moment: Moment) -> None:
 
 
 def _draw_way(ax: Axes, moment: Moment, finding: Finding) -> None:
-    """Draw where the one hit went from here until then."""
+    """Draw the path of the actor hit, from this moment to the incident."""
     later = [item.scene for item in finding.moments if item.scene.tick >= moment.scene.tick]
     way = [
         scene.actors.poses[scene.actors.ids == finding.incident.infraction.actor, :2]
@@ -104,7 +104,7 @@ def _draw_way(ax: Axes, moment: Moment, finding: Finding) -> None:
 
 
 def _draw_light(ax: Axes, moment: Moment, postmortem: Postmortem) -> None:
-    """Draw the stop lines ahead in the colours of their lights."""
+    """Draw the route's stop lines in the colours of their lights."""
     route = postmortem.route
     for place, entry in enumerate(route.signal_entries):
         colour = LIGHTS.get(Light(int(moment.scene.lights[place])))
@@ -121,7 +121,7 @@ def _draw_actors(ax: Axes, moment: Moment, finding: Finding) -> None:
     actors = moment.scene.actors
     if not len(actors):
         return
-    foe = finding.incident.infraction.actor
+    hit = finding.incident.infraction.actor
     ranking = None if moment.planner is None else moment.planner.ranking
     top = ranking[0] if ranking else NO_ACTOR
     reason = None if moment.expert is None else moment.expert.reason
@@ -135,13 +135,13 @@ def _draw_actors(ax: Axes, moment: Moment, finding: Finding) -> None:
             facecolor=TOP if actor == top else WALKER if walks else OTHER,
             edgecolor=EXPERTS if actor == experts else "white",
             linewidth=3.0 if actor == experts else 0.7,
-            zorder=7 if actor in (top, experts, foe) else 4,
+            zorder=7 if actor in (top, experts, hit) else 4,
         )
         ax.add_patch(patch)
-        if actor == foe:
+        if actor == hit:
             ax.add_patch(_hatched(_turned(box, moment)))
         _draw_speed(ax, moment, row)
-        if actor in (top, experts, foe):
+        if actor in (top, experts, hit):
             _label(ax, actor, *_turned(actors.poses[row, :2], moment)[0].tolist())
 
 

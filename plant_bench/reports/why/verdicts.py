@@ -1,8 +1,8 @@
-"""Findings as sentences; they state what was measured, and nothing else."""
+"""Verdicts: the measurements about an incident as sentences."""
 
 from plant_bench.agent import NO_ACTOR, Cause, Reason
 from plant_bench.reports.why.brake_onset import Braking
-from plant_bench.reports.why.incident_findings import FIRST_FEW, Finding, Noticed
+from plant_bench.reports.why.incident_findings import FIRST_FEW, ActorRank, Finding
 from plant_bench.reports.why.incidents import actor_name
 from plant_bench.reports.why.stationary import Standing
 from plant_bench.runner.review.review_frames import Postmortem
@@ -15,15 +15,15 @@ CAUSES: dict[Cause, str] = {
     Cause.LIGHT: "light",
     Cause.LEADER: "leader",
     Cause.CONFLICT: "conflict",
-    Cause.JUNCTION: "no room beyond",
+    Cause.JUNCTION: "no space beyond junction",
 }
 
 
 def verdict(finding: Finding, postmortem: Postmortem) -> str:
-    """Return what was found out about an incident, in a few sentences."""
+    """Return the measurements about an incident as a few sentences."""
     kind = finding.incident.infraction.kind
     if not finding.asked:
-        why = postmortem.expert_note or "it was not asked"
+        why = postmortem.expert_note or "it was not queried"
         return f"What the expert would have done is not known: {why}."
     if kind is InfractionKind.BLOCKED and finding.standing is not None:
         return _of_standing(finding.standing, finding.kinds)
@@ -31,15 +31,15 @@ def verdict(finding: Finding, postmortem: Postmortem) -> str:
         share = finding.incident.infraction.share or 0.0
         return f"{share:.2%} of the distance was driven outside the lanes or against the direction."
     parts = [_of_light(finding), _of_expert(finding), _of_planner(finding)]
-    if finding.noticed is not None:
-        parts.append(_of_ranking(finding, finding.noticed, postmortem.ranked_itself))
+    if finding.actor_rank is not None:
+        parts.append(_of_ranking(finding, finding.actor_rank, postmortem.ranked_itself))
     elif finding.incident.infraction.actor is not None and postmortem.planner_note:
         parts.append(f"Its ranking is not known: {postmortem.planner_note}.")
     return " ".join(part for part in parts if part)
 
 
 def subject(finding: Finding) -> str:
-    """Return what the expert should have minded: the one hit, or the light."""
+    """Return the name of the object of the infraction: the actor hit, or the light."""
     item = finding.incident.infraction
     if item.kind is InfractionKind.RED_LIGHT:
         return "the light"
@@ -47,7 +47,7 @@ def subject(finding: Finding) -> str:
 
 
 def reason_text(reason: Reason | None, kinds: dict[int, ActorKind]) -> str:
-    """Return a reason in a few words, with whom it is about."""
+    """Return a reason as text: its cause, and the actor if it has one."""
     if reason is None:
         return "-"
     if reason.actor == NO_ACTOR:
@@ -56,7 +56,7 @@ def reason_text(reason: Reason | None, kinds: dict[int, ActorKind]) -> str:
 
 
 def _since(braking: Braking) -> str:
-    return f"{braking.before:.1f} s before" + (" or earlier" if braking.at_once else "")
+    return f"{braking.before:.1f} s before" + (" or earlier" if braking.from_start else "")
 
 
 def _of_expert(finding: Finding) -> str:
@@ -77,7 +77,7 @@ def _of_expert(finding: Finding) -> str:
 
 def _of_planner(finding: Finding) -> str:
     own, half = finding.planner, finding.expert is not None
-    stood = f" The ego stood for {finding.stood:.1f} s." if finding.stood else ""
+    stood = f" The ego was stationary for {finding.stood:.1f} s." if finding.stood else ""
     if own is None:
         how = "never braked half as hard" if half else "did not brake"
         return f"The planner {how}.{stood}"
@@ -86,12 +86,12 @@ def _of_planner(finding: Finding) -> str:
     return f"The planner braked {how}{since}.{stood}"
 
 
-def _of_ranking(finding: Finding, noticed: Noticed, itself: bool) -> str:
+def _of_ranking(finding: Finding, rank: ActorRank, itself: bool) -> str:
     what, how = subject(finding), "" if itself else " (by masking)"
     few = f"first {FIRST_FEW}"
-    if noticed.times:
-        return f"It had {what} among its {few} in {noticed.times} of {noticed.of} decisions{how}."
-    best = "" if noticed.best is None else f" (number {noticed.best} at best)"
+    if rank.times:
+        return f"It had {what} among its {few} in {rank.times} of {rank.of} decisions{how}."
+    best = "" if rank.best is None else f" (number {rank.best} at best)"
     return f"It did not rank {what} among its {few}{best}{how}."
 
 
@@ -109,16 +109,16 @@ def _of_light(finding: Finding) -> str:
 
 
 def _of_standing(found: Standing, kinds: dict[int, ActorKind]) -> str:
-    ahead = "Nobody stands on the route ahead"
+    ahead = "There is no actor on the route ahead"
     if found.ahead is not None:
         name = actor_name(found.ahead, kinds.get(found.ahead))
-        ahead = f"{name[0].upper()}{name[1:]} stands {max(found.gap, 0.0):.1f} m ahead on the route"
-    parts = [f"It stood for {found.seconds:.0f} s. {ahead}."]
-    if found.wishes:
-        parts.append(f"The expert would have gone in {found.wishes} of {found.of} decisions.")
+        ahead = f"{name[0].upper()}{name[1:]} is {max(found.gap, 0.0):.1f} m ahead on the route"
+    parts = [f"The ego was stationary for {found.seconds:.0f} s. {ahead}."]
+    if found.starts:
+        parts.append(f"The expert would have driven on in {found.starts} of {found.of} decisions.")
     else:
-        parts.append(f"The expert would not have gone, either, in any of {found.of} decisions.")
+        parts.append(f"The expert would not have driven on in any of {found.of} decisions either.")
     if found.reason is not None:
-        about = reason_text(found.reason, kinds)
-        parts.append(f"What kept it most often was {about} ({found.times} decisions).")
+        reason = reason_text(found.reason, kinds)
+        parts.append(f"Its most frequent reason to wait: {reason} ({found.times} decisions).")
     return " ".join(parts)

@@ -170,7 +170,7 @@ def test_truncated_recording_raises_input_error(tmp_path):
 def test_other_parquet_file_raises_input_error(tmp_path):
     path = write(tmp_path / "episode.parquet", some_scenes())
     pq.write_table(pq.ParquetFile(path).read().replace_schema_metadata({}), path)
-    with pytest.raises(InputError, match="format 1 or 2 or 3 is wanted"):
+    with pytest.raises(InputError, match="expected format 1 or 2 or 3"):
         Recording.load(path)
 
 

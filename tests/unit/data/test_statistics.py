@@ -74,8 +74,8 @@ def test_data_card_says_that_the_expert_drove(folder):
     command = "`plant-bench collect --out mine --frames 6 --seed 2 --density dense --perturb 0.3`"
     assert command in card
     assert "the expert, an algorithm" in card
-    assert "not to be learned from" in card
-    assert "Collisions that others caused, in episodes that are in the data: 3." in card
+    assert "not for training" in card
+    assert "Collisions caused by other actors, in the included episodes: 3." in card
     assert "frames during a perturbation" in card
 
 
@@ -85,11 +85,11 @@ def test_data_card_names_the_driver_of_a_dagger_collection(folder):
     card = data_card(data, request, notes, "own")
     assert "--density dense --driver plant@mine`" in card
     assert "`plant@mine` drove" in card
-    assert "answers, not drives" in card
+    assert "expert actions, not drives" in card
     assert "--targets expert-action" in card
-    assert "the driver's own included, in episodes that are in the data: 3." in card
-    assert "| frames driven otherwise than answered | 66.7% |" in card
-    for word in ("perturbation", "that others caused", "not to be learned from", "/home"):
+    assert "including those caused by the driver, in the included episodes: 3." in card
+    assert "| frames not driven as the expert | 66.7% |" in card
+    for word in ("perturbation", "caused by other actors", "not for training", "/home"):
         assert word not in card
 
 

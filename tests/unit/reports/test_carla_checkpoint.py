@@ -76,9 +76,9 @@ BROKEN: dict[str, tuple[object, str]] = {
     "truncated": ('{"_checkpoint": {"records": [', "Expecting value"),
     "a list": ([1, 2], "valid dictionary"),
     "no records": (carla_file([]), "no records"),
-    "not a number": ('{"_checkpoint": NaN}', "NaN is no number"),
-    "too deep": ("[" * 200_000, "nested too deep"),
-    "a key twice": ('{"labels": [], "labels": []}', "'labels' is there twice"),
+    "not a number": ('{"_checkpoint": NaN}', "NaN is not a valid number"),
+    "too deep": ("[" * 200_000, "nested too deeply"),
+    "a key twice": ('{"labels": [], "labels": []}', "'labels' occurs twice"),
     "half a character": (bad(status="\ud800"), "surrogates"),
     "overflow": ('{"_checkpoint": {"progress": [1e999], "records": []}}', "progress.0"),
     "a long number": ('{"labels": ' + "9" * 5000 + "}", "digit"),
@@ -91,9 +91,9 @@ BROKEN: dict[str, tuple[object, str]] = {
     "infractions that are numbers": (bad(infractions={"red_light": 3}), "red_light"),
     "infractions that lack": (bad(infractions={}), "lack collisions_layout"),
     "outside, but how far": (
-        carla_file([carla_record("a", outside_route_lanes=["far"])]), "does not tell",
+        carla_file([carla_record("a", outside_route_lanes=["far"])]), "found no number",
     ),
-    "an episode twice": (carla_file(TWICE), "is there 2 times"),
+    "an episode twice": (carla_file(TWICE), "occurs 2 times"),
     "a billion episodes": ('{"_checkpoint": {"progress": [0, 1000000000], "records": []}}', "1000"),
     "our part is broken": (bad(plant_bench={"result": {"agent": 3}}), "plant_bench.result"),
     "our part is no object": (bad(plant_bench="<script>"), "plant_bench"),
@@ -138,7 +138,7 @@ def test_exported_file_with_changed_scores_is_refused(tmp_path: Path):
     record = content["_checkpoint"]["records"][0]
     record["scores"] = {"score_composed": 50.0, "score_penalty": 1.0, "score_route": 50.0}
 
-    with pytest.raises(InputError, match="not those of what plant-bench exported"):
+    with pytest.raises(InputError, match="differ from those of its plant-bench record"):
         load_checkpoint(written(tmp_path, content))
 
 

@@ -34,7 +34,7 @@ def test_episodes_of_a_route_are_sorted_by_repetition(folder: RunFolder):
     [
         ("twon02-3", None, "Did you mean town02-3?"),
         ("town02-3", 4, "no episode of town02-3, repetition 4: its repetitions are 0"),
-        ("0,1", None, "names 2 routes: one is wanted"),
+        ("0,1", None, "selects 2 routes: expected one"),
     ],
 )
 def test_missing_route_is_named(folder: RunFolder, route: str, repetition: int, words: str):

@@ -92,7 +92,7 @@ def test_runs_without_a_common_scenario_are_refused(episode):
 
 
 def test_comparison_across_protocols_is_refused(episode):
-    with pytest.raises(InputError, match="several protocols"):
+    with pytest.raises(InputError, match="different protocols"):
         paired_difference([episode(0)], [episode(0, protocol="longest6-sumo-v0")])
 
 

@@ -58,7 +58,14 @@ def test_records_and_keys_do_not_depend_on_run_level_modules():
     for module in tuple(of_episodes):
         of_episodes |= graph.find_upstream_modules(module)
     assert f"{room}.episode_metrics" in of_episodes
-    of_runs = {"metrics_table", "over_run", "metrics", "comparison", "normalised", "hazards_met"}
+    of_runs = {
+        "metrics_table",
+        "aggregation",
+        "metrics",
+        "comparison",
+        "normalised_score",
+        "hazard_outcomes",
+    }
     assert not of_episodes & {f"{room}.{name}" for name in of_runs}
 
 
@@ -96,11 +103,11 @@ def test_metrics_missing_in_old_records_are_none_and_ignored(episode):
     assert "jerk_p95" not in old.measures
     assert EpisodeResult.model_validate_json(old.to_json()).to_json() == old.to_json()
     both = [old, new]
-    assert per_km("hard_brakes").of(both, PenaltyScheme.LB1_0) == pytest.approx(4.0)
-    assert mean("jerk_p95").of(both, PenaltyScheme.LB1_0) == 2.0
-    assert median("ttc_vehicle").of(both, PenaltyScheme.LB1_0) == math.inf
-    assert math.isnan(median("pet_vehicle").of(both, PenaltyScheme.LB1_0))
-    assert math.isnan(share_of_time("standing_share").of(both, PenaltyScheme.LB1_0))
+    assert per_km("hard_brakes").compute(both, PenaltyScheme.LB1_0) == pytest.approx(4.0)
+    assert mean("jerk_p95").compute(both, PenaltyScheme.LB1_0) == 2.0
+    assert median("ttc_vehicle").compute(both, PenaltyScheme.LB1_0) == math.inf
+    assert math.isnan(median("pet_vehicle").compute(both, PenaltyScheme.LB1_0))
+    assert math.isnan(share_of_time("standing_share").compute(both, PenaltyScheme.LB1_0))
     assert summarise(both, expected=2).measures.episodes == 2
 
 

@@ -56,5 +56,7 @@ def test_penalty_schemes_are_found_by_name():
     assert [penalty_scheme_of(penalties.value) for penalties in PenaltyScheme] == list(
         PenaltyScheme
     )
-    with pytest.raises(InputError, match=r"no penalty scheme 'lb2.0': lb1.0 and lb2.1"):
+    with pytest.raises(
+        InputError, match=r"Unknown penalty scheme 'lb2.0': expected lb1.0 or lb2.1"
+    ):
         penalty_scheme_of("lb2.0")

@@ -194,7 +194,7 @@ def test_ablations_of_the_learner_come_from_its_options() -> None:
     [
         ("plnt", "There is no learner 'plnt'. Did you mean 'plant'"),
         (f"{FILE}:PixelLerner", "Did you mean 'PixelLearner'"),
-        (f"{FILE}:Pixels", "is no learner: a subclass of plant_bench.learner.Learner"),
+        (f"{FILE}:Pixels", "is not a learner: expected a subclass of plant_bench.learner.Learner"),
         ("nowhere.py:Learner", "There is no file"),
         ("plant_bench.nowhere:Learner", "cannot be loaded: ModuleNotFoundError"),
         ("plant_bench.learner:Learner", "lacks encode, loss, network, name, agent, Options"),

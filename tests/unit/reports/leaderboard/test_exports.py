@@ -50,7 +50,7 @@ def test_csv_and_parquet_hold_identical_values(written, name):
 def test_each_record_can_be_rebuilt_from_its_row(written):
     made, out = written
     records = {
-        (entry.line.id, item.name): item.result
+        (entry.row.id, item.name): item.result
         for board in made.boards
         for entry in board.entries
         for item in entry.run.episodes
@@ -73,10 +73,10 @@ def test_leaderboard_row_equals_the_summary(written):
     frame = read_csv(out / "leaderboard.csv").set_index("id")
     for board in made.boards:
         for entry in board.entries:
-            row, scores = frame.loc[entry.line.id], entry.summary.scores
+            row, scores = frame.loc[entry.row.id], entry.summary.scores
             assert row["driving_score_mean"] == scores["driving_score"].mean
             assert row["vehicle_collisions_std"] == scores["vehicle_collisions"].std
-            assert row["planner"] == entry.line.planner
+            assert row["planner"] == entry.row.planner
 
 
 def test_json_separates_boards_and_contains_no_nan(written):

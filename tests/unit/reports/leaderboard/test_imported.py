@@ -5,7 +5,7 @@ import pytest
 from plant_bench.reports.carla_checkpoint import ImportedRecord, ImportedRun
 from plant_bench.reports.carla_checkpoint_writing import checkpoint, write_checkpoint
 from plant_bench.reports.leaderboard.board import CARLA, HERE
-from plant_bench.reports.leaderboard.imported_checkpoints import imported_line
+from plant_bench.reports.leaderboard.imported_checkpoints import imported_row
 from plant_bench.reports.leaderboard.score_sources import read_run
 
 
@@ -30,7 +30,7 @@ def record(route, repetition, km, hits, score):
 def test_rates_are_total_counts_per_total_kilometres(tmp_path):
     """Summing or averaging per-route rates would give short routes the weight of long ones."""
     records = (record("a", 0, 1.0, 1, 60.0), record("b", 0, 9.0, 1, 80.0))
-    line = imported_line(
+    line = imported_row(
         ImportedRun("x", "carla-lb1.0", tmp_path / "x.json", 2, records), id="x", planner="x"
     )
     assert line.driving_score.mean == pytest.approx(70.0)
@@ -42,7 +42,7 @@ def test_rates_are_total_counts_per_total_kilometres(tmp_path):
 def test_standard_deviation_is_over_repetitions(tmp_path):
     records = tuple(record("a", n, 1.0, n, 60.0 + 10.0 * n) for n in range(3))
     run = ImportedRun("x", "carla-lb1.0", tmp_path / "x.json", 3, records)
-    line = imported_line(run, id="x", planner="x")
+    line = imported_row(run, id="x", planner="x")
     assert (line.repetitions, line.driving_score.std) == (3, pytest.approx(10.0))
 
 
@@ -61,8 +61,8 @@ def test_checkpoint_file_is_on_a_board_of_its_own(tmp_path, write_run, leaderboa
     assert len(boards) == 3
     worlds = {board.world: board for board in boards[1:]}
     assert worlds[CARLA].protocol == "carla-lb1.0"
-    assert worlds[CARLA].lines[0].planner == "foreign"
-    assert worlds[HERE].lines[0].planner == "a"
-    assert worlds[HERE].lines[0].driving_score.mean == pytest.approx(
+    assert worlds[CARLA].rows[0].planner == "foreign"
+    assert worlds[HERE].rows[0].planner == "a"
+    assert worlds[HERE].rows[0].driving_score.mean == pytest.approx(
         sum(item.driving_score for item in results) / len(results)
     )

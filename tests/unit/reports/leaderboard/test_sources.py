@@ -78,5 +78,5 @@ def test_record_with_an_oversized_number_is_refused(tmp_path, write_run, name):
     record = next((run / "episodes").glob("*.json"))
     record.write_text(json.dumps(json.loads(record.read_text()) | {name: 10**30}))
 
-    with pytest.raises(InputError, match="fits no table"):
+    with pytest.raises(InputError, match="seed or format too large"):
         read_run(run)

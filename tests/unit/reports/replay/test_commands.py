@@ -55,10 +55,10 @@ def test_pictures_are_written_and_their_paths_printed(runs, tmp_path):
     ("options", "told"),
     [
         (("--png", "{}/a.jpg"), "ends with .png"),
-        (("--png", "{}/a.png", "--time", "99"), "--time 99: a moment from 0 to 4.0 s"),
-        (("--gif", "{}/a.gif", "--from", "3", "--to", "2"), "From 3 to 2 s is nothing"),
-        (("--gif", "{}/a.gif", "--fps", "99"), "--fps 99: 1 to 60"),
-        (("--png", "{}/ours/run.json/a.png"), "is no folder"),
+        (("--png", "{}/a.png", "--time", "99"), "--time 99: expected 0 to 4.0 s"),
+        (("--gif", "{}/a.gif", "--from", "3", "--to", "2"), "From 3 to 2 s is empty"),
+        (("--gif", "{}/a.gif", "--fps", "99"), "--fps 99: expected 1 to 60"),
+        (("--png", "{}/ours/run.json/a.png"), "is not a folder"),
     ],
 )
 def test_options_are_checked_before_the_episode_is_read(runs, tmp_path, monkeypatch, options, told):
@@ -97,7 +97,7 @@ def test_ctrl_c_during_a_video_leaves_no_file(runs, tmp_path, monkeypatch):
             raise KeyboardInterrupt
         return np.zeros((8, 8, 3), np.uint8)
 
-    monkeypatch.setattr("plant_bench.reports.replay.image_layout.Panels.draw", interrupted)
+    monkeypatch.setattr("plant_bench.reports.replay.image_layout.SceneGrid.draw", interrupted)
     done = called("replay", runs[0], "town01-0", "--gif", tmp_path / "a.gif")
     assert done.exit_code == EXIT_INTERRUPTED
     assert not list(tmp_path.glob("a.*"))

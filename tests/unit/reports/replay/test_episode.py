@@ -96,13 +96,13 @@ def test_unusable_recording_is_refused_with_the_reason(tmp_path, source):
     with pytest.raises(InputError, match="town town01 has changed"):
         load_episode(other)
     other = drive(tmp_path, run="routes", route_checksum="1" * 64)
-    with pytest.raises(InputError, match="not in any suite here as it was driven"):
+    with pytest.raises(InputError, match="has changed since the episode was driven: no suite"):
         load_episode(other)
     source.recording.write_bytes(b"broken")
     with pytest.raises(InputError, match="Not a recording"):
         load_recording(source)
     source.recording.unlink()
-    with pytest.raises(InputError, match="scored without them"):
+    with pytest.raises(InputError, match="scored without recordings"):
         load_recording(source)
 
 
@@ -114,6 +114,6 @@ def test_a_recording_of_another_scenario_is_refused(tmp_path, source):
 
 
 def test_missing_attention_is_explained(facts):
-    assert facts["attentionNote"] == "The planner does not rank others."
+    assert facts["attentionNote"] == "The planner does not rank actors."
     assert len(Attention.absent("x").ticks) == 0
     assert json.dumps(facts)  # all of it is plain JSON

@@ -10,7 +10,7 @@ from plant_bench.reports.replay.movie import SAVERS, MovieRequest
 from plant_bench.reports.replay.replay_episode import load_episode, replay_script
 from plant_bench.reports.replay.replay_page import palette
 from plant_bench.reports.replay.replay_site import replay_path, write_replays
-from plant_bench.reports.replay.snapshots import moment_of
+from plant_bench.reports.replay.snapshots import snapshot_at
 from plant_bench.runner.review.expert_braking import ExpertView
 from tests.unit.reports.replay.drives import drive
 from tests.unit.reports.replay.test_movie import pixels, quiet
@@ -42,9 +42,9 @@ def test_replay_data_holds_the_actor_of_the_expert_over_time(asked):
 
 def test_frame_distinguishes_the_actors_of_expert_and_planner(asked):
     episode = load_episode(asked)
-    told = {time: moment_of(episode, time).expert_brakes_for for time in (0.4, 0.5, 1.5, 3.0)}
+    told = {time: snapshot_at(episode, time).expert_brakes_for for time in (0.4, 0.5, 1.5, 3.0)}
     assert told == {0.4: NO_ACTOR, 0.5: 3, 1.5: 3, 3.0: NO_ACTOR}, "nothing is shown where it ends"
-    assert moment_of(episode, 3.0).brakes_for == 1
+    assert snapshot_at(episode, 3.0).brakes_for == 1
 
 
 def test_expert_is_queried_only_on_request(source):
@@ -55,7 +55,7 @@ def test_expert_is_queried_only_on_request(source):
 
 
 def test_reasons_of_an_expert_run_are_shown_as_those_of_the_expert(tmp_path):
-    moment = moment_of(load_episode(drive(tmp_path, agent="expert", plans=False)), 1.0)
+    moment = snapshot_at(load_episode(drive(tmp_path, agent="expert", plans=False)), 1.0)
     assert (moment.expert_brakes_for, moment.brakes_for, moment.reason) == (1, NO_ACTOR, "leader")
 
 

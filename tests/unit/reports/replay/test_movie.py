@@ -10,7 +10,7 @@ from plant_bench.data.recording import Recording
 from plant_bench.errors import InputError
 from plant_bench.reports.replay.movie import SAVERS, MovieRequest
 from plant_bench.reports.replay.replay_episode import load_episode
-from plant_bench.reports.replay.snapshots import moment_of
+from plant_bench.reports.replay.snapshots import snapshot_at
 from tests.unit.reports.replay.drives import HIT_AT, SPEED, drive
 
 
@@ -30,12 +30,12 @@ def pixels(path: Path) -> np.ndarray:
 
 def test_moments_are_recorded_or_interpolated_between_frames(source, episode):
     recording = Recording.load(source.recording)
-    moment = moment_of(episode, 2.0)
+    moment = snapshot_at(episode, 2.0)
     scene = recording[40]
     np.testing.assert_allclose(moment.ego[:2], (scene.ego.x, scene.ego.y), atol=1e-6)
     np.testing.assert_array_equal(moment.ids, scene.actors.ids)
     np.testing.assert_allclose(moment.poses[:, :2], scene.actors.poses[:, :2], atol=1e-4)
-    between = moment_of(episode, 2.05).poses[:, :2]
+    between = snapshot_at(episode, 2.05).poses[:, :2]
     np.testing.assert_allclose(between, recording[41].actors.poses[:, :2], atol=0.02)
     yaw = scene.ego.yaw
     ahead = np.array([np.cos(yaw), np.sin(yaw)]) * SPEED / 2 + 0.2 * np.array(
@@ -46,7 +46,7 @@ def test_moments_are_recorded_or_interpolated_between_frames(source, episode):
 
 
 def test_moment_names_the_actor_braked_for(tmp_path):
-    moment = moment_of(load_episode(drive(tmp_path, plans=False)), 1.0)
+    moment = snapshot_at(load_episode(drive(tmp_path, plans=False)), 1.0)
     assert (moment.brakes_for, moment.reason) == (1, "leader")
     assert len(moment.plan) == 0
 
@@ -99,7 +99,7 @@ def test_missing_video_extra_says_what_to_install(tmp_path, episode, monkeypatch
     ("kind", "wanted", "words"),
     [
         ("png", MovieRequest(time=99.0), "--time 99"),
-        ("gif", MovieRequest(start=3.0, end=2.0), "From 3 to 2 s is nothing"),
+        ("gif", MovieRequest(start=3.0, end=2.0), "From 3 to 2 s is empty"),
         ("gif", MovieRequest(fps=0.1), "--fps 0.1"),
         ("gif", MovieRequest(start=-1.0), "From -1"),
     ],
@@ -111,5 +111,5 @@ def test_times_outside_the_recording_are_refused(tmp_path, episode, kind, wanted
 
 def test_a_gif_that_is_too_long_is_refused(tmp_path, monkeypatch, episode):
     monkeypatch.setattr("plant_bench.reports.replay.movie.MOST_GIF", 30)
-    with pytest.raises(InputError, match="too long: up to 30"):
+    with pytest.raises(InputError, match="too long: expected at most 30"):
         SAVERS["gif"]([episode], MovieRequest(), tmp_path / "a.gif", quiet)

@@ -66,7 +66,7 @@ def test_broken_recording_is_skipped_and_retried_next_time(tmp_path, source):
 
 
 def test_two_episodes_with_one_id_are_refused(tmp_path, source):
-    with pytest.raises(InputError, match="id of another"):
+    with pytest.raises(InputError, match="same id as another"):
         write(tmp_path, source, source)
 
 

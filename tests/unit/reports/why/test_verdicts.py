@@ -92,7 +92,7 @@ def test_stationary_ego_is_not_reported_as_braking():
         for tick in WINDOW
     ]
 
-    assert "The planner never braked half as hard. The ego stood for 2.1 s." in said(stood)
+    assert "The planner never braked half as hard. The ego was stationary for 2.1 s." in said(stood)
 
 
 @pytest.mark.parametrize(
@@ -156,10 +156,10 @@ def test_blocked_episode_names_the_obstacle_and_the_expert_action():
 
     text = said(stood, infraction(InfractionKind.BLOCKED))
 
-    assert "Car 17 stands 3." in text
+    assert "Car 17 is 3." in text
     assert "m ahead on the route" in text
-    assert f"The expert would have gone in 1 of {HIT + 1} decisions." in text
-    assert f"What kept it most often was leader: car 17 ({HIT} decisions)." in text
+    assert f"The expert would have driven on in 1 of {HIT + 1} decisions." in text
+    assert f"Its most frequent reason to wait: leader: car 17 ({HIT} decisions)." in text
 
 
 def test_outside_lanes_verdict_gives_the_share():

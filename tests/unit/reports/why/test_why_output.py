@@ -70,7 +70,7 @@ def test_printed_table_of_an_episode_ends_at_the_incident(printed):
     ]
     assert rows[-1][-1] == "0.0"
     assert "pedestrian 500001, car 17" in out
-    assert "3.0 s before: 2 others in sight, limit 8.3 m/s, straight on in 24 m" in out
+    assert "3.0 s before: 2 actors in sight, limit 8.3 m/s, straight on in 24 m" in out
 
 
 def test_differing_scenes_are_reported(printed):
@@ -78,7 +78,7 @@ def test_differing_scenes_are_reported(printed):
 
     out = printed(text, lambda: print_episode(looked, [finding]))
 
-    assert "from tick 40 of 100 on it is another episode (the ego)" in out
+    assert "differs from the recording from tick 40 of 100 on (the ego)" in out
 
 
 def test_untrusted_names_are_printed_as_one_line(printed, tmp_path):
@@ -137,7 +137,7 @@ def test_window_of_a_blocked_episode_covers_the_whole_block():
 
 @pytest.mark.parametrize("time", [-5.0, 1e11, 1e308])
 def test_infraction_outside_the_recording_is_named(time):
-    with pytest.raises(InputError, match="tells of an infraction at .* its recording is of 10 s"):
+    with pytest.raises(InputError, match="has an infraction at .* its recording lasts 10 s"):
         check_recorded(record(infraction(InfractionKind.BLOCKED, time=time)), 200)
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from plant_bench.agent import Control
-from plant_bench.sim.hazards.arrival import PULL, speed_to_arrive, time_to_go
+from plant_bench.sim.hazards.arrival import ACCELERATION, speed_to_arrive, time_to_go
 from plant_bench.sim.hazards.merge_pressure import place_inside
 from plant_bench.sim.simulation import Simulation
 from plant_bench.world.conflicting_paths import Approach, approaches, passage_at
@@ -107,7 +107,7 @@ def test_approaches_cross_the_route_and_start_elsewhere() -> None:
 @pytest.mark.parametrize("speed", [0.0, 5.0, 12.0])
 @pytest.mark.parametrize("time", [3.0, 5.0])
 def test_vehicle_arrives_at_the_requested_time(speed: float, time: float) -> None:
-    way = speed * time + 0.3 * PULL * time**2
+    way = speed * time + 0.3 * ACCELERATION * time**2
     pace = speed_to_arrive(way, time, speed)
     assert time_to_go(way, speed, pace) == pytest.approx(time, abs=0.01)
     assert time_to_go(way, speed, pace + 3.0) < time

@@ -157,7 +157,7 @@ def test_compiling_is_announced_once_on_a_terminal(
     found = partial(len)
     found.__dict__["stats"] = SimpleNamespace(cache_hits={"found": 1} if kept else {})
     monkeypatch.setattr(room, "njit", lambda *_, **__: lambda function: found)
-    room._tell.cache_clear()
+    room._log_once.cache_clear()
 
     for _ in range(2):
         assert compiled(F64_1D)(load) is found

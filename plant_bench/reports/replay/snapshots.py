@@ -29,8 +29,8 @@ class Snapshot:
         lights: `Light` values of the route's signals.
         plan: Waypoints in the world frame, metres; empty if there is none.
         shares: Relevance of these actors, 0 to 1.
-        brakes_for: Id of the actor that the planner brakes for, or `NO_ACTOR`. If the expert drives,
-            it is in `expert_brakes_for` only.
+        brakes_for: Id of the actor that the planner brakes for, or `NO_ACTOR`; of the expert's
+            own drives it is in `expert_brakes_for` only.
         expert_brakes_for: Id of the actor that the expert would brake for, or `NO_ACTOR`.
         reason: Why the planner does not drive faster; empty if not known.
         limit: Speed limit, m/s.

@@ -47,5 +47,5 @@ def test_motion_rates_are_repeatable_and_copies_independent() -> None:
     again = tracks.rates(0.5, seen((1, 1.0, 0.0)))
 
     assert first.accelerations.tolist() == again.accelerations.tolist() == [2.0]
-    tracks.forget()
+    tracks.reset()
     assert tracks.rates(0.6, seen((1, 5.0, 0.0))).accelerations.tolist() == [0.0]

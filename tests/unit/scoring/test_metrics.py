@@ -202,7 +202,7 @@ def test_safety_metrics_are_summarised_over_episodes(episode):
 
 
 def test_old_records_have_no_safety_metrics(episode):
-    beyond = summarise([episode(0)], expected=1).beyond
+    beyond = summarise([episode(0)], expected=1).measures
     assert beyond.episodes == 0
     assert math.isnan(beyond["ttc_vehicle"])
     assert math.isnan(beyond["hard_brakes_per_km"])

@@ -57,7 +57,7 @@ def test_single_variant_can_be_selected() -> None:
 
 def test_no_speeds_variant_disables_all_inputs_derived_from_speed() -> None:
     """Predicted conflicts, motion and horizon would reveal the speeds to the network."""
-    told = TokenSpec(reach=30.0, horizon=5.0, conflicts=True, tracks=True, stop_line=True)
+    told = TokenSpec(reach=30.0, horizon=5.0, conflicts=True, motion=True, stop_line=True)
     base = recipe(PlanTConfig(tokens=told))
     found = {variant.name: variant.recipe for variant in variants_of(["speeds"], base)}
     without = TokenSpec(reach=30.0, speed=False, stop_line=True)

@@ -175,7 +175,7 @@ def test_training_starts_from_given_weights(tmp_path: Path, split: Split) -> Non
         run(replace(second, start=None), split)
 
 
-@pytest.mark.parametrize("had", [TokenSpec(), TokenSpec(conflicts=True), TokenSpec(tracks=True)])
+@pytest.mark.parametrize("had", [TokenSpec(), TokenSpec(conflicts=True), TokenSpec(motion=True)])
 def test_new_attributes_have_zero_weight_at_the_start(had: TokenSpec) -> None:
     earlier = PlanTNetwork(PlanTConfig(tokens=had))
     now = TokenSpec(conflicts=True, motion=True)

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from plant_bench.errors import InputError
-from plant_bench.sim.hazards.behaviour import HazardBehaviour, number_of
+from plant_bench.sim.hazards.behaviour import HazardBehaviour, parameter_of
 from plant_bench.sim.hazards.director import Director
 from plant_bench.sim.hazards.hazard_world import HazardWorld
 from plant_bench.towns.hazard_places import possible_places
@@ -97,13 +97,13 @@ def test_missing_hazard_parameter_is_drawn_from_its_range() -> None:
     written = Hazard(HazardKind.BLOCKED_LANE, 100.0, 0.0, 1, {"wait": 3.0})
     bare = replace(written, parameters={})
     draw = random.Random(1)
-    drawn = [number_of(bare, "wait", draw) for _ in range(200)]
+    drawn = [parameter_of(bare, "wait", draw) for _ in range(200)]
     low, high = HAZARDS[written.kind].ranges["wait"]
     assert low <= min(drawn) < low + 1.0
     assert high - 1.0 < max(drawn) <= high
     one, other = random.Random(2), random.Random(2)
-    assert number_of(written, "wait", one) == 3.0
-    number_of(bare, "wait", other)
+    assert parameter_of(written, "wait", one) == 3.0
+    parameter_of(bare, "wait", other)
     assert one.random() == other.random(), "a written number leaves the other draws alone"
 
 

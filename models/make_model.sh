@@ -17,7 +17,7 @@ THREADS=${THREADS:-0}   # of a training; 0 is one a core
 BATCH=${BATCH:-128}
 BENCH=${BENCH:-plant-bench}
 
-# What the network is told; see docs/learning.md.
+# What the network is told; see docs/notes/learning.md.
 BASIS="--foresight 5 --segments 4 --view 60 --vulnerable --stop-line --limit-input --speed-input --speed-dropout 0.1"
 ANSWERS="--targets answer --held-out 0.05 --batch $BATCH --threads $THREADS --workers $WORKERS --accelerator cpu"
 

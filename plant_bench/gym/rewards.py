@@ -1,4 +1,4 @@
-"""The rewards there are; docs/gymnasium.md has the table."""
+"""The rewards there are; docs/reference/gymnasium.md has the table."""
 
 from plant_bench.errors import InputError
 from plant_bench.gym.roach import RoachReward

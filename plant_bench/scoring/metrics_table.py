@@ -2,7 +2,8 @@
 
 A measure of an episode is a function in `scoring.episode_metrics`; its row here says what it is
 called, how it is shown and how it is summed up. A figure that only a run has needs the row alone.
-docs/metrics.md shows how to add one. No record and no episode's key depends on this module.
+docs/how-to/add-a-metric.md shows how to add one. No record and no episode's key depends on
+this module.
 """
 
 from collections.abc import Callable, Sequence
@@ -382,7 +383,7 @@ def shown_metrics(shown: Shown) -> list[Metric]:
 
 
 def metrics_markdown(metrics: Sequence[Metric]) -> str:
-    """Return a table of metrics for docs/metrics.md.
+    """Return a table of metrics for docs/reference/metrics.md.
 
     >>> print(metrics_markdown(shown_metrics(Shown.NOWHERE)))
     | name | is | unit | better | over a run |

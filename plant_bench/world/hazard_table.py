@@ -1,6 +1,6 @@
 """The table of hazards: a row a kind. Placing, playing, pages and pictures read it.
 
-A new kind is a row here and a script in `sim.hazards`; docs/hazards.md shows it.
+A new kind is a row here and a script in `sim.hazards`; docs/how-to/add-a-hazard.md shows it.
 """
 
 from collections.abc import Mapping

@@ -9,7 +9,7 @@ import pytest
 
 import plant_bench
 
-DOCS = Path(__file__).parents[2] / "docs" / "python.md"
+DOCS = Path(__file__).parents[2] / "docs" / "reference" / "python.md"
 HEAVY = {"numpy", "pandas", "torch", "libsumo", "numba", "matplotlib", "pydantic", "cloudpickle"}
 CALLED = ("check_agent", "collect", "drive", "load_run", "load_suite", "rfds", "score", "train")
 

@@ -59,7 +59,8 @@ def _ranker_of(name: str, planner: str) -> Ranker:
     if name == MASKING and PlannerSpec.parse(planner).kind is Kind.COMMAND:
         message = (
             f"'{planner}' cannot be ranked by masking, which asks copies of a planner: what is in "
-            'another process cannot be copied. Let it answer "rank" (docs/protocol-agents.md).'
+            'another process cannot be copied. Let it answer "rank" '
+            "(docs/reference/protocol-agents.md)."
         )
         raise InputError(message)
     agent = load_agent(planner)

@@ -30,7 +30,7 @@ class ProcessEndedError(RemoteError):
 
 
 class ProtocolError(RemoteError):
-    """Raised when what it says is not what docs/protocol-agents.md asks for."""
+    """Raised when what it says is not what docs/reference/protocol-agents.md asks for."""
 
 
 def raised_remotely(error: str, message: str) -> RemoteError:

@@ -1,4 +1,4 @@
-"""What a planner is told, as messages and back; docs/protocol-agents.md says every field."""
+"""Observations as messages, and back; docs/reference/protocol-agents.md has every field."""
 
 from enum import IntEnum
 from pathlib import Path

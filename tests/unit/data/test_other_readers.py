@@ -1,4 +1,4 @@
-"""Recordings read by others than us: what docs/learning.md promises."""
+"""Recordings read by others than us: what docs/notes/learning.md promises."""
 
 import json
 from pathlib import Path

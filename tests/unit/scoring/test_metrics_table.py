@@ -23,7 +23,7 @@ from plant_bench.scoring.metrics_table import (
 from plant_bench.scoring.over_run import mean, median, per_km, share_of_time
 from plant_bench.scoring.results import RESULT_FORMAT, EpisodeResult
 
-DOCS = Path(__file__).parents[3] / "docs" / "metrics.md"
+DOCS = Path(__file__).parents[3] / "docs" / "reference" / "metrics.md"
 
 
 def test_every_measure_of_a_record_has_a_row_and_every_row_its_measure():

@@ -1,4 +1,4 @@
-"""Adding a metric as docs/metrics.md says: a row and a function, and it is everywhere."""
+"""A metric is a row and a function (docs/how-to/add-a-metric.md), and then it is everywhere."""
 
 import json
 import math

@@ -1,4 +1,4 @@
-"""Writes the site's page of commands from the commands themselves, so that it cannot be out of date.
+"""Writes the site's page of commands from the commands themselves.
 
 The page has no file in the repository: `mkdocs build` makes it.
 """
@@ -18,8 +18,8 @@ The same text is printed by `plant-bench COMMAND --help`.
 
 Exit codes: 0 success, 1 a difference or a failure, 2 unusable input, 130 interrupted.
 """
-OTHERS = """A learner of your own is named in place of `plant`: `package.module:Class` or `file.py:Class`.
-The command then has that learner's options ([how to write one](../notes/learning.md#bring-a-learner)).
+OTHERS = """In place of `plant` name a learner of your own: `package.module:Class` or `file.py:Class`. The
+command then has its options ([how to write one](../notes/learning.md#bring-a-learner)).
 """
 
 

@@ -16,7 +16,8 @@ CALLED = ("check_agent", "collect", "drive", "load_run", "load_suite", "rfds", "
 
 
 def test_the_public_names_are_those_that_the_docs_describe() -> None:
-    described = re.findall(r"^::: plant_bench\.(\w+)$", DOCS.read_text(encoding="utf-8"), re.MULTILINE)
+    text = DOCS.read_text(encoding="utf-8")
+    described = re.findall(r"^::: plant_bench\.(\w+)$", text, re.MULTILINE)
 
     assert sorted({*described} - CONTRACTS) == plant_bench.__all__
     assert set(described) >= CONTRACTS

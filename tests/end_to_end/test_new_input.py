@@ -19,7 +19,6 @@ ROUTE = "town01-5"  # the shortest
 pytestmark = pytest.mark.sumo
 
 
-
 def block(name: str) -> str:
     """Return the code of docs/how-to/add-a-sensor-input.md that is marked with a name."""
     page = (ROOT / "docs" / "how-to" / "add-a-sensor-input.md").read_text(encoding="utf-8")

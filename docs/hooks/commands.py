@@ -18,8 +18,9 @@ The same text is printed by `plant-bench COMMAND --help`.
 
 Exit codes: 0 success, 1 a difference or a failure, 2 unusable input, 130 interrupted.
 """
-OTHERS = """In place of `plant` name a learner of your own: `package.module:Class` or `file.py:Class`. The
-command then has its options ([how to write one](../notes/learning.md#bring-a-learner)).
+OTHERS = """In place of `plant` name a learner of your own, `package.module:Class` or
+`file.py:Class`. The command then has the options of that learner
+([how to write one](../notes/learning.md#bring-a-learner)).
 """
 
 

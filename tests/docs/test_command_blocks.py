@@ -32,33 +32,31 @@ NOT_RUN = {  # lines that match, and why they cannot run in a test
     r"\bpip install\b": "installs packages; the test command of the README does that in CI",
     r"^pytest\b": "tests within tests; tests/contract has those of a new planner's project",
     r"^plant-bench score --agent my_(planner|package\S*|network)( |@|$)": "is not installed",
-    r"^make\b": "runs what has tests of its own",
     r"^sbatch\b": "needs a Slurm cluster",
     r"^ray\b|--executor ray": "needs a Ray cluster; tests/end_to_end starts one",
     r"^python examples/train_ppo\.py": "trains for minutes; tests/end_to_end runs it",
     r"\S+\.xodr|longest6\.xml|^for n in|^done": "needs CARLA's files, which are not ours to give",
     r"--suite carla/": "needs CARLA's files, which are not ours to give",
-    r"^plant-bench import map\.osm": "needs a file of the reader's; tests/sumo imports others",
+    r"\bmycity\b": "needs a map of the reader's; tutorials/your-map.md makes one",
     r"plant-1x|plant-dagger|models/(mine|paper)\b": "is the full training, of hours",
     r"^plant-bench ablate\b": "trains several networks; tests/unit/training has a small one",
     r"my_package\.": "is a package of the reader's",
-    r"--driver plant-unguarded@models/first --data": "belongs to the full training",
-    r"^cd\b": "is a folder of the reader's",
     r"^python benchmarks/|^PYTHONPATH=benchmarks": "measures for minutes",
-    r"machine-[12]|data/expert": "is the full training, of hours",
-    r"^plant-bench verify (their|submitted --agent their)": "needs the files of somebody else",
+    r"machine-[12]|data/(expert|dagger-1x)": "is the full training, of hours",
+}
+MAY_FAIL = {  # lines that match may exit with 1
+    r"^plant-bench compare\b": "the second run may be worse",
 }
 SMALLER = {  # in the lines that are run: sizes that take seconds
+    r"--routes 0-5 (?=.*--shard)": "--routes town01-4,town01-5 ",
     r"--routes (0-5|5|0)\b": "--routes town01-5",
     r"--frames \d+": "--frames 300",
     r"--epochs \d+": "--epochs 1",
     r"--workers 8": "--workers 1",
     r"--sample 2": "--sample 1",
-    r"--agent plant --routes": "--agent rule-based --routes",
-    r"(score --(?!.*--repetitions).*)$": r"\1 --repetitions 1",
+    r"((?:score|verify) (?!.*--repetitions).*)$": r"\1 --repetitions 1",
     r"(score --(?!.*--routes)(?!.*mytown).*)$": r"\1 --routes town01-5",
     r"--suite unseen --routes \S+": "--suite unseen --routes unseen01-5",
-    r"plant-longest6": "rule-based-longest6",
 }
 USAGE_ERROR: Any = typer.BadParameter.__base__
 SECONDS = 1500  # of a page's blocks
@@ -171,7 +169,10 @@ def test_the_blocks_of_a_page_run_in_order(page: Path, tmp_path: Path) -> None:
                 cwd=folder, capture_output=True, text=True, check=False, timeout=SECONDS,
                 env={**os.environ, "PATH": paths, "PYTHONPATH": str(ROOT)},
             )  # fmt: skip
-            assert done.returncode == 0, f"{_line_of(block, line)}\n{done.stdout}\n{done.stderr}"
+            allowed = {0, int(any(re.search(part, line) for part in MAY_FAIL))}
+            assert done.returncode in allowed, (
+                f"{_line_of(block, line)}\n{done.stdout}\n{done.stderr}"
+            )
             assert "Traceback" not in done.stderr, _line_of(block, line)
 
 
@@ -183,7 +184,9 @@ def _files(page: Path) -> dict[str, str]:
     )
 
 
-@pytest.mark.parametrize("table", [NOT_RUN, SMALLER], ids=["not run", "smaller"])
+@pytest.mark.parametrize(
+    "table", [NOT_RUN, SMALLER, MAY_FAIL], ids=["not run", "smaller", "may fail"]
+)
 def test_every_row_of_the_tables_is_used(table: dict[str, str]) -> None:
     text = "\n".join(line for page in PAGES for block in blocks_of(page) for line in block.lines)
     if table is SMALLER:  # some rows change what earlier rows have made

@@ -24,8 +24,7 @@ RENAMED = {  # until the rename lands
     "expert-action": "answer",
 }
 STAND_FOR = {  # what a page leaves to its reader
-    "my_package.learn:Mine": f"{ROOT}/tests/outside/pixels.py:Pixels",
-    "file.py:Mine": f"{ROOT}/tests/outside/pixels.py:Pixels",
+    "my_package.learn:Mine": f"{ROOT}/tests/outside/pixels.py:PixelLearner",
 }
 NOT_RUN = {  # lines that match, and why they cannot run in a test
     r"^git clone\b": "downloads the repository",

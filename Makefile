@@ -1,4 +1,4 @@
-.PHONY: install check test test-all format reproduce model docs clean
+.PHONY: install check test test-all format reproduce model docs site clean
 
 BIN := .venv/bin
 
@@ -14,6 +14,7 @@ check:  ## what CI checks
 	$(BIN)/basedpyright --pythonpath $(BIN)/python
 	$(BIN)/codespell
 	PATH="$(CURDIR)/$(BIN):$$PATH" .ci/check_schemas
+	$(BIN)/mkdocs build --strict
 
 test:  ## all tests but the slow ones
 	$(BIN)/pytest -n 2
@@ -38,6 +39,9 @@ docs:  ## pictures of all towns and routes, into docs/pictures
 	$(BIN)/plant-bench routes list --pictures docs/pictures/routes
 	$(BIN)/plant-bench routes list --suite unseen --pictures docs/pictures/routes
 
+site:  ## the documentation as a site, in site/
+	$(BIN)/mkdocs build --strict
+
 clean:  ## what can be made again; reports stay
-	rm -rf dist .pytest_cache .ruff_cache .import_linter_cache .hypothesis
+	rm -rf dist site .pytest_cache .ruff_cache .import_linter_cache .hypothesis
 	find . -name __pycache__ -not -path './.venv/*' -prune -exec rm -rf {} +

@@ -1,5 +1,5 @@
 // A whole planner in another language: keeps to its route, and stops for red lights and whoever is
-// in front. One file, no library; docs/protocol-agents.md describes what is said.
+// in front. One file, no library; docs/reference/protocol-agents.md describes what is said.
 //
 //   g++ -O2 -std=c++17 -o my_planner examples/my_planner.cpp
 //   plant-bench score --agent "command:./my_planner 8" --routes 0 --repetitions 1

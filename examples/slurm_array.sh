@@ -14,7 +14,7 @@
 #SBATCH --array=1-8
 #SBATCH --ntasks=1
 #SBATCH --cpus-per-task=4      # that many episodes at a time, one thread each
-#SBATCH --mem-per-cpu=1G       # docs/scaling.md: what a worker takes
+#SBATCH --mem-per-cpu=1G       # docs/notes/scaling.md: what a worker takes
 #SBATCH --time=04:00:00
 #SBATCH --signal=INT@120       # Ctrl-C two minutes before the time is up: finished episodes stay
 #SBATCH --requeue

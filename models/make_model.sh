@@ -17,7 +17,7 @@ THREADS=${THREADS:-0}   # of a training; 0 is one a core
 BATCH=${BATCH:-128}
 BENCH=${BENCH:-plant-bench}
 
-# Inputs of the network; see docs/learning.md.
+# Inputs of the network; see docs/notes/learning.md.
 BASIS="--horizon 5 --segments 4 --view 60 --vulnerable --stop-line --limit-input --speed-input --speed-dropout 0.1"
 ANSWERS="--targets expert-action --held-out 0.05 --batch $BATCH --threads $THREADS --workers $WORKERS --accelerator cpu"
 

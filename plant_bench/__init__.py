@@ -6,7 +6,7 @@ run = pb.score("plant", routes="0-5")
 run.summary.driving_score
 run.compare(pb.load_run("reports/expert-longest6"))
 
-All that is public is named here (docs/python.md) and loaded when it is first used, since every
+All that is public is named here (docs/reference/python.md) and loaded on first use, since every
 worker process imports this. Other modules may move from one version to the next.
 """
 

@@ -1,1 +1,1 @@
-"""Poses, boxes and polylines: numpy only, no state. Frames and units are in docs/conventions.md."""
+"""Poses, boxes and polylines: numpy only, no state. Frames, units: docs/notes/conventions.md."""

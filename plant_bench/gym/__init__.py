@@ -2,7 +2,7 @@
 
     gymnasium.make("plant_bench.gym:PlantBench-v0", suite="longest6", routes="0-2")
 
-See docs/gymnasium.md.
+See docs/reference/gymnasium.md.
 """
 
 from plant_bench.errors import InputError

@@ -1,4 +1,4 @@
-"""The environment's rewards by name; docs/gymnasium.md has the table."""
+"""The environment's rewards by name; docs/reference/gymnasium.md has the table."""
 
 from plant_bench.errors import InputError
 from plant_bench.gym.roach import RoachReward

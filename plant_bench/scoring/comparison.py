@@ -180,7 +180,7 @@ def detectable_difference(
 def _student(probability: float, freedom: int) -> float:
     """Return a quantile of Student's t, within 1 %: exact for 1 and 2, else a series.
 
-    Abramowitz and Stegun, 26.7.5. docs/libraries.md says why it is not scipy's.
+    Abramowitz and Stegun, 26.7.5. docs/notes/libraries.md says why it is not scipy's.
     """
     if freedom == 1:
         return math.tan(math.pi * (probability - 0.5))

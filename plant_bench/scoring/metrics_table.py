@@ -2,8 +2,8 @@
 
 Reports, exports and documentation are generated from it, so that a metric is named here only.
 An episode metric also has a function in `scoring.episode_metrics`; a metric of whole runs needs
-only its row here. docs/metrics.md shows how to add one. Records and episode keys do not depend on
-this module.
+only its row here. docs/how-to/add-a-metric.md shows how to add one. Records and episode keys do
+not depend on this module.
 """
 
 from collections.abc import Callable, Sequence
@@ -386,7 +386,7 @@ def shown_metrics(shown: Shown) -> list[Metric]:
 
 
 def metrics_markdown(metrics: Sequence[Metric]) -> str:
-    """Return a table of metrics for docs/metrics.md.
+    """Return a table of metrics for docs/reference/metrics.md.
 
     >>> print(metrics_markdown(shown_metrics(Shown.NOWHERE)))
     | name | definition | unit | better | over a run |

@@ -1,6 +1,6 @@
 """The table of hazards, one row per kind: texts, placement, parameters and behaviour class.
 
-A new kind needs a row here and a behaviour in `sim.hazards`; docs/hazards.md shows how.
+A new kind needs a row here and a behaviour in `sim.hazards`; docs/how-to/add-a-hazard.md shows how.
 """
 
 from collections.abc import Mapping

@@ -42,14 +42,6 @@ def test_ci_takes_the_test_command_from_the_readme():
     assert done.stdout.splitlines() == commands("test command")
 
 
-def test_every_command_named_in_the_readme_exists():
-    named = set(re.findall(r"`plant-bench ([a-z]+)", README))
-    done = CliRunner().invoke(app, ["--help"])
-
-    assert named
-    assert [name for name in named if name not in done.output] == []
-
-
 def test_score_commands_in_the_readme_parse():
     lines = [shlex.split(line) for line in commands("main command") + commands("run: commands")]
     words = [line[line.index("score") if "score" in line else 0 :] for line in lines]
@@ -57,13 +49,6 @@ def test_score_commands_in_the_readme_parse():
     for arguments in words:
         done = CliRunner().invoke(app, [*arguments, "--help"])
         assert done.exit_code == 0, done.output
-
-
-def test_links_in_the_readme_resolve():
-    links = re.findall(r"\]\(([^)#:]+)\)", README)
-
-    assert links
-    assert [link for link in links if not (ROOT / link).exists()] == []
 
 
 def test_every_dependency_has_a_pinned_version():
@@ -75,7 +60,7 @@ def test_every_dependency_has_a_pinned_version():
     lines = (ROOT / "constraints.txt").read_text(encoding="utf-8").splitlines()
     pinned = {_plain(line.partition("==")[0]) for line in lines if "==" in line}
 
-    assert [name for name in wanted if _plain(re.split(r"[<>=]", name)[0]) not in pinned] == []
+    assert [name for name in wanted if _plain(re.split(r"[\[<>=]", name)[0]) not in pinned] == []
 
 
 def _plain(name: str) -> str:

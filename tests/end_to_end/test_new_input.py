@@ -6,6 +6,7 @@ worker processes, in a process of its own, on a Ray cluster and in the environme
 
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -17,43 +18,17 @@ ROOT = Path(__file__).parents[2]
 ROUTE = "town01-5"  # the shortest
 pytestmark = pytest.mark.sumo
 
-FUNCTION = '''
-def _shade(moment: SensingContext) -> np.ndarray:
-    """An image from town, scene and seed: 3 x 8 x 16, uint8."""
-    chance = np.random.default_rng([moment.seed, moment.scene.tick])
-    image = chance.integers(0, 100, (3, 8, 16), np.uint8)
-    image[0] += np.uint8(min(len(moment.scene.actors), 100))
-    image[1] += np.uint8(len(moment.town.lanes) % 100)
-    return image
+
+def block(name: str) -> str:
+    """Return the code of docs/how-to/add-a-sensor-input.md that is marked with a name."""
+    page = (ROOT / "docs" / "how-to" / "add-a-sensor-input.md").read_text(encoding="utf-8")
+    (code,) = re.findall(rf"<!-- {name} -->\n```python\n(.*?)```", page, re.DOTALL)
+    return code
 
 
-'''
-ROW = '    InputRow("shade", Track.SENSORS, "an image of 3 x 8 x 16 bytes", _shade),\n'
-
-PLANNER = """
-import numpy as np
-
-from plant_bench.agent import Plan
-from plant_bench.geometry.pose import to_frame
-
-
-class Looker:
-    inputs = frozenset({"route", "shade"})
-    interval = 4
-
-    def reset(self, route):
-        pass
-
-    def act(self, observation):
-        image = observation.sensors["shade"]
-        assert (image.shape, image.dtype.name) == ((3, 8, 16), "uint8")
-        assert not observation.actors
-        speed = 4.0 + float(image.mean()) / 20.0
-        ahead = observation.route.points
-        places = [min(int(speed * time) + 1, len(ahead) - 1) for time in (0.5, 1.0, 1.5, 2.0)]
-        waypoints = to_frame(ahead[places], *observation.ego.pose)
-        return Plan(waypoints.astype(np.float32).astype(float))
-"""
+FUNCTION = f"\n{block('function')}\n\n"
+ROW = block("row")
+PLANNER = f"\n{block('planner')}"
 
 GYM = '''
 import json

@@ -1,4 +1,4 @@
-"""The tutorial docs/hazards.md, followed step by step: a hazard with one row and one script."""
+"""docs/how-to/add-a-hazard.md adds a hazard with one row and one script: done here as written."""
 
 import json
 import os
@@ -52,7 +52,7 @@ print(json.dumps(told | {agent: drive(agent) for agent in ("cruise", "expert")})
 
 def block(name: str) -> str:
     """Return the code block of the page that is marked with a name."""
-    page = (ROOT / "docs" / "hazards.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs" / "how-to" / "add-a-hazard.md").read_text(encoding="utf-8")
     (code,) = re.findall(rf"<!-- {name} -->\n```python\n(.*?)```", page, re.DOTALL)
     return code
 

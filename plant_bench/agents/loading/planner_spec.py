@@ -4,7 +4,7 @@ plant, plant@models/mine       a built-in planner, optionally with its class's a
 my-planner                     a planner of an installed package
 package.module:Class@argument  a class that can be imported
 path/to/file.py:Class          a class in a file
-command:./program --flag       a program in another process (docs/protocol-agents.md)
+command:./program --flag       a program in another process (docs/reference/protocol-agents.md)
 """
 
 import re

@@ -63,7 +63,8 @@ def _ranker_of(name: str, planner: str) -> Ranker:
     if name == MASKING and PlannerSpec.parse(planner).kind is Kind.COMMAND:
         message = (
             f"'{planner}' cannot be ranked by masking, which runs copies of a planner: a planner "
-            'in another process cannot be copied. Implement "rank" (docs/protocol-agents.md).'
+            'in another process cannot be copied. Implement "rank" '
+            "(docs/reference/protocol-agents.md)."
         )
         raise InputError(message)
     agent = load_agent(planner)

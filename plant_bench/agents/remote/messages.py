@@ -1,4 +1,7 @@
-"""Encodes and decodes the requests to a planner's process; fields in docs/protocol-agents.md."""
+"""Encodes and decodes the requests to a planner's process.
+
+docs/reference/protocol-agents.md lists their fields.
+"""
 
 from enum import IntEnum
 from pathlib import Path

@@ -30,7 +30,7 @@ class ProcessEndedError(RemoteError):
 
 
 class ProtocolError(RemoteError):
-    """Raised when a message violates docs/protocol-agents.md."""
+    """Raised when a message violates docs/reference/protocol-agents.md."""
 
 
 def raised_remotely(error: str, message: str) -> RemoteError:

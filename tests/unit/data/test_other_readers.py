@@ -1,4 +1,4 @@
-"""Recordings read by other libraries, as docs/learning.md documents."""
+"""Recordings read by other libraries, as docs/notes/learning.md documents."""
 
 import json
 from pathlib import Path

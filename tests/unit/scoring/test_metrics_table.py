@@ -23,7 +23,7 @@ from plant_bench.scoring.metrics_table import (
 from plant_bench.scoring.penalties import PenaltyScheme
 from plant_bench.scoring.results import RESULT_FORMAT, EpisodeResult
 
-DOCS = Path(__file__).parents[3] / "docs" / "metrics.md"
+DOCS = Path(__file__).parents[3] / "docs" / "reference" / "metrics.md"
 
 
 def test_table_rows_and_episode_metrics_correspond():

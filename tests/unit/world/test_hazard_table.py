@@ -22,7 +22,7 @@ from plant_bench.world.town import load_town
 
 PARTS = ("script", "where", "fits", "numbers")
 NAMED = [(kind, part) for kind, row in HAZARDS.items() for part in PARTS if getattr(row, part)]
-PAGE = Path(__file__).parents[3] / "docs" / "protocol.md"
+PAGE = Path(__file__).parents[3] / "docs" / "reference" / "protocol.md"
 
 
 def test_hazard_kinds_are_identified_by_name() -> None:

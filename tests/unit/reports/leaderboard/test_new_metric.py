@@ -1,4 +1,4 @@
-"""A metric added as docs/metrics.md says, with a row and a function, appears everywhere."""
+"""A metric added as docs/how-to/add-a-metric.md says appears everywhere."""
 
 import json
 import math

@@ -9,21 +9,10 @@ from pathlib import Path
 
 from plant_bench.reports.leaderboard.board import Leaderboard
 from plant_bench.reports.leaderboard.page_data import page_json
+from plant_bench.reports.page_scripts import page_script
 from plant_bench.whole_files import write_whole_text
 
 PAGE = "leaderboard.html"
-_SCRIPTS = (
-    "dom",
-    "data",
-    "sorting",
-    "scores",
-    "matrix",
-    "plots",
-    "heat",
-    "breakdowns",
-    "episodes",
-    "main",
-)
 _REPORTS = files("plant_bench.reports")
 _ROOM = _REPORTS / "leaderboard"
 
@@ -47,10 +36,8 @@ def write_page(leaderboard: Leaderboard, out: Path, *, replays: bool) -> Path:
 def page_html(leaderboard: Leaderboard, *, replays: bool) -> str:
     """Return the page; its policy allows its own scripts by their hashes, and no others."""
     scripts = {
-        "THEME": _text(_REPORTS / "templates" / "theme.js"),
-        "D3": _text(_ROOM / "vendor" / "d3.min.js"),
-        "PLOT": _text(_ROOM / "vendor" / "plot.min.js"),
-        "MAIN": "\n".join(_text(_ROOM / "templates" / f"{name}.js") for name in _SCRIPTS),
+        "THEME": page_script("theme"),
+        "MAIN": page_script("leaderboard"),
     }
     parts = scripts | {
         "POLICY": _policy(list(scripts.values())),

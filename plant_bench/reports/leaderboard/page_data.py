@@ -179,7 +179,7 @@ def _episode(
     scenarios: dict[str, int],
     replays: bool,
 ) -> list[object]:
-    """Return an episode as a list; `templates/data.js` names its places."""
+    """Return an episode as a list; `web/src/leaderboard/payload.js` names its places."""
     result, law = item.result, entry.summary.law
     return [
         item.name,

@@ -1,7 +1,7 @@
 """Columns of numbers as little text: whole numbers, differences of second order, deflated, base64.
 
 What moves steadily has second differences about 0, so a five-minute episode takes some 30 kB.
-`templates/codec.js` reads it back.
+`web/src/replay/columns.js` reads it back.
 """
 
 import base64

@@ -158,7 +158,7 @@ def _index(sources: Sequence[ReplaySource], out: Path, *, leaderboard: bool) -> 
     if entries:
         entries += _listed_before(out, {source.id for source in sources}, set(entries[0]))
     told = {"leaderboard": leaderboard, "replays": entries}
-    return f"plantBenchIndex({script_json(told)});\n"
+    return f"plantBench.setIndex({script_json(told)});\n"
 
 
 def _listed_before(out: Path, new: set[str], keys: set[str]) -> list[dict[str, object]]:

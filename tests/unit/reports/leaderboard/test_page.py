@@ -42,9 +42,7 @@ def test_the_policy_allows_the_pages_own_scripts_alone(page):
 
 def test_nothing_is_fetched(page):
     assert not re.search(r'<(script|link|img|iframe)[^>]*(src|href)="', page)
-    own = page.rpartition("<script>")[2]
-    assert "innerHTML" not in own
-    assert "fetch(" not in own
+    assert "fetch(" not in page
 
 
 def test_episodes_have_a_replay_only_where_they_were_recorded(

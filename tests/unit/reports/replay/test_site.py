@@ -104,7 +104,7 @@ def test_replays_made_before_stay_in_the_list_while_they_are_there(tmp_path, sou
     assert [item["id"] for item in index["replays"]] == [source.id, other.id]
 
 
-@pytest.mark.parametrize("text", ["", "plantBenchIndex({", 'x({"replays": [1]})', "x([])"])
+@pytest.mark.parametrize("text", ["", "plantBench.setIndex({", 'x({"replays": [1]})', "x([])"])
 def test_a_broken_list_is_made_anew(tmp_path, source, text):
     (tmp_path / "replays").mkdir()
     (tmp_path / "replays" / "index.js").write_text(text)

@@ -1,0 +1,14 @@
+"""The scripts of the HTML pages: bundles that `web/` builds and that are committed beside this file."""
+
+from functools import cache
+from importlib.resources import files
+
+
+@cache
+def page_script(name: str) -> str:
+    """Return a bundle, a classic script that needs no other.
+
+    Args:
+        name: "theme", "leaderboard" or "replay".
+    """
+    return (files("plant_bench.reports") / "bundles" / f"{name}.min.js").read_text(encoding="utf-8")

@@ -1,13 +1,14 @@
-// Bundles the scripts of the HTML reports into plant_bench/reports/bundles: a classic script a page,
-// with everything that it imports, which Python puts into the page.
+// Bundles the scripts of the HTML reports into plant_bench/reports/bundles: a classic script per page,
+// with everything that it imports, which Python puts into the page. With --check nothing is written:
+// it fails if a committed bundle differs from a fresh one.
 
-import { mkdir, readFile, readdir, rm, writeFile } from "node:fs/promises";
+import { mkdir, readFile, readdir, writeFile } from "node:fs/promises";
 import path from "node:path";
 import { fileURLToPath } from "node:url";
 import { build } from "esbuild";
 
 const HERE = path.dirname(fileURLToPath(import.meta.url));
-const OUT = path.resolve(HERE, process.argv[2] ?? "../plant_bench/reports/bundles");
+const BUNDLES = "plant_bench/reports/bundles";
 const ENTRIES = {
   theme: "src/shared/theme.js",
   leaderboard: "src/leaderboard/main.js",
@@ -40,11 +41,8 @@ async function licences(inputs) {
   return `/*! This script contains code of these packages:\n\n${comment}\n*/\n`;
 }
 
-await mkdir(OUT, { recursive: true });
-for (const old of await readdir(OUT)) {
-  if (old.endsWith(".min.js")) await rm(path.join(OUT, old));
-}
-for (const [name, entry] of Object.entries(ENTRIES)) {
+/** Return the bundle of an entry. */
+async function bundle(entry) {
   const { outputFiles, metafile } = await build({
     absWorkingDir: HERE,
     entryPoints: [entry],
@@ -53,12 +51,35 @@ for (const [name, entry] of Object.entries(ENTRIES)) {
     legalComments: "eof",
     metafile: true,
     minify: true,
-    outfile: `${name}.js`,
+    outfile: "bundle.js",
     target: "es2022",
     write: false,
   });
   const [{ inputs }] = Object.values(metafile.outputs);
-  const text = (await licences(inputs)) + outputFiles[0].text;
-  await writeFile(path.join(OUT, `${name}.min.js`), text);
-  console.log(`${name}.min.js: ${(text.length / 1000).toFixed(0)} kB`);
+  return (await licences(inputs)) + outputFiles[0].text;
+}
+
+const isCheck = process.argv.includes("--check");
+const folder = path.join(HERE, "..", BUNDLES);
+await mkdir(folder, { recursive: true });
+const names = Object.keys(ENTRIES).map((name) => `${name}.min.js`);
+const outdated = (await readdir(folder)).filter((name) => !names.includes(name));
+for (const [name, entry] of Object.entries(ENTRIES)) {
+  const file = path.join(folder, `${name}.min.js`);
+  const text = await bundle(entry);
+  if (!isCheck) {
+    await writeFile(file, text);
+    console.log(`${BUNDLES}/${name}.min.js: ${(text.length / 1000).toFixed(0)} kB`);
+  } else if ((await readFile(file, "utf8").catch(() => "")) !== text) {
+    outdated.push(`${name}.min.js`);
+  }
+}
+if (outdated.length) {
+  const files = outdated.map((name) => `${BUNDLES}/${name}`).join(", ");
+  console.error(
+    isCheck
+      ? `Expected bundles as of a fresh build, got other ones: ${files}. Run \`web/npm run build\` and commit.`
+      : `Not bundles of build.js: ${files}. Remove them.`,
+  );
+  process.exitCode = 1;
 }

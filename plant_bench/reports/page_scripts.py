@@ -1,4 +1,4 @@
-"""The scripts of the HTML pages: bundles that `web/` builds and that are committed beside this file."""
+"""Scripts of the HTML pages: bundles that `web/` builds, committed in the folder `bundles`."""
 
 from functools import cache
 from importlib.resources import files

@@ -4,6 +4,8 @@ replay.html                     opens replay.html#<id>, or #<id>&<id2> side by s
 replays/<run>/<episode>.js      one episode, read only when it is opened
 replays/index.js                what there is, for choosing
 towns/<town>.js                 what is drawn under it
+
+The scripts call methods of `plantBench`, the page's only global (`web/src/replay/loader.js`).
 """
 
 import hashlib

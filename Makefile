@@ -1,11 +1,13 @@
-.PHONY: install check test test-all format reproduce model docs site clean
+.PHONY: install check web test test-all format reproduce model docs site clean
 
 BIN := .venv/bin
+NPM := PYTHON=$(abspath $(BIN))/python web/npm
 
 install:  ## an environment with the pinned versions, and the hooks
 	python3 -m venv .venv
 	$(BIN)/pip install -c constraints.txt -e ".[dev]"
 	$(BIN)/pre-commit install
+	$(NPM) ci
 
 check:  ## what CI checks
 	$(BIN)/ruff format --check
@@ -15,6 +17,11 @@ check:  ## what CI checks
 	$(BIN)/codespell
 	PATH="$(CURDIR)/$(BIN):$$PATH" .ci/check_schemas
 	$(BIN)/mkdocs build --strict
+	$(NPM) run check
+	$(NPM) run check-bundles
+
+web:  ## the scripts of the HTML reports, bundled into the package
+	$(NPM) run build
 
 test:  ## all tests but the slow ones
 	$(BIN)/pytest -n 2
@@ -25,6 +32,7 @@ test-all:  ## all tests, those of half an hour too
 format:
 	$(BIN)/ruff check --fix
 	$(BIN)/ruff format
+	$(NPM) run format
 
 reproduce:  ## the table in the README
 	$(BIN)/plant-bench score --agent expert --repetitions 5

@@ -164,7 +164,7 @@ def _use_claim(box: Path) -> None:
 
 
 def _index_seeds() -> list[bytes]:
-    return [b'plantBenchIndex({"leaderboard":"","replays":[{"id":"a-1","title":"x"}]});\n']
+    return [b'plantBench.setIndex({"leaderboard":"","replays":[{"id":"a-1","title":"x"}]});\n']
 
 
 def _use_index(box: Path) -> None:

@@ -49,7 +49,7 @@ def site(tmp_path_factory) -> Path:
         drive(folder, run="old", title="old", repetition=3, scenario="f" * 16),
     ]
     write_replays(folder, sources, workers=1, progress=lambda *_: None)
-    replay_path(folder, sources[4].id).write_text("plantBenchReplay({", encoding="utf-8")
+    replay_path(folder, sources[4].id).write_text("plantBench.addEpisode({", encoding="utf-8")
     return folder
 
 

@@ -179,7 +179,7 @@ def _episode(
     scenarios: dict[str, int],
     replays: bool,
 ) -> list[object]:
-    """Return an episode as a list; `templates/data.js` names its fields."""
+    """Return an episode as a list; `web/src/leaderboard/payload.js` names its places."""
     result, penalties = item.result, entry.summary.penalties
     return [
         item.name,

@@ -10,20 +10,9 @@ from pathlib import Path
 from plant_bench.atomic_files import write_whole_text
 from plant_bench.reports.leaderboard.board import Leaderboard
 from plant_bench.reports.leaderboard.leaderboard_data import page_json
+from plant_bench.reports.page_scripts import page_script
 
 PAGE = "leaderboard.html"
-_SCRIPTS = (
-    "dom",
-    "data",
-    "sorting",
-    "scores",
-    "matrix",
-    "plots",
-    "heat",
-    "breakdowns",
-    "episodes",
-    "main",
-)
 _REPORTS = files("plant_bench.reports")
 _FOLDER = _REPORTS / "leaderboard"
 
@@ -47,10 +36,8 @@ def write_page(leaderboard: Leaderboard, out: Path, *, replays: bool) -> Path:
 def page_html(leaderboard: Leaderboard, *, replays: bool) -> str:
     """Return the page; its Content-Security-Policy allows only its own scripts, by hash."""
     scripts = {
-        "THEME": _text(_REPORTS / "templates" / "theme.js"),
-        "D3": _text(_FOLDER / "vendor" / "d3.min.js"),
-        "PLOT": _text(_FOLDER / "vendor" / "plot.min.js"),
-        "MAIN": "\n".join(_text(_FOLDER / "templates" / f"{name}.js") for name in _SCRIPTS),
+        "THEME": page_script("theme"),
+        "MAIN": page_script("leaderboard"),
     }
     parts = scripts | {
         "POLICY": _policy(list(scripts.values())),

@@ -1,7 +1,7 @@
 """Compresses columns of numbers for replay pages: quantised, differenced, deflated, base64.
 
-Second differences of smooth motion are near 0, so a five-minute episode takes about 30 kB.
-`templates/codec.js` is the decoder.
+What moves steadily has second differences about 0, so a five-minute episode takes some 30 kB.
+`web/src/replay/columns.js` reads it back.
 """
 
 import base64

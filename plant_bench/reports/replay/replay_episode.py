@@ -126,12 +126,12 @@ def replay_script(episode: EpisodeReplay) -> str:
         "columns": packed.columns,
         "data": packed.data,
     }
-    return f"plantBenchReplay({script_json(facts)});\n"
+    return f"plantBench.addEpisode({script_json(facts)});\n"
 
 
 def missing_script(source: ReplaySource, why: str) -> str:
-    """Return the script that passes the error message of a failed replay to the page."""
-    return f"plantBenchReplay({script_json({'id': source.id, 'error': why})});\n"
+    """Return the script that tells the page why there is no replay."""
+    return f"plantBench.addEpisode({script_json({'id': source.id, 'error': why})});\n"
 
 
 def _columns(episode: EpisodeReplay) -> dict[str, tuple[np.ndarray, int]]:

@@ -5,24 +5,11 @@ import re
 from functools import cache
 from pathlib import Path
 
+from plant_bench.reports.page_scripts import page_script
 from plant_bench.text_escaping import script_json
 
 TEMPLATES = Path(__file__).parent / "templates"
 SHARED = Path(__file__).parents[1] / "templates"
-SCRIPTS = (
-    "codec.js",
-    "words.js",
-    "loading.js",
-    "episode.js",
-    "town.js",
-    "actors.js",
-    "drawing.js",
-    "chart.js",
-    "panel.js",
-    "player.js",
-    "controls.js",
-    "start.js",
-)
 
 
 @cache
@@ -33,13 +20,12 @@ def palette() -> dict[str, dict[str, str]]:
 
 def replay_page() -> str:
     """Return the page as HTML."""
-    scripts = "".join((TEMPLATES / name).read_text(encoding="utf-8") for name in SCRIPTS)
     parts = {
         "theme_css": (SHARED / "theme.css").read_text(encoding="utf-8"),
-        "theme_js": (SHARED / "theme.js").read_text(encoding="utf-8"),
+        "theme_js": page_script("theme"),
         "css": (TEMPLATES / "replay.css").read_text(encoding="utf-8"),
         "palette": script_json(palette()),
-        "js": f'"use strict";\n(() => {{\n{scripts}}})();\n',
+        "js": page_script("replay"),
     }
     page = (TEMPLATES / "replay.html").read_text(encoding="utf-8")
     return re.sub(r"\{\{(\w+)\}\}", lambda match: parts[match[1]], page)

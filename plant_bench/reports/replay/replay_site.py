@@ -1,9 +1,11 @@
 """Writes the folder of replays: one page, and a script for each town and episode.
 
 replay.html                     opens replay.html#<id>, or #<id>&<id2> side by side
-replays/<run>/<episode>.js      one episode, loaded when it is opened
-replays/index.js                list of the replays
-towns/<town>.js                 shapes of a town
+replays/<run>/<episode>.js      one episode, read only when it is opened
+replays/index.js                what there is, for choosing
+towns/<town>.js                 what is drawn under it
+
+The scripts call methods of `plantBench`, the page's only global (`web/src/replay/loader.js`).
 """
 
 import hashlib
@@ -158,7 +160,7 @@ def _index(sources: Sequence[ReplaySource], out: Path, *, leaderboard: bool) -> 
     if entries:
         entries += _listed_before(out, {source.id for source in sources}, set(entries[0]))
     content = {"leaderboard": leaderboard, "replays": entries}
-    return f"plantBenchIndex({script_json(content)});\n"
+    return f"plantBench.setIndex({script_json(content)});\n"
 
 
 def _listed_before(out: Path, new: set[str], keys: set[str]) -> list[dict[str, object]]:

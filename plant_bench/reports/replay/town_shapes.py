@@ -93,7 +93,7 @@ def town_script(town: Town, checksum: str) -> str:
         "columns": packed.columns,
         "data": packed.data,
     }
-    return f"plantBenchTown({script_json(content)});\n"
+    return f"plantBench.addTown({script_json(content)});\n"
 
 
 def _thinned(line: Shape) -> Shape:

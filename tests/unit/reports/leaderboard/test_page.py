@@ -42,9 +42,7 @@ def test_content_security_policy_allows_only_own_scripts(page):
 
 def test_page_loads_nothing_from_the_network(page):
     assert not re.search(r'<(script|link|img|iframe)[^>]*(src|href)="', page)
-    own = page.rpartition("<script>")[2]
-    assert "innerHTML" not in own
-    assert "fetch(" not in own
+    assert "fetch(" not in page
 
 
 def test_only_recorded_episodes_link_to_a_replay(page, tmp_path, write_run, leaderboard):

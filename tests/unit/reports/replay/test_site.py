@@ -104,7 +104,7 @@ def test_existing_replays_stay_in_the_index(tmp_path, source):
     assert [item["id"] for item in index["replays"]] == [source.id, other.id]
 
 
-@pytest.mark.parametrize("text", ["", "plantBenchIndex({", 'x({"replays": [1]})', "x([])"])
+@pytest.mark.parametrize("text", ["", "plantBench.setIndex({", 'x({"replays": [1]})', "x([])"])
 def test_broken_index_is_rebuilt(tmp_path, source, text):
     (tmp_path / "replays").mkdir()
     (tmp_path / "replays" / "index.js").write_text(text)

@@ -20,7 +20,7 @@ from plant_bench.world.hazard_table import HAZARDS, load_part
 from plant_bench.world.route import load_suite
 from plant_bench.world.town import load_town
 
-PARTS = ("script", "where", "fits", "numbers")
+PARTS = ("behaviour", "where", "fits", "numbers")
 NAMED = [(kind, part) for kind, row in HAZARDS.items() for part in PARTS if getattr(row, part)]
 PAGE = Path(__file__).parents[3] / "docs" / "reference" / "protocol.md"
 
@@ -40,7 +40,7 @@ def test_parts_named_in_a_hazard_row_exist(kind: HazardKind, part: str) -> None:
 
 def test_hazard_scripts_satisfy_the_protocol() -> None:
     for kind in HAZARDS:
-        script: type[HazardBehaviour] = load_part(kind, "script")
+        script: type[HazardBehaviour] = load_part(kind, "behaviour")
         assert inspect.isclass(script)
         expected = list(inspect.signature(HazardBehaviour.step).parameters)
         assert list(inspect.signature(script.step).parameters) == expected
@@ -61,7 +61,7 @@ def test_missing_part_is_refused_by_kind_column_and_name(part, name, monkeypatch
 
 def test_a_missing_script_is_refused_before_the_episode(monkeypatch) -> None:
     kind = HazardKind.QUEUE_TAIL
-    row = replace(HAZARDS[kind], script="plant_bench.sim.hazards.queue_tail:Gone")
+    row = replace(HAZARDS[kind], behaviour="plant_bench.sim.hazards.queue_tail:Gone")
     monkeypatch.setitem(HAZARDS, kind, row)
     stage = object.__new__(HazardWorld)
     with pytest.raises(InputError, match="queue_tail"):

@@ -37,7 +37,8 @@ format:
 reproduce:  ## the table in the README
 	$(BIN)/plant-bench score --agent expert --repetitions 5
 	$(BIN)/plant-bench score --agent plant --repetitions 3
-	for agent in plant-unguarded rule-based rule-based-tracks sumo idm expert-nearest cruise; do $(BIN)/plant-bench score --agent $$agent --repetitions 2 || exit; done
+	for agent in plant-unguarded rule-based rule-based-tracks sumo idm cruise; do $(BIN)/plant-bench score --agent $$agent --repetitions 2 || exit; done
+	$(BIN)/plant-bench score --agent expert-nearest --repetitions 1
 
 model:  ## the shipped weights again, from nothing; SCALE=0.02 for a trial
 	BENCH=$(BIN)/plant-bench models/make_model.sh

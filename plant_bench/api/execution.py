@@ -2,10 +2,13 @@
 
 from collections.abc import Callable, Mapping
 from importlib.util import find_spec
+from typing import TYPE_CHECKING
 
 from plant_bench.errors import InputError
-from plant_bench.runner.workers.executors import Executor
-from plant_bench.runner.workers.isolation import Isolation
+
+if TYPE_CHECKING:  # commands come here before their workers begin: what is slow to load waits
+    from plant_bench.runner.workers.executors import Executor
+    from plant_bench.runner.workers.isolation import Isolation
 
 LOCAL = "local"
 RAY = "ray"
@@ -13,7 +16,7 @@ RAY = "ray"
 
 def chosen_executor(
     where: str, address: str | None, workers: int | None, say: Callable[[str], None] = print
-) -> Executor | None:
+) -> "Executor | None":
     """Return the Ray executor; None for processes on this machine.
 
     Args:
@@ -43,7 +46,7 @@ def chosen_executor(
 
 def isolation_for(
     spec: str, *, isolate: bool, limits: Mapping[str, float | None] | None = None
-) -> Isolation | None:
+) -> "Isolation | None":
     """Return how a planner is isolated; None if the workers load it themselves.
 
     Args:

@@ -10,7 +10,7 @@ ROOT = Path(__file__).parents[2]
 pytestmark = pytest.mark.sumo
 
 
-@pytest.mark.parametrize("kills", [5, pytest.param(200, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("kills", [2, pytest.param(200, marks=pytest.mark.slow)])
 def test_killed_runs_neither_lose_duplicate_nor_change_records(kills: int, tmp_path: Path) -> None:
     command = [sys.executable, str(ROOT / "benchmarks" / "kills.py"), "--kills", str(kills)]
 

@@ -18,8 +18,8 @@ pytestmark = pytest.mark.sumo
 
 # Kind, route, arc length of the hazard, metres before it at which it is armed.
 CASES = [
-    (HazardKind.RED_LIGHT_RUNNER, "town01-0", 423, 85),
-    (HazardKind.UNPROTECTED_LEFT, "town02-4", 598, 85),
+    pytest.param(HazardKind.RED_LIGHT_RUNNER, "town01-0", 423, 85, marks=pytest.mark.slow),
+    pytest.param(HazardKind.UNPROTECTED_LEFT, "town02-4", 598, 85, marks=pytest.mark.slow),
     (HazardKind.RIGHT_TURN, "town01-0", 205, 85),
     (HazardKind.UNSIGNALLED_CROSSING, "town01-4", 96, 80),
     (HazardKind.MERGE_PRESSURE, "town04-0", 793, 130),

@@ -1,6 +1,8 @@
 """Who drives a run's episodes, and in which process its planner lives."""
 
+import os
 from collections.abc import Callable, Mapping
+from enum import StrEnum
 from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
@@ -10,8 +12,19 @@ if TYPE_CHECKING:  # commands come here before their workers begin: what is slow
     from plant_bench.runner.workers.executors import Executor
     from plant_bench.runner.workers.isolation import Isolation
 
-LOCAL = "local"
-RAY = "ray"
+
+class Where(StrEnum):
+    """Who drives the episodes of a run."""
+
+    LOCAL = "local"
+    RAY = "ray"
+
+
+def cores() -> int:
+    """Return how many cores this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
 
 
 def chosen_executor(
@@ -20,7 +33,7 @@ def chosen_executor(
     """Return who drives elsewhere; None for processes of this machine.
 
     Args:
-        where: "local" or "ray".
+        where: A value of `Where`.
         address: Of the Ray cluster; None for the one that this machine is part of.
         workers: The most that work at a time; None for one on each CPU of the cluster.
         say: Told in one line what the user should know of the cluster's nodes.
@@ -28,12 +41,12 @@ def chosen_executor(
     Raises:
         InputError: Ray is wanted and not installed, or the arguments contradict each other.
     """
-    if where not in (LOCAL, RAY):
-        message = f"executor: expected '{LOCAL}' or '{RAY}', got '{where}'."
+    if where not in list(Where):
+        message = f"executor: expected '{Where.LOCAL}' or '{Where.RAY}', got '{where}'."
         raise InputError(message)
-    if where == LOCAL:
+    if where == Where.LOCAL:
         if address is not None:
-            message = "An address is of a Ray cluster: choose the executor 'ray' with it."
+            message = "--address is of a Ray cluster: choose the executor 'ray' with it."
             raise InputError(message)
         return None
     if find_spec("ray") is None:

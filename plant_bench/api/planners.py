@@ -15,8 +15,9 @@ from pathlib import Path
 from types import ModuleType
 
 from plant_bench.agent import Agent
-from plant_bench.agents.loading.spec import AGENTS
+from plant_bench.agents.loading.spec import AGENTS, PlannerSpec
 from plant_bench.errors import InputError, in_one_line
+from plant_bench.module_files import forget_file
 from plant_bench.runner.run.score_run import ScoreRequest
 from plant_bench.whole_files import write_whole, write_whole_text
 
@@ -62,10 +63,13 @@ class ResolvedPlanner:
 def resolve(planner: object) -> ResolvedPlanner:
     """Return a planner as workers load it; one that they could not is written down for them.
 
+    A file that a text names is loaded anew here, as by workers that start now.
+
     Raises:
         InputError: It is no planner, or cannot be handed over.
     """
     if isinstance(planner, str):
+        forget_file(PlannerSpec.parse(planner).module)
         return ResolvedPlanner(planner)
     if not makes_planners(planner):
         check_planner(planner)

@@ -16,8 +16,9 @@ from plant_bench.agents.ranking.expert_filtered import (
     RANKERS,
     ranks_itself,
 )
+from plant_bench.api.execution import cores
 from plant_bench.api.planners import PlannerLike, spec_of
-from plant_bench.api.score import Driving, Listener, Watch, cores, drive_missing, quietly
+from plant_bench.api.score import Driving, Listener, Watch, drive_missing, quietly
 from plant_bench.errors import InputError
 from plant_bench.runner.episode.jobs import episode_name
 from plant_bench.runner.run.score_run import Run as OpenRun

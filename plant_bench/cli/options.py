@@ -1,23 +1,14 @@
 """Options that several commands have, with one meaning and one help text, and what they mean."""
 
-import os
-from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from plant_bench.api.execution import Where, cores
 from plant_bench.errors import InputError
 
-
-def _cores() -> int:
-    """Return how many cores this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
-
-
-CORES = _cores()
+CORES = cores()
 EXIT_FAILED = 1
 EXIT_INPUT = 2
 EXIT_INTERRUPTED = 130  # as a shell reports Ctrl-C
@@ -37,13 +28,6 @@ LawOption = Annotated[
         help="Makes infractions a score: lb1.0, as Longest6, or lb2.1; records do not depend on it."
     ),
 ]
-
-
-class Where(StrEnum):
-    """Who drives the episodes of a run."""
-
-    LOCAL = "local"
-    RAY = "ray"
 
 
 ExecutorOption = Annotated[

@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from plant_bench.api.execution import Where, chosen_executor
 from plant_bench.cli.options import (
     CORES,
     AddressOption,
@@ -16,7 +17,6 @@ from plant_bench.cli.options import (
     RepetitionsOption,
     RoutesOption,
     SuiteOption,
-    Where,
     say_aside,
 )
 
@@ -67,7 +67,6 @@ def score_rfds(
 
         plant-bench rfds --agent rule-based --ranker masking
     """
-    from plant_bench.api.execution import chosen_executor
     from plant_bench.api.rfds import RelevanceRequest, score_relevance
     from plant_bench.api.score import Driving
     from plant_bench.cli.run_progress import Watch, say_crashes

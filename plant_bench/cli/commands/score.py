@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from plant_bench.api.execution import chosen_executor, isolation_for
+from plant_bench.api.execution import Where, chosen_executor, isolation_for
 from plant_bench.cli.options import (
     CORES,
     AddressOption,
@@ -23,7 +23,6 @@ from plant_bench.cli.options import (
     StartUpLimitOption,
     SuiteOption,
     TickLimitOption,
-    Where,
     say_aside,
 )
 from plant_bench.garbage import collect_rarely

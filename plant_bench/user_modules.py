@@ -112,6 +112,20 @@ def load_module(module: str, who: str) -> ModuleType:
         raise InputError(message) from error
 
 
+def forget_file(module: str) -> None:
+    """Drop a module that is a file from the cache, so that an edited file is loaded again.
+
+    Only for interactive processes. A worker keeps the code that it loaded first: the run's key
+    identifies that code.
+    """
+    if module.endswith(".py"):
+        sys.modules.pop(_name_of(Path(module).expanduser().resolve()), None)
+
+
+def _name_of(path: Path) -> str:
+    return f"plant_bench_agent_{hashlib.sha256(str(path).encode()).hexdigest()[:12]}"
+
+
 def _find_modules_in(folder: Path) -> None:
     """Add a folder to the import path, as for a script in it."""
     if str(folder) not in sys.path:
@@ -119,14 +133,13 @@ def _find_modules_in(folder: Path) -> None:
 
 
 def _from_file(path: Path) -> ModuleType:
-    """Load a file once per process, and again if its content has changed."""
+    """Load a file once per process."""
     path = path.expanduser().resolve()
     _find_modules_in(path.parent)
     if not path.is_file():
         message = f"There is no file {path}."
         raise InputError(message)
-    content = hashlib.sha256(str(path).encode() + b"\0" + path.read_bytes())
-    name = f"plant_bench_agent_{content.hexdigest()[:12]}"
+    name = _name_of(path)
     if name in sys.modules:
         return sys.modules[name]
     found = importlib.util.spec_from_file_location(name, path)

@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from plant_bench.api.execution import cores
 from plant_bench.api.planners import PlannerLike, spec_of
-from plant_bench.api.score import cores
 from plant_bench.data.statistics import DataStatistics, describe_data
 from plant_bench.errors import InputError
 from plant_bench.reports.data_card import count_left_out, data_card

@@ -7,7 +7,7 @@ from typing import Any, cast
 
 from plant_bench.agent import Agent, Control, Input, Observation, Plan, Reason
 from plant_bench.agents.loading.registry import load_agent
-from plant_bench.api.planners import PlannerLike, check_planner, is_planner_factory
+from plant_bench.api.planners import PlannerLike, check_planner, is_planner_factory, resolve
 from plant_bench.errors import InputError
 from plant_bench.runner.decisions import PlannerSession
 from plant_bench.runner.episode.jobs import repetition_seed, select_routes
@@ -114,7 +114,7 @@ def _make_planner(planner: PlannerLike) -> Agent:
         InputError: It is not a planner, or cannot be created.
     """
     if isinstance(planner, str):
-        return load_agent(planner)
+        return load_agent(resolve(planner).spec)
     if not is_planner_factory(planner):
         return check_planner(planner)
     make = cast("Callable[[], object]", planner)

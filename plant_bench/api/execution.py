@@ -1,17 +1,30 @@
 """Chooses where episodes are driven (local or Ray) and whether the planner is isolated."""
 
+import os
 from collections.abc import Callable, Mapping
+from enum import StrEnum
 from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
 from plant_bench.errors import InputError
 
-if TYPE_CHECKING:  # commands come here before their workers begin: what is slow to load waits
+if TYPE_CHECKING:  # imported before workers start: heavy imports are deferred
     from plant_bench.runner.workers.executors import Executor
     from plant_bench.runner.workers.isolation import Isolation
 
-LOCAL = "local"
-RAY = "ray"
+
+class ExecutorKind(StrEnum):
+    """Where the episodes of a run are driven."""
+
+    LOCAL = "local"
+    RAY = "ray"
+
+
+def cores() -> int:
+    """Return how many cores this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
 
 
 def chosen_executor(
@@ -20,7 +33,7 @@ def chosen_executor(
     """Return the Ray executor; None for processes on this machine.
 
     Args:
-        where: "local" or "ray".
+        where: A value of `ExecutorKind`.
         address: Address of the Ray cluster; None for the one this machine is part of.
         workers: Maximum number of workers; None for one per CPU of the cluster.
         say: Called with one-line notes for the user about the cluster's nodes.
@@ -28,12 +41,14 @@ def chosen_executor(
     Raises:
         InputError: Ray is requested and not installed, or the arguments contradict each other.
     """
-    if where not in (LOCAL, RAY):
-        message = f"executor: expected '{LOCAL}' or '{RAY}', got '{where}'."
+    if where not in list(ExecutorKind):
+        message = (
+            f"executor: expected '{ExecutorKind.LOCAL}' or '{ExecutorKind.RAY}', got '{where}'."
+        )
         raise InputError(message)
-    if where == LOCAL:
+    if where == ExecutorKind.LOCAL:
         if address is not None:
-            message = "An address requires the executor 'ray'."
+            message = "--address requires --executor ray: it is the address of a Ray cluster."
             raise InputError(message)
         return None
     if find_spec("ray") is None:

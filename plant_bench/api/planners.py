@@ -14,10 +14,11 @@ from pathlib import Path
 from types import ModuleType
 
 from plant_bench.agent import Agent
-from plant_bench.agents.loading.planner_spec import AGENTS
+from plant_bench.agents.loading.planner_spec import AGENTS, PlannerSpec
 from plant_bench.atomic_files import write_whole, write_whole_text
 from plant_bench.errors import InputError, in_one_line
 from plant_bench.runner.run.score_run import ScoreRequest
+from plant_bench.user_modules import forget_file
 
 PlannerLike = str | Agent | Callable[..., Agent]
 PICKLED_PLANNERS = Path("reports") / "planners"
@@ -61,10 +62,13 @@ class ResolvedPlanner:
 def resolve(planner: object) -> ResolvedPlanner:
     """Return a planner that workers can load; write a pickle if it has no importable name.
 
+    A planner file named by a string is loaded again, because it may have been edited.
+
     Raises:
         InputError: It is not a planner, or cannot be pickled.
     """
     if isinstance(planner, str):
+        forget_file(PlannerSpec.parse(planner).module)
         return ResolvedPlanner(planner)
     if not is_planner_factory(planner):
         check_planner(planner)

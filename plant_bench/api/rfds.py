@@ -16,15 +16,9 @@ from plant_bench.agents.ranking.expert_filtered import (
     RANKERS,
     ranks_itself,
 )
+from plant_bench.api.execution import cores
 from plant_bench.api.planners import PlannerLike, spec_of
-from plant_bench.api.score import (
-    Driving,
-    Listener,
-    RunMonitor,
-    cores,
-    drive_missing,
-    silent_monitor,
-)
+from plant_bench.api.score import Driving, Listener, RunMonitor, drive_missing, silent_monitor
 from plant_bench.errors import InputError
 from plant_bench.runner.episode.jobs import episode_name
 from plant_bench.runner.run.score_run import Run as OpenRun

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from plant_bench.api.execution import chosen_executor, isolation_for
+from plant_bench.api.execution import chosen_executor, cores, isolation_for
 from plant_bench.api.planners import PlannerLike, resolve
 from plant_bench.errors import InputError
 from plant_bench.runner.episode.jobs import episode_name
@@ -227,13 +227,6 @@ def silent_monitor(on_event: Listener | None = None) -> RunMonitor:
         yield on_event or _ignore
 
     return monitor
-
-
-def cores() -> int:
-    """Return how many cores this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 def _ignore(event: SuiteEvent) -> None:

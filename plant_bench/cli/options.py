@@ -1,24 +1,15 @@
 """Command-line options shared by several commands, with their help texts; exit codes."""
 
-import os
-from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from plant_bench.api.execution import ExecutorKind, cores
 from plant_bench.errors import InputError
 from plant_bench.sim.densities import DENSITIES
 
-
-def _cores() -> int:
-    """Return how many cores this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
-
-
-CORES = _cores()
+CORES = cores()
 EXIT_FAILED = 1
 EXIT_INPUT = 2
 EXIT_INTERRUPTED = 130  # as a shell reports Ctrl-C
@@ -51,13 +42,6 @@ PenaltiesOption = Annotated[
         "Records do not depend on it."
     ),
 ]
-
-
-class ExecutorKind(StrEnum):
-    """Where the episodes of a run are driven."""
-
-    LOCAL = "local"
-    RAY = "ray"
 
 
 ExecutorOption = Annotated[

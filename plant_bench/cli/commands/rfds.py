@@ -5,11 +5,11 @@ from typing import Annotated
 
 import typer
 
+from plant_bench.api.execution import ExecutorKind, chosen_executor
 from plant_bench.cli.options import (
     CORES,
     AddressOption,
     DensityOption,
-    ExecutorKind,
     ExecutorOption,
     HazardsOption,
     ManyWorkersOption,
@@ -69,7 +69,6 @@ def score_rfds(
 
         plant-bench rfds --agent rule-based --ranker masking
     """
-    from plant_bench.api.execution import chosen_executor
     from plant_bench.api.rfds import RelevanceRequest, score_relevance
     from plant_bench.api.score import Driving
     from plant_bench.cli.run_progress import RunMonitor, print_failures

@@ -7,12 +7,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from plant_bench.api.execution import chosen_executor, isolation_for
+from plant_bench.api.execution import ExecutorKind, chosen_executor, isolation_for
 from plant_bench.cli.options import (
     CORES,
     AddressOption,
     DensityOption,
-    ExecutorKind,
     ExecutorOption,
     HazardsOption,
     IsolateOption,

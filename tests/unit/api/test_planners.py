@@ -138,3 +138,13 @@ def test_planner_object_is_refused_where_a_name_is_required() -> None:
     assert spec_of(Cruise, "rfds") == "cruise"
     with pytest.raises(InputError, match=r"rfds: expected a name .*, got Steady-"):
         spec_of(Steady(), "rfds")
+
+
+def test_a_file_that_has_been_edited_is_loaded_again(tmp_path):
+    (tmp_path / "mine.py").write_text(SOURCE)
+    spec = f"{tmp_path / 'mine.py'}:Mine"
+    assert type(load_agent(resolve(spec).spec)).__name__ == "Mine"
+
+    (tmp_path / "mine.py").write_text(SOURCE + "Mine.edited = True\n")
+
+    assert vars(type(load_agent(resolve(spec).spec)))["edited"]

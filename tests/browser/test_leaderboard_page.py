@@ -66,13 +66,13 @@ def planners(page, section=0):
 def test_page_names_the_leader_and_separates_protocols(board, open_page, screenshot):
     page = open_page(board)
     assert "steady leads" in page.locator(".verdict").first.inner_text()
-    assert "The two cannot be told apart" in page.locator(".verdict").first.inner_text()
+    assert "The difference is not significant" in page.locator(".verdict").first.inner_text()
     page.locator("#board-0-matrix > summary").click()
     against = page.locator("#board-0-matrix tbody tr").first.locator("td").all()
     assert [cell.get_attribute("class") for cell in against] == ["same", "even", "ahead", "ahead"]
     assert page.locator("section.board").count() == 4
     for place in range(2):
-        assert "another world" in page.locator("section.elsewhere").nth(place).inner_text()
+        assert "another simulator" in page.locator("section.elsewhere").nth(place).inner_text()
     assert [len(planners(page, place)) for place in range(4)] == [4, 1, 1, 9]
     screenshot(page, "leaderboard-light")
 

@@ -238,10 +238,10 @@ def test_missing_or_broken_replays_show_a_message(chromium, site):
     page = context.new_page()
     words = {
         at("thin"): "is thinned",
-        at("nobody"): "is missing. Make the replays again",
-        at("broken"): "is broken. Remove it",
-        "#../../etc/passwd": "The address names no replay",
-        "#ours/%E0%A4%A": "The address names no replay",
+        at("nobody"): "is missing. Create the replays again",
+        at("broken"): "is broken. Delete it",
+        "#../../etc/passwd": "This address does not belong to a replay",
+        "#ours/%E0%A4%A": "This address does not belong to a replay",
     }
     for address, told in words.items():
         page.goto("about:blank")

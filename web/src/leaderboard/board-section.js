@@ -87,7 +87,7 @@ const importedNotice = () =>
   element(
     "p",
     { class: "notice" },
-    "These figures are from another world: other towns, other traffic, another simulator. " +
+    "These figures come from another simulator, with other towns and other traffic. " +
       "They cannot be compared with those of plant-bench.",
   );
 
@@ -121,14 +121,14 @@ function differencesSection(board) {
     element(
       "div",
       { class: "forest-head" },
-      element("h3", {}, "Is the difference real?"),
+      element("h3", {}, "Is the difference significant?"),
       element("label", { class: "small" }, "against ", select),
     ),
     place,
     element(
       "p",
       { class: "muted small" },
-      "Filled: told apart from it. Hollow: could be chance. Bars are 95 % intervals.",
+      "Filled: significantly different. Hollow: not significant. Bars are 95 % intervals.",
     ),
   );
   return { section, redraw };
@@ -159,14 +159,14 @@ function breakdownSections(board) {
   const addTable = (name, title, note, makeTable) =>
     add(name, title, note, (body) => replaceContent(body, scrollable(title, makeTable())));
   const addInfractions = () =>
-    add("infractions", "Infractions", "All counts over all kilometres.", (body) => {
+    add("infractions", "Infractions", "Total count divided by total distance.", (body) => {
       const entries = filteredEntries(board);
       const place = element("div", { class: "plot" });
       const table = scrollable("Infractions", infractionTable(entries));
       replaceContent(body, infractionPlotKey(entries), place, table);
       plotInto(
         place,
-        "Infractions per kilometre by kind, a bar a planner; the table below has the numbers",
+        "Infractions per kilometre by kind, one bar per planner; the table below has the numbers",
         (width) => infractionPlot(entries, width),
       )();
     });
@@ -196,28 +196,28 @@ function breakdownSections(board) {
       "matrix",
       "Pairwise differences",
       "Difference in driving score, row minus column, with its 95 % interval. " +
-        "Coloured where the difference is real; ≈ where it is not shown.",
+        "Coloured if the difference is significant; ≈ otherwise.",
       () => differenceMatrix(board, filteredEntries(board)),
     );
   }
-  addTable("towns", "Towns", "Driving score by town; the redder, the lower.", () =>
+  addTable("towns", "Towns", "Driving score by town. Red is low.", () =>
     townHeatmap(board, filteredRuns(board)),
   );
   addTable(
     "routes",
     "Routes",
-    "Mean driving score on each route; the redder, the lower. " +
+    "Mean driving score on each route. Red is low. " +
       "A cell opens its episodes; arrow keys move between cells.",
     () => routeHeatmap(board, filteredRuns(board), openEpisodes),
   );
   add(
     "spread",
     "Scores of episodes",
-    "The larger a dot, the more of the planner's episodes ended there; the tick is their mean.",
+    "The size of a dot is the number of episodes with that score; the tick is the mean.",
     (body) => {
       const place = element("div", { class: "plot" });
       replaceContent(body, place);
-      plotInto(place, "Driving scores of all episodes, a row a planner", (width) =>
+      plotInto(place, "Driving scores of all episodes, one row per planner", (width) =>
         episodePlot(board, filteredEntries(board), width),
       )();
     },
@@ -226,28 +226,28 @@ function breakdownSections(board) {
   addTable(
     "hazards",
     "Hazards",
-    "Survived, of those met: no collision near it once it had begun. The redder, the fewer.",
+    "Share of hazards met that were survived: no collision near the hazard after it began. Red is low.",
     () => hazardHeatmap(filteredRuns(board)),
   );
   addTable(
     "termination",
     "Termination and causes",
-    "How episodes ended, and in how many collisions the ego ran into the other, " +
-      "not the other into it.",
+    "How episodes ended, and in how many collisions the ego hit the other vehicle, " +
+      "rather than being hit.",
     () => terminationTable(filteredRuns(board)),
   );
   addTable(
     "comfort",
     "Near misses and comfort",
-    "Not part of any score. Times are medians of each episode's least; " +
-      "– where the middle episode had no near miss.",
+    "Not part of any score. Times are medians over episodes of the minimum in each; " +
+      "– if the median episode had no near miss.",
     () => comfortTable(filteredRuns(board)),
   );
   if (board.rankings.length) {
     addTable(
       "rankings",
       "Rankings (RFDS)",
-      "The expert's driving score with only the first-ranked vehicle in sight.",
+      "Driving score of the expert when it sees only the top-ranked vehicle.",
       () => rankingTable(board),
     );
   }

@@ -100,7 +100,7 @@ export function terminationTable(entries) {
     element("th", { scope: "col" }, "Planner"),
     shown.map((status) => element("th", { scope: "col", class: "kind" }, shortStatus(status))),
     element("th", { scope: "col", class: "kind" }, "collisions"),
-    element("th", { scope: "col", class: "kind" }, "of these, ego into other"),
+    element("th", { scope: "col", class: "kind" }, "of these, hit by the ego"),
   );
   const rows = entries.map(({ planner, details }) => {
     const [ego, other] = details.causes;

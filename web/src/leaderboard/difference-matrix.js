@@ -42,7 +42,7 @@ export function differenceMatrix(board, entries) {
   return element(
     "table",
     { class: "matrix" },
-    hiddenCaption("Difference in driving score of each two planners"),
+    hiddenCaption("Difference in driving score for each pair of planners"),
     element("thead", {}, header),
     element("tbody", {}, rows),
   );
@@ -73,6 +73,6 @@ function matrixCell(board, first, second) {
     },
     element("span", { class: "mean" }, side === "even" ? "≈ " : "", signed(mean, 1)),
     element("span", { class: "ends" }, interval),
-    element("span", { class: "hidden-text" }, side === "even" ? ", not told apart" : `, ${side}`),
+    element("span", { class: "hidden-text" }, side === "even" ? ", not significant" : `, ${side}`),
   );
 }

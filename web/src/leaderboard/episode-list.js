@@ -181,7 +181,7 @@ function episodeRow(board, episode) {
 function eventsCell(episode) {
   const items = episode.infractions.map((infraction) => {
     const { kind, time, share } = infraction;
-    const extent = isKnown(share) ? ` ${(100 * share).toFixed(1)} % of the way` : "";
+    const extent = isKnown(share) ? ` ${(100 * share).toFixed(1)} % of the route` : "";
     const when = isKnown(share) ? null : element("span", { class: "when" }, formatDuration(time));
     return element("li", {}, when, asWords(kind), extent, collisionPartner(infraction));
   });
@@ -208,7 +208,7 @@ function eventsCell(episode) {
 /** @param {Episode["infractions"][number]} infraction */
 function collisionPartner({ kind, actor, cause }) {
   if (!actor || !kind.startsWith("collision")) return "";
-  return ` (${actor}${cause === "other" ? ", ran into the ego" : ""})`;
+  return ` (${actor}${cause === "other" ? ", hit the ego" : ""})`;
 }
 
 /** @param {Episode} episode */

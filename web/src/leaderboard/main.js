@@ -13,13 +13,13 @@ const LEGEND = [
   ...scoreMetrics.map(({ label, about }) => [label, about]),
   [
     "IT",
-    "Inference time: one forward pass of the planner's network, in milliseconds; " +
-      "point at it for the processor.",
+    "Inference time: one forward pass of the planner's network, in milliseconds. " +
+      "Hover over it to see the processor.",
   ],
   [
     "RFDS",
-    "The driving score of the expert that sees only the vehicle the planner ranks first, " +
-      "in percent of the expert that sees all.",
+    "Relative filtered driving score: the driving score of the expert when it sees only the planner's top-ranked vehicle, " +
+      "in percent of its score when it sees all.",
   ],
   [
     "Track",
@@ -27,15 +27,15 @@ const LEGEND = [
       "(what PlanT calls privileged). Privileged: what only the simulator knows.",
   ],
   [
-    "Told apart",
+    "Significant differences",
     "Two planners are compared on the routes and seeds that both drove. The interval is a " +
-      "bootstrap over routes at 95 %; p is of a test of signs over routes, corrected for all pairs " +
-      "of the table (Holm). A difference is called real where p is 0.05 at most.",
+      "95 % bootstrap over routes; p comes from a sign-flip test over routes, corrected for all pairs " +
+      "of the table (Holm). A difference is significant if p is at most 0.05.",
   ],
   [
     "Hazards",
-    "Met: those that took their course. Survived: no collision within 30 m of its place once it " +
-      "had begun.",
+    "Met: the hazard took place. Survived: no collision within 30 m of its place after it " +
+      "began.",
   ],
 ];
 

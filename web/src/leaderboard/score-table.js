@@ -18,7 +18,7 @@ export function scoreColumns(openEpisodes) {
   return [
     {
       header: "Planner",
-      title: "As given to --agent",
+      title: "The value of --agent",
       value: (entry) => entry.planner.toLowerCase(),
       cell: (entry) => plannerCell(entry, openEpisodes),
     },
@@ -45,7 +45,7 @@ export function scoreColumns(openEpisodes) {
     },
     {
       header: "Inputs",
-      title: "What the planner is given",
+      title: "The planner's kind of input",
       value: (entry) => entry.inputs.join(" "),
       cell: inputsCell,
     },
@@ -57,7 +57,7 @@ export function scoreColumns(openEpisodes) {
     },
     {
       header: "Parameters",
-      title: "Of the planner's network",
+      title: "Parameters of the planner's network",
       numeric: true,
       value: (entry) => entry.parameters,
       cell: (entry) => (isKnown(entry.parameters) ? parameterCount(entry.parameters) : "–"),
@@ -70,7 +70,7 @@ export function scoreColumns(openEpisodes) {
     },
     {
       header: "Episodes",
-      title: "Finished episodes, and how many a complete run has",
+      title: "Finished episodes, and episodes of a complete run",
       numeric: true,
       value: (entry) => entry.episodes,
       cell: episodesCell,

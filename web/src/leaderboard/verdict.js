@@ -34,7 +34,9 @@ export function verdict(board) {
         element(
           "strong",
           {},
-          lead.significant ? "The difference is real." : "The two cannot be told apart.",
+          lead.significant
+            ? "The difference is significant."
+            : "The difference is not significant.",
         ),
       ),
     );
@@ -61,7 +63,7 @@ function insignificantPairs(pairs) {
       ` (${signed(pair.mean, 1)})`,
     ]);
   const more = pairs.length > LISTED_PAIRS ? `; and ${pairs.length - LISTED_PAIRS} more pairs` : "";
-  return element("p", { class: "muted" }, "Not told apart: ", listed, `${more}.`);
+  return element("p", { class: "muted" }, "No significant difference: ", listed, `${more}.`);
 }
 
 /**

@@ -1,5 +1,5 @@
 // @ts-check
-// Road users from above; each kind has a shape of its own. Drawn at the origin, heading along +x.
+// Road users from above; each kind has its own shape. Drawn at the origin, heading along +x.
 
 /** @import { ActorState, Pose } from "./episode.js" */
 /** @import { Colours } from "./palette.js" */

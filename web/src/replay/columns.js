@@ -16,7 +16,7 @@ export async function decodeColumns(table, data) {
   const found = {};
   let start = 0;
   for (const [name, length, order, width] of table) {
-    if (start + length * width > bytes.length) throw new Error("it ends too early");
+    if (start + length * width > bytes.length) throw new Error("it is truncated");
     found[name] = decodeColumn(bytes, start, length, order, width);
     start += length * width;
   }

@@ -1,5 +1,5 @@
 // @ts-check
-// Texts for infractions, hazards, causes and times.
+// Display texts for infractions, hazards, causes and times.
 
 /** @import { HazardFacts, InfractionFacts } from "./payload.js" */
 import { asWords } from "../shared/text.js";
@@ -25,7 +25,7 @@ const CAUSE_NAMES = {
   light: "traffic light",
   leader: "vehicle ahead",
   conflict: "crossing path",
-  junction: "no room beyond the junction",
+  junction: "junction exit blocked",
 };
 
 /** @type {Record<string, string>} */
@@ -49,9 +49,9 @@ export function infractionName({ kind, actorKind }) {
 /** @param {InfractionFacts} infraction */
 export function infractionDetail({ cause, share, actor, speed, factor }) {
   const parts = [];
-  if (cause === "ego") parts.push("the ego ran into the other");
-  if (cause === "other") parts.push("the other ran into the ego");
-  if (share !== null) parts.push(`${(100 * share).toFixed(1)} % of the way`);
+  if (cause === "ego") parts.push("the ego hit the other vehicle");
+  if (cause === "other") parts.push("the other vehicle hit the ego");
+  if (share !== null) parts.push(`${(100 * share).toFixed(1)} % of the route`);
   if (actor !== null) parts.push(`actor ${actor}`);
   parts.push(`at ${(3.6 * speed).toFixed(0)} km/h`);
   if (factor < 1) parts.push(`score × ${factor.toFixed(2)}`);

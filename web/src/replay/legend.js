@@ -31,10 +31,7 @@ const ACTORS = [
 const SAMPLES = [
   ["Ego, with its plan", drawEgoSample],
   ...ACTORS.map(([kind, name, length, width]) => actorSample(kind, name, length, width)),
-  [
-    "The redder, the more relevant to the planner; red box: top relevance",
-    boxSample("relevance", 1),
-  ],
+  ["Red: relevant to the planner; red box: most relevant", boxSample("relevance", 1)],
   [
     "Blue box: the actor that the expert would brake for (in replays made with --expert)",
     boxSample("expert", 0),
@@ -47,7 +44,7 @@ const SAMPLES = [
 ];
 
 const SIGNS = [
-  { sign: "◆", name: "Hazard; its letter says which kind", kind: "hazard" },
+  { sign: "◆", name: "Hazard; the letter is its kind", kind: "hazard" },
   { sign: "✕", name: "Infraction", kind: "infraction" },
 ];
 

@@ -58,7 +58,7 @@ export async function loadEpisode(id) {
     throw new Error(`There is no replay of ${id}: ${payload.error}`);
   }
   if (payload.format !== REPLAY_FORMAT || !TOWN_NAME.test(payload.town)) {
-    throw new Error(`The file ${path} is of another version. Make the replays again.`);
+    throw new Error(`The file ${path} has another format version. Create the replays again.`);
   }
   const townPayload = /** @type {TownPayload} */ (await runScript(townPath(payload.town)));
   try {
@@ -82,7 +82,9 @@ function runScript(path) {
     script.src = path;
     script.onerror = () =>
       reject(
-        new Error(`The file ${path} is missing. Make the replays again, or copy the whole folder.`),
+        new Error(
+          `The file ${path} is missing. Create the replays again, or copy the whole folder.`,
+        ),
       );
     script.onload = () => {
       script.remove();
@@ -98,7 +100,7 @@ function runScript(path) {
  * @param {string} [detail]
  */
 const brokenFile = (path, detail = "") =>
-  new Error(`The file ${path} is broken${detail}. Remove it, and make the replays again.`);
+  new Error(`The file ${path} is broken${detail}. Delete it, and create the replays again.`);
 
 /**
  * Return the ids in the address: none, one, or two to be compared.
@@ -116,7 +118,9 @@ export function idsInAddress() {
   const wrong = ids.find((id) => !isReplayId(id));
   if (wrong !== undefined) {
     const quoted = wrong.slice(0, 80);
-    throw new Error(`The address names no replay: "${quoted}" is not <run>/<episode>.`);
+    throw new Error(
+      `This address does not belong to a replay: "${quoted}" is not <run>/<episode>.`,
+    );
   }
   return ids;
 }

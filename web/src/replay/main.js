@@ -84,7 +84,7 @@ function scenarioWarning(episodes) {
   const other = episodes.find(({ facts }) => facts.scenario !== episodes[0].facts.scenario);
   if (!other) return [];
   const { route, repetition } = other.facts;
-  return [`not the same scenario: the right one is ${route}, repetition ${repetition}`];
+  return [`different scenarios: the replay on the right is ${route}, repetition ${repetition}`];
 }
 
 /**

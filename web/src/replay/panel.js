@@ -113,7 +113,7 @@ function notesOf({ facts, town }) {
   const notes = [];
   if (facts.result.reason) notes.push(`Message: ${facts.result.reason}`);
   if (facts.attentionNote) notes.push(`No attention is shown. ${facts.attentionNote}`);
-  if (facts.expertNote) notes.push(`The expert is not shown all the time. ${facts.expertNote}`);
+  if (facts.expertNote) notes.push(`The expert is not always shown. ${facts.expertNote}`);
   if (town.checksum !== facts.townChecksum) {
     notes.push("The town has changed since: the map under the scene may be wrong.");
   }

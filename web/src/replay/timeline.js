@@ -74,7 +74,7 @@ export function makeTimeline(size, episodes, duration, colours) {
  */
 export function contextOf(canvas) {
   const context = canvas.getContext("2d");
-  if (!context) throw new Error("This browser cannot draw on a canvas.");
+  if (!context) throw new Error("This browser does not support canvas drawing.");
   return context;
 }
 

@@ -206,7 +206,7 @@ def test_two_planners_play_side_by_side_in_sync(opened, screenshot):
 
 def test_comparing_different_scenarios_shows_a_note(opened):
     page = opened(at("ours", "old"))
-    assert "not the same scenario" in page.inner_text("#about")
+    assert "different scenarios" in page.inner_text("#about")
 
 
 def test_dragging_pans_and_follow_returns_to_the_ego(opened):

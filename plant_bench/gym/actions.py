@@ -90,6 +90,6 @@ def inside(action: object, space: spaces.Box[Any]) -> Float[np.ndarray, "..."]:
         message = f"Action: expected numbers of shape {space.shape}, got {action!r}."
         raise InputError(message) from error
     if given.shape != space.shape or not np.isfinite(given).all():
-        message = f"Action: expected finite numbers of shape {space.shape}, got {given.shape}."
+        message = f"Action: expected finite numbers of shape {space.shape}, got {action!r}."
         raise InputError(message)
     return np.clip(given, space.low, space.high)

@@ -117,7 +117,7 @@ def test_valid_agent_passes_the_check(episode: tuple[Route, list[Observation]]) 
         (Hasty(), "got 0"),
         (BadRanks(), "rank: expected"),
         (Talker(), "expected a Reason or None"),
-        (Accuser(), "actor 1000000000"),
+        (Accuser(), "got 1000000000"),
         (Incomplete(), "is not a planner"),
     ],
     ids=lambda value: type(value).__name__ if not isinstance(value, str) else "",

@@ -1,6 +1,5 @@
 """The public names of the package: removing one is a breaking change."""
 
-import ast
 import inspect
 import re
 import subprocess
@@ -109,27 +108,6 @@ def test_every_public_error_is_a_plant_bench_error() -> None:
     for name in ERRORS:
         assert issubclass(getattr(plant_bench, name), plant_bench.PlantBenchError)
     assert issubclass(plant_bench.PlantBenchError, Exception)
-
-
-@pytest.mark.parametrize("name", PARAMETERS)
-def test_the_docs_give_the_parameters_and_defaults_that_there_are(name: str) -> None:
-    text = DOCS.read_text(encoding="utf-8")
-    heading = re.search(rf"^### `({name}\(.*\))`$", text, re.MULTILINE)
-    assert heading is not None
-    whole = heading[1].replace(", ...)", ")")
-    definition = ast.parse(f"def {whole}: ...").body[0]
-    assert isinstance(definition, ast.FunctionDef)
-    arguments = definition.args
-    named = [item.arg for item in (*arguments.args, *arguments.kwonlyargs)]
-    known = inspect.signature(getattr(plant_bench, name)).parameters
-
-    if whole == heading[1]:
-        assert named == list(known)
-    else:  # the dots stand for others
-        assert named == [parameter for parameter in known if parameter in named]
-    defaults = zip(arguments.kwonlyargs, arguments.kw_defaults, strict=True)
-    given = {item.arg: ast.literal_eval(value) for item, value in defaults if value is not None}
-    assert given == {parameter: known[parameter].default for parameter in given}
 
 
 @pytest.mark.parametrize("name", PARAMETERS)

@@ -105,7 +105,7 @@ def test_driver_option_is_recorded_in_the_data(tmp_path):
     assert "--driver idm`" in card
     said = plant_bench("data", "describe", "own", "--no-plots", cwd=tmp_path)
     assert "`idm` drove" in said
-    assert "answers, not drives" in said
+    assert "expert actions, not drives" in said
     said = plant_bench("collect", *asked[:-2], cwd=tmp_path, code=2)
     assert "another origin (driver idm" in said
 

@@ -27,7 +27,7 @@ def block(name: str) -> str:
 
 
 FUNCTION = f"\n{block('function')}\n\n"
-ROW = block("row")
+ROW = block("row").splitlines(keepends=True)[1]
 PLANNER = f"\n{block('planner')}"
 
 GYM = '''

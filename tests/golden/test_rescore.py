@@ -112,7 +112,7 @@ def test_crash_after_termination_does_not_change_the_status(stage, header):
 
 
 def test_unfinished_episode_has_no_result(stage, header):
-    with pytest.raises(InputError, match="not over"):
+    with pytest.raises(InputError, match="has not ended"):
         result_of(stage.drive(100.0).verdict(), header)
 
 
@@ -126,5 +126,5 @@ def test_recording_of_another_route_is_refused(stage, header, tmp_path):
 
 def test_recording_without_metadata_is_refused(stage, tmp_path):
     Recorder(tmp_path / "bare.parquet", {}).close()
-    with pytest.raises(InputError, match="does not say"):
+    with pytest.raises(InputError, match="no valid episode header"):
         rescore(Recording.load(tmp_path / "bare.parquet"), stage.town, stage.route)

@@ -176,7 +176,7 @@ def test_expert_action_targets_include_perturbed_frames(made: Make) -> None:
 
 
 @pytest.mark.parametrize(
-    "expert-action",
+    "answer",
     [None, Plan(np.zeros((4, 2))), lambda tick: Control(0.0, 0.0) if tick < 46 else None],
 )
 def test_missing_expert_action_gives_one_message(made: Make, answer: Any) -> None:

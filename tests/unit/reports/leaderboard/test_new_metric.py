@@ -89,7 +89,7 @@ def test_new_metric_is_in_records(made):
 def test_new_metric_is_in_the_summary(made):
     path, summary, _ = made
     told = json.loads((path / "summary.json").read_text())
-    assert told["beyond"]["mean_speed"] == summary.measures["mean_speed"] == pytest.approx(7.5)
+    assert told["measures"]["mean_speed"] == summary.measures["mean_speed"] == pytest.approx(7.5)
     assert told["scores"]["arrived"]["mean"] == pytest.approx(100.0 * 11 / 12)
     assert told["towns"]["town01"]["arrived"]["std"] > 0.0
     frame = pd.read_csv(path / "summary.csv")

@@ -49,7 +49,7 @@ def test_other_version_with_equal_plans_is_queried(tmp_path):
 
 def test_other_version_with_different_plans_is_not_queried(tmp_path):
     attention = asked(tmp_path, 1, checksum="1" * 64)
-    assert "not those of the recording" in attention.note
+    assert "no longer makes the recorded plans" in attention.note
     assert len(attention.ticks) == 0
 
 

@@ -111,6 +111,6 @@ def test_custom_reward_is_used_unchanged() -> None:
 
     assert reward_of(mine) is mine
     assert isinstance(reward_of("progress"), ProgressReward)
-    for wrong in ("raoch", 3):
-        with pytest.raises(InputError, match="Reward: expected a name or a function"):
+    for wrong, words in (("raoch", "There is no reward"), (3, "expected a name or a function")):
+        with pytest.raises(InputError, match=words):
             reward_of(wrong)

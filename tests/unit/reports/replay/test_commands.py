@@ -112,4 +112,4 @@ def test_serve_prints_its_address_and_ends_with_ctrl_c(tmp_path, monkeypatch):
     done = called("serve", tmp_path, "--port", "0")
     assert done.exit_code == EXIT_INTERRUPTED
     assert "at http://127.0.0.1:" in done.output
-    assert "/leaderboard.html (Ctrl-C ends it)" in done.output
+    assert "/leaderboard.html (stop with Ctrl-C)" in done.output

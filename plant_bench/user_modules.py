@@ -12,6 +12,7 @@ from types import ModuleType
 from typing import Any
 
 from plant_bench.errors import InputError, did_you_mean
+from plant_bench.renamed import renamed_import
 from plant_bench.source_code import source_of
 
 _PACKAGE = Path(__file__).resolve().parent
@@ -108,7 +109,9 @@ def load_module(module: str, who: str) -> ModuleType:
     except InputError:
         raise
     except (Exception, SystemExit) as error:
-        message = f"The {who} cannot be loaded: {type(error).__name__}: {error}"
+        message = (
+            f"The {who} cannot be loaded: {type(error).__name__}: {error}{renamed_import(error)}"
+        )
         raise InputError(message) from error
 
 

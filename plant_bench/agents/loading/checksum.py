@@ -36,6 +36,7 @@ HARMLESS = {
     "plant_bench.untrusted_files": "how files are read: weights are listed and hashed",
     "plant_bench.user_modules": "how planners' modules are found",
     "plant_bench.renamed": "texts of messages",
+    "plant_bench.renamed_modules": "texts of messages",
     "plant_bench.source_code": "computes the checksums",
     "plant_bench.atomic_files": "how files are written",
     "plant_bench.world.hazard_sketch": "how hazards are drawn in tables and pages",

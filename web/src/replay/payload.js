@@ -1,5 +1,5 @@
 // @ts-check
-// Types of what the scripts beside replay.html hand to the page: plant_bench/reports/replay/site.py
+// Types of what the scripts beside replay.html hand to the page: plant_bench/reports/replay/replay_site.py
 // writes the index, episode.py an episode, towns.py a town.
 
 /**

@@ -76,7 +76,7 @@ def test_variants_equal_to_the_base_share_its_training() -> None:
         "speed-input",
         "conflicts",
         "horizon",
-        "tracks",
+        "motion",
     }
     assert shared == kept | {"base"} | {f"no-{name}" for name in ours}
     trainings = trainings_of(variants)

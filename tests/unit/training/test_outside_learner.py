@@ -160,7 +160,7 @@ def test_installed_learner_is_found_by_name(
         assert learners.known_learners() == ["plant", "pixels"]
         assert learner_class("pixels").name == "pixels"
         shown = CliRunner().invoke(app, ["train", "--help"]).output
-        assert "Learns from pictures" in shown
+        assert "Learns from rasters" in shown
         with pytest.raises(InputError, match="Did you mean 'pixels'"):
             learner_class("pixel")
     finally:

@@ -45,7 +45,7 @@ def test_hazard_scripts_satisfy_the_protocol() -> None:
         expected = list(inspect.signature(HazardBehaviour.step).parameters)
         assert list(inspect.signature(script.step).parameters) == expected
         made = list(inspect.signature(script).parameters)
-        assert made == ["hazard", "stage", "draw"], kind
+        assert made == ["hazard", "world", "draw"], kind
 
 
 @pytest.mark.parametrize("part", PARTS)

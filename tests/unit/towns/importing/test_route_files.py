@@ -168,7 +168,7 @@ def test_import_routes_writes_the_suite_and_names_unmatched_routes(tmp_path):
 
     assert done.exit_code == 1
     assert "no --town-map for" in done.output
-    assert "1 of 2 routes are matched" in done.output
+    assert "1 of 2 routes match within" in done.output
     (route,) = load_suite(str(out))
     assert route.id == "town02-0"
     assert route.hazards
@@ -230,7 +230,7 @@ def test_routes_with_duplicate_names_are_refused(theirs, tmp_path):
 
     done = import_routes(tmp_path, text, "--town-map", f"Town02={theirs} T2={theirs}")
 
-    assert "Two routes would be called theirs-0" in str(done.exception)
+    assert "Two routes have the name theirs-0" in str(done.exception)
     assert not (tmp_path / "suite").exists()
 
 
@@ -241,7 +241,7 @@ def test_town_hidden_by_another_of_its_name_is_refused(theirs, tmp_path):
         tmp_path, as_carla(town_routes("town02")[:1]), "--town-map", f"Town02={hidden}"
     )
 
-    assert "There are two towns 'town02'" in str(done.exception)
+    assert "Two towns are named 'town02'" in str(done.exception)
 
 
 def test_overwrite_removes_routes_of_towns_no_longer_given(theirs, tmp_path):

@@ -10,8 +10,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 from plant_bench.errors import SimulationError
-from plant_bench.sim.sumo_commands import Commands, place_vehicle
+from plant_bench.sim.sumo_commands import Commands
 from plant_bench.sim.sumo_library import libsumo
+from plant_bench.sim.sumo_placement import Placements
 from plant_bench.sim.sumo_signals import Signals
 from plant_bench.sim.vehicle_types import TYPES_FILE
 from plant_bench.world.actor_ids import EGO
@@ -82,8 +83,10 @@ class Sumo:
         except libsumo.TraCIException as error:
             message = f"SUMO cannot start on {network}: {error}"
             raise SimulationError(message) from error
-        self.commands = Commands()
+        self._placements = Placements()
+        self.commands = Commands(self._placements)
         self.signals = Signals()
+        self._radius = 0.0  # m, of `watch`
         self._lane_lengths: dict[str, float] = {}
         self._watched: dict[int, VehicleState] = {}  # of this tick, once queried
 
@@ -97,6 +100,8 @@ class Sumo:
         """Advance the simulation by one tick."""
         self._watched = {}
         libsumo.simulationStep()
+        if EGO_ID in self._placements.restore_arrived():
+            self._subscribe()
 
     def lane_length(self, lane: str) -> float:
         """Return SUMO's length of a lane; its shape may differ by some percent."""
@@ -112,12 +117,9 @@ class Sumo:
             SimulationError: SUMO does not insert it.
         """
         try:
-            libsumo.route.add("ego", edges)
-            libsumo.vehicle.add(EGO_ID, "ego", typeID="ego", departSpeed="0")
+            self._placements.insert(EGO_ID, "ego", edges)
             self.move_ego(x, y, yaw, 0.0)
             libsumo.simulationStep()
-            libsumo.vehicle.setSpeedMode(EGO_ID, 0)
-            libsumo.vehicle.setLaneChangeMode(EGO_ID, 0)
             self.move_ego(x, y, yaw, 0.0)
         except libsumo.TraCIException as error:
             message = f"SUMO cannot insert the ego: {error}"
@@ -164,33 +166,40 @@ class Sumo:
             SimulationError: SUMO has lost the ego.
         """
         try:
-            place_vehicle(EGO_ID, EGO_LENGTH, x, y, yaw, speed)
+            self._placements.place(EGO_ID, EGO_LENGTH, x, y, yaw, speed)
         except libsumo.TraCIException as error:
             message = f"SUMO has lost the ego: {error}"
             raise SimulationError(message) from error
 
     def watch(self, radius: float) -> None:
         """Subscribe to all vehicles within `radius` metres of the ego."""
+        self._radius = radius
+        self._subscribe()
+
+    def _subscribe(self) -> None:
         variables = [
             _POSITION, _ANGLE, _SPEED, _ACCELERATION, _LANE, _LANE_POSITION, _LATERAL
         ]  # fmt: skip
-        libsumo.vehicle.subscribeContext(EGO_ID, _VEHICLES, radius, variables)
+        libsumo.vehicle.subscribeContext(EGO_ID, _VEHICLES, self._radius, variables)
 
     def watched(self) -> dict[int, VehicleState]:
         """Return the vehicles within the watched radius by id, without the ego."""
         states: dict[int, VehicleState] = {}
+        lanes: dict[str, tuple[str, float]] = {}
         make, new, radians = (
             VehicleState,
             tuple.__new__,
             math.radians,
         )  # twice as fast as VehicleState(...)
         for name, values in libsumo.vehicle.getContextSubscriptionResults(EGO_ID).items():
+            lanes[name] = values[_LANE], values[_LANE_POSITION]
             if name == EGO_ID:
                 continue
             states[int(name)] = new(make, (
                 *values[_POSITION], radians(90.0 - values[_ANGLE]), values[_SPEED],
                 values[_ACCELERATION], values[_LANE], values[_LANE_POSITION], values[_LATERAL],
             ))  # fmt: skip
+        self._placements.clear_shadows(lanes)
         self._watched = states
         return states
 
@@ -275,4 +284,5 @@ class Sumo:
     def remove(self, vehicle: int) -> None:
         """Remove a vehicle."""
         self._watched.pop(vehicle, None)
+        self._placements.forget(str(vehicle))
         libsumo.vehicle.remove(str(vehicle))

@@ -4,12 +4,10 @@ Only the modules `sumo*` use libsumo; `Sumo.commands` is the only instance of `C
 """
 
 import contextlib
-import math
 
 from plant_bench.sim.sumo_library import libsumo
+from plant_bench.sim.sumo_placement import PLACED_MODE, Placements
 
-MATCH_RADIUS = 8.0  # m around a place in which SUMO looks for its lane; the default costs 4 times
-PLACED_MODE = 0  # SUMO's speed mode: no checks
 DEFAULT_MODE = 31  # SUMO's speed mode: obeys safe gaps, limits, right of way and lights
 DEFAULT_LANE_CHANGES = 1621  # SUMO's lane change mode
 CENTRED = 0.02  # m from its lane's centre line within which a driver is not changing lanes
@@ -17,40 +15,29 @@ RULE_IGNORING_MODE = 39  # safe gap and limits of acceleration only; ignores foe
 RULE_IGNORING_FACTOR = 1.5  # times the lane's speed limit, for a driver that ignores rules
 
 
-def place_vehicle(name: str, length: float, x: float, y: float, yaw: float, speed: float) -> None:
-    """Place a vehicle by its box centre; SUMO's own place is that of the front bumper.
-
-    Raises:
-        libsumo.TraCIException: SUMO does not know the vehicle.
-    """
-    front_x, front_y = x + 0.5 * length * math.cos(yaw), y + 0.5 * length * math.sin(yaw)
-    angle = 90.0 - math.degrees(yaw)
-    libsumo.vehicle.moveToXY(name, "", 0, front_x, front_y, angle, 2, MATCH_RADIUS)
-    libsumo.vehicle.setSpeed(name, speed)
-
-
 class Commands:
-    """Commands to vehicles of a running simulation, by actor id; mutable."""
+    """Commands to vehicles of a running simulation, by actor id; mutable.
 
-    def __init__(self) -> None:
-        self._speed_factors: dict[
-            int, float
-        ] = {}  # original speed factors of drivers that ignore rules
+    A command to a vehicle that has left the simulation has no effect.
+
+    Args:
+        placements: The vehicles that are placed.
+    """
+
+    def __init__(self, placements: Placements) -> None:
+        self._placements = placements
+        self._speed_factors: dict[int, float] = {}  # original ones of drivers that ignore rules
 
     def add_scripted(self, vehicle: int, kind: str, edge: str) -> None:
         """Add a vehicle that `place` moves; call `place` before the next step."""
-        name = str(vehicle)
-        route = f"r{name}"
-        libsumo.route.add(route, (edge,))
-        libsumo.vehicle.add(name, route, typeID=kind, departSpeed="0")
-        libsumo.vehicle.setSpeedMode(name, PLACED_MODE)
-        libsumo.vehicle.setLaneChangeMode(name, 0)
+        self._placements.insert(str(vehicle), kind, (edge,))
 
     def place(
         self, vehicle: int, length: float, x: float, y: float, yaw: float, speed: float
     ) -> None:
         """Place a scripted vehicle's box centre."""
-        place_vehicle(str(vehicle), length, x, y, yaw, speed)
+        with contextlib.suppress(libsumo.TraCIException):
+            self._placements.place(str(vehicle), length, x, y, yaw, speed)
 
     def keep_lane(self, vehicle: int) -> None:
         """Forbid lane changes of a vehicle; call before it is placed.
@@ -58,14 +45,19 @@ class Commands:
         A lane change that SUMO has begun continues while the vehicle is placed, and SUMO crashes
         halfway if there is no lane on that side at the vehicle's position.
         """
-        libsumo.vehicle.setLaneChangeMode(str(vehicle), 0)
+        with contextlib.suppress(libsumo.TraCIException):
+            libsumo.vehicle.setLaneChangeMode(str(vehicle), 0)
 
     def is_centred(self, vehicle: int) -> bool:
         """Tell whether a vehicle is at its lane's centre line, not between two lanes."""
-        return abs(libsumo.vehicle.getLateralLanePosition(str(vehicle))) < CENTRED
+        try:
+            return abs(libsumo.vehicle.getLateralLanePosition(str(vehicle))) < CENTRED
+        except libsumo.TraCIException:
+            return False
 
     def withdraw(self, vehicle: int) -> None:
         """Remove a vehicle that is on the road or about to enter; no error if it has left."""
+        self._placements.forget(str(vehicle))
         with contextlib.suppress(libsumo.TraCIException):
             libsumo.vehicle.remove(str(vehicle))
 
@@ -107,6 +99,8 @@ class Commands:
     def drive(self, vehicle: int, speed: float, *, ignores_rules: bool) -> None:
         """Command a vehicle's speed; with `ignores_rules` it only keeps safe gaps."""
         name = str(vehicle)
+        if name not in libsumo.vehicle.getIDList():
+            return
         libsumo.vehicle.setSpeedMode(name, RULE_IGNORING_MODE if ignores_rules else DEFAULT_MODE)
         if ignores_rules:
             self._speed_factors.setdefault(vehicle, libsumo.vehicle.getSpeedFactor(name))
@@ -117,12 +111,14 @@ class Commands:
     def brake(self, vehicle: int, deceleration: float) -> None:
         """Brake a vehicle to a stop with a deceleration, m/s2."""
         name = str(vehicle)
-        libsumo.vehicle.setDecel(name, deceleration)
-        libsumo.vehicle.setSpeed(name, 0.0)
+        with contextlib.suppress(libsumo.TraCIException):
+            libsumo.vehicle.setDecel(name, deceleration)
+            libsumo.vehicle.setSpeed(name, 0.0)
 
     def release(self, vehicle: int) -> None:
         """Undo all commands to a vehicle, if it is still on the road."""
         name = str(vehicle)
+        self._placements.forget(name)
         if name not in libsumo.vehicle.getIDList():
             return
         libsumo.vehicle.setSpeed(name, -1.0)

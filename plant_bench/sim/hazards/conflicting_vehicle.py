@@ -7,14 +7,13 @@ import numpy as np
 from jaxtyping import Float
 
 from plant_bench.agent import PATH_POSES, PATH_STEP
-from plant_bench.sim.hazards.hazard_world import HazardWorld
+from plant_bench.sim.hazards.hazard_world import LAST_TURN, LAST_TURN_TIME, HazardWorld
 from plant_bench.sim.traffic import COMFORTABLE_BRAKING
 from plant_bench.sim.vehicle_types import CAR
 from plant_bench.world.conflicting_paths import Approach
 
 MIN_RUN = 35.0  # m before the conflict point; no vehicle is spawned nearer
 FROM_EGO = 45.0  # m from the ego; no vehicle is spawned nearer
-LAST_TURN, LAST_TURN_TIME = 0.2, 0.6  # m and s before its lane's end; no rerouting later
 FROM_OTHERS = 14.0  # m between a spawned vehicle and others on the lane
 
 

@@ -10,7 +10,9 @@ import math
 import random
 
 import numpy as np
+from jaxtyping import Float
 
+from plant_bench.geometry.box import corners
 from plant_bench.geometry.polyline import distance_to
 from plant_bench.sim.hazards.hazard_world import HazardWorld
 from plant_bench.sim.sumo import VehicleState
@@ -18,6 +20,7 @@ from plant_bench.sim.vehicle_types import RIDER, VAN, WALKER
 from plant_bench.world.crossing_distance import FARTHEST_START, SPEED_SPREAD, meets_at, needed_start
 from plant_bench.world.hazard import Hazard, Phase
 from plant_bench.world.scene import EGO_WIDTH, TICK, EgoState
+from plant_bench.world.town import Lane
 
 AHEAD_OF_TIME = 0.3  # s by which the walker is early, so that the ego does not pass behind it
 MIN_WAIT = 3.0  # s that the walker is present before it moves
@@ -28,6 +31,8 @@ WIDE_ROAD_FACTOR = 1.6  # speed factor of a walker on a wide road, at most
 PASSED = 30.0  # m behind the ego at which all actors are removed
 VAN_BESIDE = 3.1  # m from the ego's path to the van's centre, at least
 VAN_FROM_KERB = 1.2  # m beside the road to the van's centre
+VAN_CLEARANCE = 0.15  # m between the van and any lane: SUMO's drivers stop behind a van on theirs
+VAN_STEP, VAN_STEPS = 0.05, 40  # m, and how many steps the van is moved aside to be clear
 VAN_BEFORE = 5.0  # m before the walker
 BEFORE, BEHIND = 1.5, 0.5  # s between the walker and a vehicle after or before it
 BODY = 6.0  # m, a vehicle's length with a margin
@@ -121,13 +126,25 @@ class Crossing:
         if not world.is_free(x, y, 2.0):
             return
         if self._hidden:
-            px, py, heading = world.pose_at(self._at - VAN_BEFORE)
-            aside = self._side * max(VAN_BESIDE, self._near + VAN_FROM_KERB)
-            vx, vy = px - aside * math.sin(heading), py + aside * math.cos(heading)
-            if world.is_free(vx, vy, 3.0):
-                self._actors.append(world.put(VAN, vx, vy, heading))
+            place = self._van_place(world)
+            if place is not None and world.is_free(*place[:2], 3.0):
+                self._actors.append(world.put(VAN, *place))
         self._actors.insert(0, world.put(self._kind, x, y, yaw))
         self._since = world.time
+
+    def _van_place(self, world: HazardWorld) -> tuple[float, float, float] | None:
+        """Return the pose of the van beside the road; None if it would overlap a lane."""
+        at = self._at - VAN_BEFORE
+        x, y, yaw = world.pose_at(at)
+        lanes = _lanes_around(world, at)
+        for step in range(VAN_STEPS):
+            aside = max(VAN_BESIDE, self._near + VAN_FROM_KERB) + step * VAN_STEP
+            across = self._side * aside
+            pose = x - across * math.sin(yaw), y + across * math.cos(yaw), yaw
+            outline = corners(np.array([pose]), np.array([[VAN.length, VAN.width]]))[0]
+            if all(_is_clear(lane, outline) for lane in lanes):
+                return pose
+        return None
 
     def _pose(self, world: HazardWorld) -> tuple[float, float, float]:
         x, y, heading = world.pose_at(self._at)
@@ -156,13 +173,7 @@ def _follows(state: VehicleState, ego: EgoState) -> bool:
 def _kerb(world: HazardWorld, at: float, side: float) -> float:
     """Return the distance from the ego's path to the road's edge, oncoming lanes included."""
     x, y, heading = world.pose_at(at)
-    height = float(np.interp(at, world.route.along, world.route.elevations))
-    lanes = [
-        lane
-        for lane in world.town.lanes.values()
-        if np.abs(lane.points[:, 2] - height).min() < 3.0
-        and distance_to(lane.points[:, :2], x, y) < MAX_KERB + lane.width
-    ]
+    lanes = _lanes_around(world, at)
     road = 0.0
     for aside in np.arange(0.25, MAX_KERB, 0.25):
         px, py = x - side * aside * math.sin(heading), y + side * aside * math.cos(heading)
@@ -172,3 +183,21 @@ def _kerb(world: HazardWorld, at: float, side: float) -> float:
         elif aside > road + 1.0:
             break
     return road
+
+
+def _lanes_around(world: HazardWorld, at: float) -> list[Lane]:
+    """Return the lanes near the route's place `at`, on its level."""
+    x, y, _ = world.pose_at(at)
+    height = float(np.interp(at, world.route.along, world.route.elevations))
+    return [
+        lane
+        for lane in world.town.lanes.values()
+        if np.abs(lane.points[:, 2] - height).min() < 3.0
+        and distance_to(lane.points[:, :2], x, y) < MAX_KERB + lane.width
+    ]
+
+
+def _is_clear(lane: Lane, outline: Float[np.ndarray, "points 2"]) -> bool:
+    """Tell whether points are off a lane, with `VAN_CLEARANCE`."""
+    away = min(distance_to(lane.points[:, :2], x, y) for x, y in outline.tolist())
+    return away > 0.5 * lane.width + VAN_CLEARANCE

@@ -18,6 +18,7 @@ from plant_bench.world.scene import EGO_LENGTH, TICK, ActorKind, EgoState, Light
 from plant_bench.world.town import Lane, Link, Town
 
 MAX_LATERAL_SPEED = 0.05  # m/s; above, a driver is changing lanes
+LAST_TURN, LAST_TURN_TIME = 0.2, 0.6  # m and s before a lane's end; no rerouting later
 ASSUMED_ACCELERATION = 2.0  # m/s2 of an ego with free road
 
 
@@ -269,9 +270,32 @@ class HazardWorld:
         return math.hypot(px - x, py - y) > SIGHT + 2.0
 
     def hand_back(self, vehicle: int) -> None:
-        """Release a vehicle and delete its privileged path."""
+        """Release a vehicle and delete its privileged path; its route follows from its lane."""
+        self._follow_lane(vehicle)
         self.release(vehicle)
         self.paths.pop(vehicle, None)
+
+    def _follow_lane(self, vehicle: int) -> None:
+        """Reroute a vehicle whose lane does not lead along its route.
+
+        It was moved to that lane, and would otherwise wait at the lane's end to change back.
+        """
+        state = self._sumo.state_of(vehicle)
+        lane = None if state is None else self.town.lanes.get(state.lane)
+        if state is None or lane is None or lane.junction is not None:
+            return
+        left = lane.length - self.along_lane(state)
+        if left < LAST_TURN + LAST_TURN_TIME * state.speed:
+            return
+        links = self.town.links_from.get(lane.id, ())
+        exits = [self.town.lanes[link.target].edge for link in links]
+        ahead = self._sumo.remaining_route(vehicle)[1:2]
+        if ahead and ahead[0] not in exits:
+            draw = random.Random(f"{vehicle}|{self.tick}")
+            for edge in exits:
+                onward = self.onward(edge, self.kind_of(vehicle).kind, draw)
+                if self.reroute(vehicle, (lane.edge, edge, *onward)):
+                    return
 
     # SUMO vehicles under command
 

@@ -4,6 +4,7 @@ A position is likely if it is close to its point in distance, height and heading
 likely if its path is not much longer than the straight line.
 """
 
+import math
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -13,7 +14,7 @@ from plant_bench.geometry.pose import wrap_angle
 from plant_bench.towns.importing.carla_routes import CarlaRoute
 from plant_bench.towns.importing.lane_graph import LaneGraph, LanePosition
 
-SEARCH_RADIUS = 6.0  # m around a point in which lanes are considered
+SEARCH_RADIUS = 6.0  # m around a point in which lanes are considered; more if none is so near
 SPREAD = 0.7  # m: standard deviation of a point from its lane
 HEADING_SPREAD = 0.4  # rad, standard deviation
 MAX_HEADING_ERROR = 1.8  # rad; excludes lanes of the other direction
@@ -41,12 +42,13 @@ class _Steps:
     before: list[int]
 
 
-def match(graph: LaneGraph, route: CarlaRoute) -> list[LanePosition]:
+def match(graph: LaneGraph, route: CarlaRoute, limit: float) -> list[LanePosition]:
     """Return the most likely position of each of a route's points.
 
     Args:
         graph: The town's lanes.
         route: The route, its points in the town's coordinates.
+        limit: Distance within which lanes are considered if none is within `SEARCH_RADIUS`, metres.
 
     Raises:
         UnmatchedError: No lane is near a point, or no path leads to a point from the one before.
@@ -54,7 +56,7 @@ def match(graph: LaneGraph, route: CarlaRoute) -> list[LanePosition]:
     use_height = graph.has_levels and float(np.ptp(route.points[:, 2])) > 0.5
     steps: list[_Steps] = []
     for number in range(len(route.points)):
-        places, costs = _candidates(graph, route, number, use_height=use_height)
+        places, costs = _candidates(graph, route, number, limit, use_height=use_height)
         if steps:
             straight = float(np.hypot(*(route.points[number] - route.points[number - 1])[:2]))
             steps.append(_transition(graph, steps[-1], places, costs, straight))
@@ -66,13 +68,15 @@ def match(graph: LaneGraph, route: CarlaRoute) -> list[LanePosition]:
 
 
 def _candidates(
-    graph: LaneGraph, route: CarlaRoute, number: int, *, use_height: bool
+    graph: LaneGraph, route: CarlaRoute, number: int, limit: float, *, use_height: bool
 ) -> tuple[list[LanePosition], list[float]]:
     x, y, z = (float(value) for value in route.points[number])
-    near = graph.near(x, y, SEARCH_RADIUS)
+    near = graph.near(x, y, SEARCH_RADIUS) or graph.near(x, y, limit)
     if not near:
         away = graph.distance_to_nearest(x, y)
-        raise UnmatchedError(number, f"the nearest lane is {away:.1f} m away")
+        larger = math.ceil(away + 0.5)
+        reason = f"the nearest lane is {away:.1f} m away; try --limit-distance {larger}"
+        raise UnmatchedError(number, reason)
     heading = float(route.headings[number])
     places, costs = [], []
     for place in near:

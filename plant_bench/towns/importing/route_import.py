@@ -1,5 +1,6 @@
 """Matches CARLA's routes to imported towns, and reports where and why a route does not fit."""
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -157,7 +158,7 @@ class _Matcher:
     def match(self, source: CarlaRoute) -> RouteMatch:
         moved = replace(source, points=source.points + self._offset)
         try:
-            visits = lanes_driven(self._lane_graph, match(self._lane_graph, moved))
+            visits = lanes_driven(self._lane_graph, match(self._lane_graph, moved, self._limit))
             route = build_route(self._graph, visits, f"{self.town.name}-{source.id}")
             route.validate()
         except UnmatchedError as error:
@@ -166,7 +167,10 @@ class _Matcher:
             return RouteMatch(source, None, float("nan"), 0, str(error).rstrip("."))
         away = distances(moved.points, route)
         point, worst = int(np.argmax(away)), float(away.max())
-        reason = "" if worst <= self._limit else f"farther than {self._limit:g} m from the lanes"
+        reason = ""
+        if worst > self._limit:
+            larger = math.ceil(10.0 * worst + 1.0) / 10.0
+            reason = f"{worst:.1f} m from the lanes; try --limit-distance {larger:g}"
         return RouteMatch(source, route if not reason else None, worst, point, reason)
 
 

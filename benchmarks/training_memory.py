@@ -26,7 +26,7 @@ from plant_bench.training import encodings, frame_store
 from plant_bench.training.events import StepEnded
 from plant_bench.training.learners import learner_class
 from plant_bench.training.settings import TrainingSettings
-from plant_bench.training.training_run import Listeners, Machine, TrainingRun, learn
+from plant_bench.training.training_run import Listeners, Machine, TrainingRun, run_training
 
 SKIPPED = 10  # steps, in which processes start
 EVERY = 1.0  # s between two looks at the memory
@@ -78,9 +78,9 @@ def repeat(small: Path, large: Path, asked: argparse.Namespace) -> int:
             os.link(path, large / "episodes" / f"{path.stem}~{copy}.parquet")
     make_once()
     frames = frame_store.load_frames([large], targets=TARGETS)
-    student = course_of(large, asked).student
-    if student.learner().cached:
-        encodings.load_encodings(frames, student)
+    learner = training_run(large, asked).learner_spec
+    if learner.build().cached:
+        encodings.load_encodings(frames, learner)
     return len(frames)
 
 
@@ -99,7 +99,7 @@ def make_once() -> None:
     packs._make_part = made
 
 
-def course_of(data: Path, asked: argparse.Namespace) -> TrainingRun:
+def training_run(data: Path, asked: argparse.Namespace) -> TrainingRun:
     """Return the training."""
     kind = learner_class(asked.learner)
     options = TypeAdapter(kind.Options).validate_python(asked.options)
@@ -130,7 +130,7 @@ def measure(asked: argparse.Namespace) -> None:
 
     begin = time.perf_counter()
     watcher.start()
-    learn(course_of(Path(asked.scratch) / "data", asked), Listeners(on_event=listen))
+    run_training(training_run(Path(asked.scratch) / "data", asked), Listeners(on_event=listen))
     over.set()
     watcher.join()
     print(f"first step after {steps[0][0] - begin:.0f} s")

@@ -53,13 +53,14 @@ def drive(agent: str, density: str, routes: list[Route]) -> float:
             for _ in range(2):
                 timing = run_episode(job, recording=file).timing
             recording = Recording.load(file)
-            in_sight = sum(len(recording[row].actors) for row in recording.whole)
+            rows = recording.complete_rows
+            in_sight = sum(len(recording[row].actors) for row in rows)
         lanes = load_town(job.route.town).lane_km
         world = 1e6 * (timing.simulation_s + timing.privileged_s) / timing.ticks
         planner = 1e6 * timing.agent_s / timing.ticks
         print(
             f"{agent:<18} {density:<9} {job.route.town:<8} {lanes:11.1f}  "
-            f"{in_sight / len(recording.whole):8.1f}  {timing.simulated_s / timing.wall_s:6.0f}  "
+            f"{in_sight / len(rows):8.1f}  {timing.simulated_s / timing.wall_s:6.0f}  "
             f"{world:16.0f}  {planner:7.0f}",
             flush=True,
         )

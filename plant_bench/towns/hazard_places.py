@@ -78,8 +78,8 @@ def off_junctions(track: Track, kinds: Sequence[HazardKind]) -> Iterator[Place]:
         limit, (before, after) = track.limit(at), track.junction_distances(at)
         slides = 2.5 * limit
         stops = REACTION * limit + limit**2 / (2.0 * GRIP * BRAKING)
-        ample = after > max(slides, stops) + 10.0
-        if before > 10.0 and ample and track.keeps_lane(at - 10.0, at + slides):
+        enough = after > max(slides, stops) + 10.0
+        if before > 10.0 and enough and track.keeps_lane(at - 10.0, at + slides):
             for kind in kinds:
                 yield Place(kind, at, limit)
 
@@ -184,15 +184,15 @@ def for_blocking(stretch: Stretch) -> list[dict[str, float]]:
     track, at, lane = stretch.track, stretch.at, stretch.lane
     slow = stretch.limit < CROSSED_LIMIT
     passable = lane.left is not None or (slow and track.has_oncoming(lane))
-    roomy = stretch.before > ROOM and stretch.after > ROOM
-    keeps = roomy and track.keeps_lane(at - ROOM, at + ROOM)
+    far_from_junctions = stretch.before > ROOM and stretch.after > ROOM
+    keeps = far_from_junctions and track.keeps_lane(at - ROOM, at + ROOM)
     return [{}] if stretch.straight and keeps and track.is_kerb(lane) and passable else []
 
 
 def for_queues(stretch: Stretch) -> list[dict[str, float]]:
     """Accept a stretch with space on its lane for a queue of vehicles."""
-    ample = min(stretch.after, stretch.lane_ahead) > 0.5 * ROOM
-    return [{}] if stretch.before > ROOM and ample else []
+    enough = min(stretch.after, stretch.lane_ahead) > 0.5 * ROOM
+    return [{}] if stretch.before > ROOM and enough else []
 
 
 def at_lane_changes(track: Track, kinds: Sequence[HazardKind]) -> Iterator[Place]:

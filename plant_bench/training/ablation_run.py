@@ -112,13 +112,13 @@ def _train_and_drive(
     request: AblationRequest, callbacks: AblationCallbacks, recipe: Recipe, seed: int, folder: Path
 ) -> Run | None:
     """Train a variant and score it; return None if it was interrupted."""
-    folder_of_seed = folder / f"seed-{seed}"
+    seed_folder = folder / f"seed-{seed}"
     seeded = replace(recipe, settings=replace(recipe.settings, seed=seed))
-    if not _train(request, callbacks, seeded, folder_of_seed):
+    if not _train(request, callbacks, seeded, seed_folder):
         return None
-    agent = f"{recipe.learner.build().agent}@{folder_of_seed / 'model'}"
+    agent = f"{recipe.learner.build().agent}@{seed_folder / 'model'}"
     with threads_kept():
-        run = callbacks.drive(replace(request.drives, agent=agent), folder_of_seed / "run")
+        run = callbacks.drive(replace(request.drives, agent=agent), seed_folder / "run")
     if run is not None:
         write_summary(run.folder)
         write_speed(run.folder, map(episode_name, run.jobs))

@@ -69,16 +69,16 @@ def test_variants_equal_to_the_base_share_its_training() -> None:
     variants = variants_of((), BASE)
     shared = {variant.name for variant in variants if variant.training == "base"}
     kept = {"rear", "speeds", "auxiliary", "data-3of3", "mini", "reach-30"}
-    ours = {
+    added = {
         "stop-line",
         "vulnerable",
         "limit-input",
         "speed-input",
         "conflicts",
         "horizon",
-        "tracks",
+        "motion",
     }
-    assert shared == kept | {"base"} | {f"no-{name}" for name in ours}
+    assert shared == kept | {"base"} | {f"no-{name}" for name in added}
     trainings = trainings_of(variants)
     assert len(trainings) == len(set(map(str, trainings.values())))
     told = recipe(PlanTConfig(tokens=TokenSpec(stop_line=True)))

@@ -55,7 +55,13 @@ def train(
     """
     from plant_bench.training.learners import learner_class
     from plant_bench.training.settings import TrainingSettings
-    from plant_bench.training.training_run import SILENT, Listeners, Machine, TrainingRun, learn
+    from plant_bench.training.training_run import (
+        SILENT,
+        Listeners,
+        Machine,
+        TrainingRun,
+        run_training,
+    )
 
     name = learner if isinstance(learner, str) else importable_name(learner)
     if name is None:
@@ -65,7 +71,7 @@ def train(
         )
         raise InputError(message)
     folders = [data] if isinstance(data, str | os.PathLike) else data
-    course = TrainingRun(
+    run = TrainingRun(
         name,
         learner_class(name).Options() if options is None else options,
         tuple(map(Path, folders)),
@@ -77,6 +83,6 @@ def train(
         work=None if work is None else Path(work),
         overwrite=overwrite,
     )
-    if not learn(course, SILENT if on_event is None else Listeners(on_event=on_event)):
+    if not run_training(run, SILENT if on_event is None else Listeners(on_event=on_event)):
         raise KeyboardInterrupt
-    return course.out
+    return run.out

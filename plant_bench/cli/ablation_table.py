@@ -23,10 +23,10 @@ from plant_bench.runner.run.folder import RunFolder
 from plant_bench.runner.run.score_run import Run, ScoreRequest
 from plant_bench.runner.run.speed import read_timings, speed_of
 from plant_bench.training.ablation_run import (
+    AblationCallbacks,
     AblationRequest,
-    Helpers,
     Runs,
-    recordings_of,
+    recordings_in_all,
     run_ablations,
 )
 from plant_bench.training.ablation_variants import Variant, variants_of
@@ -50,7 +50,7 @@ def ablate(request: AblationRequest) -> int:
         )
         return drive_missing(score_request, out, driving)
 
-    runs = run_ablations(request, Helpers(train_with_progress, drive, print_note))
+    runs = run_ablations(request, AblationCallbacks(train_with_progress, drive, print_note))
     if runs is None:
         return EXIT_INTERRUPTED
     folder = RunFolder(request.out)
@@ -97,8 +97,8 @@ def _facts(request: AblationRequest, runs: Runs) -> dict[str, str]:
     processors = speed_of([timing for run in all_runs for timing in _timings(run)]).processors
     routes = len({job.route.id for job in all_runs[0].jobs})
     return {
-        "base": f"{base.student.learner().title}, {base.settings.epochs} epochs",
-        "data": f"{len(recordings_of(request.data, base.share))} episodes",
+        "base": f"{base.learner.build().title}, {base.settings.epochs} epochs",
+        "data": f"{len(recordings_in_all(request.data, base.share))} episodes",
         "driven": f"{routes} routes of {drives.suite}, {drives.repetitions} repetitions, "
         f"{drives.density} traffic",
         "training seeds": str(request.seeds),

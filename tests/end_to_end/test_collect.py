@@ -49,8 +49,8 @@ def test_collect_reaches_the_requested_number_of_frames(place):
     frames = 0
     for path in sorted((place / "data" / "episodes").iterdir()):
         recording = Recording.load(path)
-        frames += len(recording.whole)
-        assert recording.whole == list(range(0, len(recording), 10))
+        frames += len(recording.complete_rows)
+        assert recording.complete_rows == list(range(0, len(recording), 10))
         assert recording.metadata["agent"] == "expert"
         assert recording.disturbed.mean() < 0.2
     summary = json.loads((place / "data" / "data.json").read_text())

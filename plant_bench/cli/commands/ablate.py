@@ -77,7 +77,7 @@ def ablate_learner(
     from plant_bench.training.ablation_run import AblationRequest
     from plant_bench.training.ablation_variants import Recipe
     from plant_bench.training.initial_weights import options_in
-    from plant_bench.training.learners import Student, learner_class
+    from plant_bench.training.learners import LearnerSpec, learner_class
     from plant_bench.training.settings import TrainingSettings
     from plant_bench.training.training_run import Machine
 
@@ -94,7 +94,7 @@ def ablate_learner(
     options = build_dataclass(kind.Options, own_values, start)
     request = AblationRequest(
         names or (),
-        Recipe(Student(learner, options), settings, values["share",]),
+        Recipe(LearnerSpec(learner, options), settings, values["share",]),
         values["data",],
         out,
         ScoreRequest("", suite, routes, repetitions, density=density, hazards=hazards),

@@ -77,7 +77,7 @@ def simulate_again(
         InputError: The recording is thinned, the route has changed or the town is not there.
         SimulationError: SUMO fails.
     """
-    if len(recording.whole) < len(recording):
+    if len(recording.complete_rows) < len(recording):
         message = "A thinned recording does not hold every tick: it cannot be simulated again."
         raise InputError(message)
     scenario = scenario_of(result, route)

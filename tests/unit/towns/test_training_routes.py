@@ -62,7 +62,7 @@ def test_routes_of_further_visits_do_not_overlap_benchmark_routes(name):
 
 def test_benchmark_route_and_a_part_of_it_are_detected_as_overlap():
     route = benchmark_routes()[0]
-    driven = training_routes.driven_on(route)
+    driven = training_routes.distance_by_edge(route)
     piece = dict(list(driven.items())[:2])
     assert common_share(route) == 1.0
     assert training_routes.share(piece, driven) == 1.0 > MAX_COMMON

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import typer
 
-from plant_bench.api.score import Driving
+from plant_bench.api.score import ExecutionSettings
 from plant_bench.cli.options import EXIT_INTERRUPTED, print_note
 from plant_bench.cli.run_progress import drive_missing, print_failures
 from plant_bench.cli.training_progress import train_with_progress
@@ -45,10 +45,10 @@ def ablate(request: AblationRequest) -> int:
     """
 
     def drive(score_request: ScoreRequest, out: Path) -> Run | None:
-        driving = Driving(
+        settings = ExecutionSettings(
             workers=request.machine.workers, overwrite=request.overwrite, recordings=False
         )
-        return drive_missing(score_request, out, driving)
+        return drive_missing(score_request, out, settings)
 
     runs = run_ablations(request, Helpers(train_with_progress, drive, print_note))
     if runs is None:

@@ -31,7 +31,7 @@ from plant_bench.runner.workers.executors import LocalExecutor
 from plant_bench.runner.workers.preloading import loading
 
 if TYPE_CHECKING:
-    from plant_bench.api.score import Driving
+    from plant_bench.api.score import ExecutionSettings
     from plant_bench.runner.run.score_run import ScoreRequest
 
 
@@ -95,12 +95,12 @@ def score(
     here = LocalExecutor(workers or CORES, loading(agent, isolate=isolate))
     # Connect first: the workers import their modules while this process imports its own.
     with here.connected() if cluster is None else nullcontext():
-        from plant_bench.api.score import Driving
+        from plant_bench.api.score import ExecutionSettings
         from plant_bench.runner.run.run_lock import Shard
         from plant_bench.runner.run.score_run import ScoreRequest
         from plant_bench.scoring.penalties import penalty_scheme_of
 
-        how = Driving(
+        settings = ExecutionSettings(
             workers=workers or CORES,
             overwrite=overwrite,
             recordings=recordings,
@@ -118,12 +118,12 @@ def score(
             ),
         )
         request = ScoreRequest(agent, suite, routes, repetitions, seed, density, hazards)
-        code = _drive(request, out, how)
+        code = _drive(request, out, settings)
     raise typer.Exit(code)
 
 
-def _drive(request: "ScoreRequest", out: Path | None, how: "Driving") -> int:
-    """Drive the missing episodes of a run, or until Ctrl-C, and print the scores.
+def _drive(request: "ScoreRequest", out: Path | None, settings: "ExecutionSettings") -> int:
+    """Drive the missing episodes of a run until they are finished or Ctrl-C; print the scores.
 
     Returns:
         The exit code: 2 if the agent failed in an episode, 1 if the simulator did.
@@ -132,9 +132,9 @@ def _drive(request: "ScoreRequest", out: Path | None, how: "Driving") -> int:
     from plant_bench.cli.run_progress import RunMonitor, print_failures
 
     start = time.monotonic()
-    monitor = RunMonitor(how.penalties)
+    monitor = RunMonitor(settings.penalties)
     with monitor.exit_on_ctrl_c():
-        run = drive_missing(request, out, how, monitor)
+        run = drive_missing(request, out, settings, monitor)
     from plant_bench.reports.tables import print_planner_time, print_speed, print_summary
     from plant_bench.runner.episode.jobs import episode_name
     from plant_bench.runner.run.speed import read_timings, speed_of, write_speed
@@ -142,15 +142,16 @@ def _drive(request: "ScoreRequest", out: Path | None, how: "Driving") -> int:
 
     if left := run.unfinished_by_others():
         typer.echo(
-            f"Shard {how.shard} is finished: {len(run.jobs)} episodes. {left} of the other shards' "
-            f"{len(run.others)} episodes are not finished; the last shard writes the summary."
+            f"Shard {settings.shard} is finished: {len(run.jobs)} episodes. {left} of the "
+            f"{len(run.others)} episodes of other shards are not finished; the last shard to "
+            "finish writes the summary."
         )
     else:
-        print_summary(write_summary(run.folder, penalties=how.penalties))
+        print_summary(write_summary(run.folder, penalties=settings.penalties))
         print_planner_time(write_speed(run.folder, map(episode_name, [*run.jobs, *run.others])))
     now = speed_of(read_timings(run.folder, map(episode_name, run.missing)))
-    print_speed(now, wall_s=time.monotonic() - start, workers=str(how))
+    print_speed(now, wall_s=time.monotonic() - start, workers=str(settings))
     if not run.missing:
-        typer.echo("Nothing to drive: all of these episodes were finished before.")
+        typer.echo("Nothing to drive: all episodes are finished.")
     typer.echo(f"Records: {run.folder.path}")
     return print_failures(run)

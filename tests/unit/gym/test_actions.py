@@ -40,7 +40,7 @@ def test_actions_beyond_the_bounds_are_clipped() -> None:
 
 @pytest.mark.parametrize("action", [[np.nan, 0.0], [0.0], "fast", None])
 def test_invalid_actions_are_refused(action: object) -> None:
-    with pytest.raises(InputError, match="wanted"):
+    with pytest.raises(InputError, match="expected"):
         inside(action, action_kind("control").space)
 
 

@@ -112,7 +112,7 @@ def build_dataclass(kind: type, values: Mapping[tuple[str, ...], Any], base: Any
     Args:
         kind: The dataclass.
         values: Field values by field path; missing fields are taken from `base`.
-        base: Instance that supplies the missing values; without it the fields' defaults do.
+        base: Instance that supplies the missing values. Default: the fields' defaults.
     """
     arguments: dict[str, Any] = {}
     for item in fields(kind):
@@ -196,7 +196,7 @@ def _default(item: Field, base: Any) -> Any:
 
 
 def _check(of: Any, kind: type, name: str) -> None:
-    """Check that a type can be an option's."""
+    """Check that an option can have this type."""
     if not all(_is_scalar(part) for part in _parts(of)):
         message = (
             f"{kind.__name__}.{name} has type {of}: expected a number, text, path, choice or a "
@@ -220,7 +220,7 @@ def _is_scalar(of: Any) -> bool:
 
 
 def _command_line_type(of: Any) -> Any:
-    """Return the type for typer: choices as text, since it takes no numbers as choices."""
+    """Return the type for typer: choices as text, since typer does not support other choices."""
     if get_origin(of) is Literal:
         return Literal[tuple(str(item) for item in get_args(of))]
     if get_origin(of) is tuple and Ellipsis in get_args(of):

@@ -45,7 +45,7 @@ def score_rfds(
     address: AddressOption = None,
     out: Annotated[
         Path | None,
-        typer.Option(help="Folder of the runs, one sub-folder each. Default: as for `score`."),
+        typer.Option(help="Folder with a sub-folder for each run. Default: as for `score`."),
     ] = None,
     overwrite: OverwriteOption = False,
     recordings: Annotated[

@@ -48,7 +48,7 @@ def score(
     routes: RoutesOption = None,
     repetitions: RepetitionsOption = 3,
     seed: Annotated[
-        int, typer.Option(help="Base seed of the traffic; the same for all compared agents.")
+        int, typer.Option(help="Base seed of the traffic; use the same one to compare agents.")
     ] = 0,
     density: DensityOption = "dense",
     hazards: HazardsOption = True,
@@ -58,7 +58,7 @@ def score(
     shard: Annotated[
         str | None,
         typer.Option(
-            help="Drive one part of the episodes, e.g. 1/8 (to 8/8); for array jobs that share "
+            help="Drive one part of the episodes: 1/8, 2/8, ..., 8/8 for eight jobs that share "
             "--out."
         ),
     ] = None,
@@ -77,8 +77,8 @@ def score(
 ) -> None:
     """Drive a route suite with a planner and print its scores.
 
-    The same command again runs only the missing episodes, so a run can be stopped with Ctrl-C at
-    any time. Crashed episodes are recorded and count in every mean.
+    The same command again drives only the missing episodes, so a run can be stopped with Ctrl-C at
+    any time. Crashed episodes are recorded and count in all means.
 
     Example commands:
 

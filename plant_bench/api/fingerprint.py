@@ -183,10 +183,10 @@ def _is_imported(value: Any) -> bool:
         return True
     if value.__module__ in (None, "__main__"):
         return False
-    found: object = sys.modules.get(value.__module__)
+    target: object = sys.modules.get(value.__module__)
     for name in value.__qualname__.split("."):
-        found = getattr(found, name, None)
-    return found is value
+        target = getattr(target, name, None)
+    return target is value
 
 
 def _names_in(code: CodeType) -> set[str]:

@@ -47,15 +47,15 @@ def rescore_run(
         InputError: The run does not exist, or its suite, towns or recordings cannot be read.
     """
     folder = RunFolder.open(path)
-    found = []
+    episodes = []
     for episode in rescore_folder(folder):
-        found.append(episode)
+        episodes.append(episode)
         on_episode(episode)
-    again = [episode.again for episode in found if episode.again is not None]
-    absent = len(found) - len(again)
+    again = [episode.again for episode in episodes if episode.again is not None]
+    absent = len(episodes) - len(again)
     summary = (
         write_rescored_summary(folder, again, missing=absent, penalties=penalties)
         if again
         else None
     )
-    return RescoredRun(len(found), sum(episode.equal for episode in found), absent, summary)
+    return RescoredRun(len(episodes), sum(episode.equal for episode in episodes), absent, summary)

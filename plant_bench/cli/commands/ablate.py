@@ -142,10 +142,10 @@ def _training_options(learner: str) -> tuple[list[OptionField], list[OptionField
 
     kind = learner_class(learner)
     known = kind(kind.Options()).recipe
-    found = option_fields(TrainingRun, inside={"options": kind.Options}, without=_FIXED)
-    own = [item for item in found if item.path[0] == "options" and item.path[1] in known]
+    options = option_fields(TrainingRun, inside={"options": kind.Options}, without=_FIXED)
+    own = [item for item in options if item.path[0] == "options" and item.path[1] in known]
     return [
-        item for item in found if item.path[0] != "options" and item.path[-1] not in _NO_OPTION
+        item for item in options if item.path[0] != "options" and item.path[-1] not in _NO_OPTION
     ], own
 
 

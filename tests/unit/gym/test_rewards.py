@@ -112,5 +112,5 @@ def test_custom_reward_is_used_unchanged() -> None:
     assert reward_of(mine) is mine
     assert isinstance(reward_of("progress"), ProgressReward)
     for wrong in ("raoch", 3):
-        with pytest.raises(InputError, match="reward"):
+        with pytest.raises(InputError, match="[Rr]eward"):
             reward_of(wrong)

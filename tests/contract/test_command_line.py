@@ -95,7 +95,7 @@ def test_help_of_each_command_shows_its_usage(command, tmp_path):
         (["rfds", "--ranker", "distence"], "There is no ranker 'distence'"),
         (["rfds", "--agent", "plant@nowhere"], "There are no weights in nowhere"),
         (["rfds", "--agent", "cruise"], "has no input 'objects'"),
-        (["rfds", "--agent", "idm", "--ranker", "attention"], "rank by masking"),
+        (["rfds", "--agent", "idm", "--ranker", "attention"], "use masking"),
         (["collect", "--out", "x", "--driver", "plnt"], "Did you mean 'plant'?"),
         (["collect", "--out", "x", "--driver", "plant@nowhere"], "nowhere"),
         (["collect", "--out", "x", "--driver", "idm", "--perturb", "1"], "give one of them"),

@@ -25,7 +25,7 @@ class EpisodesProgress:
         self._task: TaskID | None = None
 
     def __call__(self, done: int, total: int) -> None:
-        """Show how many episodes are done."""
+        """Show the number of finished episodes."""
         if self._task is None:
             self._task = self._bars.add_task(self._description, total=total)
         self._bars.update(self._task, completed=done)
@@ -89,7 +89,7 @@ def train_with_progress(run: TrainingRun) -> bool:
     """Train with progress bars; return False if Ctrl-C ended the training.
 
     Raises:
-        InputError: Data or a folder cannot be used, or the folder holds another training.
+        InputError: Data or a folder cannot be used, or the folder belongs to another training.
     """
     with bars() as shown:
         finished = run_training(

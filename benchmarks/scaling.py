@@ -20,7 +20,7 @@ from pathlib import Path
 
 from plant_bench.agents.loading.checksum import agent_checksum
 from plant_bench.runner.episode.jobs import make_jobs
-from plant_bench.runner.ray.payload import Needs, Place
+from plant_bench.runner.ray.payload import NodePaths, Requirements
 from plant_bench.runner.run.episode_queue import _run_task, _Task
 from plant_bench.runner.workers.executors import Event, Executor, Finished, LocalExecutor, Started
 from plant_bench.runner.workers.worker import Report
@@ -44,11 +44,11 @@ class Nothing:
     """A task that is no work."""
 
     output: Path
-    needs: Needs = field(default_factory=Needs)
+    requirements: Requirements = field(default_factory=Requirements)
 
-    def at(self, place: Place) -> "Nothing":
+    def with_paths(self, paths: NodePaths) -> "Nothing":
         """Return the same task as it is done on another machine."""
-        return Nothing(place.output)
+        return Nothing(paths.output)
 
 
 def bring(task: Nothing, _report: Report) -> None:
@@ -93,7 +93,7 @@ def time_start_up(repeat: int, folder: Path) -> None:
                 at.append(time.perf_counter())
 
         LocalExecutor(1).run_tasks(
-            [Nothing(folder)], bring, on_event=listen, logs=folder, keep=lambda *_: None
+            [Nothing(folder)], bring, on_event=listen, logs=folder, save_file=lambda *_: None
         )
         after = resource.getrusage(resource.RUSAGE_CHILDREN)
         spent.append(at[0] - begin)
@@ -114,7 +114,7 @@ def drive(agent: str, routes: str, workers: int, folder: Path) -> list[Cost]:
 
     tasks = tasks_of(agent, routes, folder, workers)
     LocalExecutor(workers).run_tasks(
-        tasks, measured, on_event=listen, logs=folder, keep=lambda *_: None
+        tasks, measured, on_event=listen, logs=folder, save_file=lambda *_: None
     )
     return costs
 
@@ -142,11 +142,13 @@ def time_nothing(executor: Executor, folder: Path) -> tuple[float, float]:
         if isinstance(event, Finished):
             at.append(time.perf_counter())
 
-    def keep(name: str, content: bytes) -> None:
+    def save_file(name: str, content: bytes) -> None:
         (folder / Path(name).name).write_bytes(content)
 
     processor = time.process_time()
-    executor.run_tasks([Nothing(folder)] * NOTHINGS, bring, on_event=listen, logs=folder, keep=keep)
+    executor.run_tasks(
+        [Nothing(folder)] * NOTHINGS, bring, on_event=listen, logs=folder, save_file=save_file
+    )
     ours = 1000.0 * (time.process_time() - processor) / NOTHINGS
     return 1000.0 * statistics.median(b - a for a, b in pairwise(at)), ours
 

@@ -18,7 +18,7 @@ from plant_bench.runner.run.score_run import Run as OpenRun
 from plant_bench.runner.run.score_run import ScoreRequest, open_run
 from plant_bench.runner.workers.executors import Executor, LocalExecutor
 from plant_bench.runner.workers.isolation import Isolation, loader_of
-from plant_bench.runner.workers.preloading import loading
+from plant_bench.runner.workers.preloading import preloader
 from plant_bench.scoring.infractions import Status
 from plant_bench.scoring.penalties import PenaltyScheme, penalty_scheme_of
 
@@ -182,7 +182,7 @@ def drive_missing(
     """
     with ExitStack() as hold:
         executor = how.executor or LocalExecutor(
-            how.workers, loading(request.agent, isolate=how.isolation is not None)
+            how.workers, preloader(request.agent, isolate=how.isolation is not None)
         )
         hold.enter_context(executor.connected())  # before the run's folder is made
         load = loader_of(how.isolation)  # this process loads planners, too

@@ -1,4 +1,4 @@
-"""What a worker does to collect data: prepare a town, or drive an episode and judge its use."""
+"""Worker tasks of data collection: build a town, or drive an episode and decide if it is used."""
 
 from dataclasses import dataclass
 
@@ -20,7 +20,7 @@ from plant_bench.world.town import load_town
 
 @dataclass(frozen=True)
 class TownTask:
-    """A town to be prepared."""
+    """A town to build; picklable."""
 
     town: TrainingTown
     folder: DataFolder
@@ -29,14 +29,14 @@ class TownTask:
 
 @dataclass(frozen=True)
 class DriveTask:
-    """An episode to be driven."""
+    """An episode to drive; picklable."""
 
     episode: PlannedEpisode
     folder: DataFolder
 
 
 def prepare_town(task: TownTask, _report: Report) -> None:
-    """Build a town and draw its routes: what a worker does first."""
+    """Build a town and generate its routes."""
     town = task.town
     build_training_town(town, task.folder.towns)
     visits = training_visits(
@@ -46,7 +46,7 @@ def prepare_town(task: TownTask, _report: Report) -> None:
 
 
 def drive_one(task: DriveTask, report: Report) -> tuple[EpisodeNote, Timing]:
-    """Drive an episode and keep its recording if it is of use: what a worker does."""
+    """Drive an episode, and add its recording to the data unless it must be excluded."""
     episode, folder = task.episode, task.folder
     recording = folder.unfinished(episode.name)
     done = run_episode(
@@ -85,7 +85,7 @@ def _note(result: EpisodeResult, ticks: int, *, answered: bool) -> EpisodeNote:
 
 
 def why_left_out(result: EpisodeResult) -> str:
-    """Return why an episode that the expert drove must not be learned from; empty if it may be."""
+    """Return why an episode that the expert drove is excluded from the data; empty if it is not."""
     if result.status is not Status.COMPLETED:
         return result.status.value.removeprefix("Failed - ")
     if any(item.kind in COLLISIONS and item.cause == "ego" for item in result.infractions):
@@ -96,9 +96,9 @@ def why_left_out(result: EpisodeResult) -> str:
 
 
 def why_not_answered(result: EpisodeResult) -> str:
-    """Return why an episode that another planner drove is of no use; empty if it is of use.
+    """Return why an episode that another planner drove is excluded; empty if it is not.
 
-    How it drove is no reason: its mistakes are what the expert's answers are wanted for.
+    Driving mistakes are no reason: DAgger needs the expert's actions in those states.
     """
     if result.status is Status.AGENT_CRASHED:
         return f"Agent crashed: {result.reason}"
@@ -106,7 +106,7 @@ def why_not_answered(result: EpisodeResult) -> str:
 
 
 def lost_note(episode: PlannedEpisode, reason: str) -> EpisodeNote:
-    """Return the note of an episode that the simulator never brought to an end."""
+    """Return the note of an episode whose simulation crashed repeatedly."""
     status = Status.SIMULATION_CRASHED.value
     return EpisodeNote(
         route=episode.job.route.id, status=status, left_out=f"Simulation crashed: {reason}"

@@ -16,7 +16,7 @@ from plant_bench.world.scene import TICK, Scene
 STATIONARY_SPEED = 0.1  # m/s
 MIN_EXPERT_ACCELERATION = 0.2  # m/s2, above which the expert would go
 PATIENCE = 6.0  # s that the planner may stay stationary although the expert would go
-TAKEOVER = 5.0  # s that the expert drives then
+TAKEOVER = 5.0  # s of an expert takeover
 
 _PATIENCE_TICKS, _TAKEOVER_TICKS = round(PATIENCE / TICK), round(TAKEOVER / TICK)
 
@@ -25,7 +25,7 @@ def check_driver(driver: str) -> None:
     """Check that a planner can drive in the expert's place.
 
     Raises:
-        InputError: There is no such planner, or it wants what it cannot be given.
+        InputError: There is no such planner, or it has privileged inputs.
     """
     inputs = load_agent(driver).inputs
     if refused := inputs & DRIVER_ONLY:
@@ -41,9 +41,9 @@ class DaggerOverride:
     """Drives one episode in the expert's place; mutable.
 
     Args:
-        driver: The planner that drives, as `--agent` takes it; see `check_driver`.
+        driver: Name of the planner that drives, as for `--agent`; see `check_driver`.
         route: The route being driven.
-        seed: The scenario's.
+        seed: The scenario's seed.
 
     Raises:
         InputError: There is no such planner.
@@ -51,12 +51,12 @@ class DaggerOverride:
 
     def __init__(self, driver: str, route: Route, seed: int) -> None:
         self._driver = PlannerSession(load_agent(driver), route, seed, "the driver's ")
-        self._control: Control | None = None  # None until it was asked
+        self._control: Control | None = None  # None before its first decision
         self._stationary_ticks = 0  # ticks
         self._takeover_until = 0  # tick
 
     def executed(self, scene: Scene, progress: float, offset: float, control: Control) -> Control:
-        """Return what is executed: the other planner's control most of the time.
+        """Return the control to execute: the other planner's, or the expert's during a takeover.
 
         Raises:
             AgentError: The other planner fails.
@@ -74,7 +74,7 @@ class DaggerOverride:
         return answer
 
     def _answer(self, scene: Scene, progress: float, offset: float) -> Control:
-        """Return the other planner's control, which it holds between its decisions."""
+        """Return the other planner's control, which is held between its decisions."""
         driver = self._driver
         if self._control is None:
             driver.start()

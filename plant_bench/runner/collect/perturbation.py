@@ -1,7 +1,7 @@
 """Perturbs the executed control during data collection, so that the driver must recover.
 
 The recorded action remains the driver's own. A perturbation adds steering or acceleration for a
-moment; it ends early if the ego is too far from its route.
+short time; it ends early if the ego is too far from its route.
 """
 
 import math
@@ -11,14 +11,17 @@ from dataclasses import dataclass
 from plant_bench.agent import Control
 from plant_bench.world.scene import TICK, WHEELBASE, Scene
 
-FIRST, PAUSE = (2.0, 10.0), (6.0, 16.0)  # s of driving until the first one, and between two
-STEERED = 0.75  # share that pulls the wheels; the others change the speed
-TIME = (0.5, 1.0)  # s
-ASIDE = (0.4, 0.9)  # m aside that a pull would leave while it lasts, if nobody answered it
+FIRST, PAUSE = (
+    (2.0, 10.0),
+    (6.0, 16.0),
+)  # s of driving before the first perturbation, and between two
+STEERED = 0.75  # fraction that changes the steering; the others change the acceleration
+TIME = (0.5, 1.0)  # s, duration
+ASIDE = (0.4, 0.9)  # m, lateral displacement at its end if the driver did not react
 HARDEST_PULL = 0.2  # rad
-MOST_OFFSET = 0.6  # m from the route at which a pull ends: what follows stays within about 1 m
+MOST_OFFSET = 0.6  # m from the route at which it ends; the ego then stays within about 1 m
 BRAKING, PUSHING = (1.0, 3.5), (0.5, 1.5)  # m/s2
-SLOWEST = 3.0  # m/s: below it there is nothing to recover from
+SLOWEST = 3.0  # m/s, minimum speed; slower, there is nothing to recover from
 
 
 @dataclass(frozen=True)
@@ -26,7 +29,7 @@ class Pulse:
     """One perturbation.
 
     Attributes:
-        end: The tick at which it is over.
+        end: First tick without the perturbation.
         steering: Radians added to the front wheels' angle.
         acceleration: m/s2 added.
     """
@@ -37,10 +40,10 @@ class Pulse:
 
 
 class Perturbation:
-    """Disturbs one episode now and then; mutable. Equal seeds and drives give equal perturbations.
+    """Perturbs one episode; mutable. Equal seeds and scenes give equal perturbations.
 
     Args:
-        seed: Draws when and how.
+        seed: Random seed.
     """
 
     def __init__(self, seed: int) -> None:
@@ -49,7 +52,7 @@ class Perturbation:
         self._push: Pulse | None = None
 
     def executed(self, scene: Scene, _progress: float, offset: float, control: Control) -> Control:
-        """Return what is executed: the driver's own control most of the time."""
+        """Return the control to execute: the driver's, plus the current perturbation if any."""
         push = self._push
         if push is not None and (scene.tick >= push.end or self._is_far(push, offset)):
             push = self._push = None
@@ -64,7 +67,7 @@ class Perturbation:
         return Control(control.acceleration + push.acceleration, control.steering + push.steering)
 
     def _is_far(self, push: Pulse, offset: float) -> bool:
-        """Tell whether a pull has taken the ego far enough to the side it pulls to."""
+        """Return whether the ego is too far from the route, on the side it is steered to."""
         return push.steering * offset > 0.0 and abs(offset) > MOST_OFFSET
 
     def _begin(self, scene: Scene) -> Pulse:

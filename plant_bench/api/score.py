@@ -186,7 +186,9 @@ def drive_missing(
         )
         hold.enter_context(executor.connected())  # before the run's folder is made
         load = loader_of(how.isolation)  # this process loads planners, too
-        run = open_run(request, out, overwrite=how.overwrite, shard=how.shard, hold=hold, load=load)
+        run = open_run(
+            request, out, overwrite=how.overwrite, shard=how.shard, lock_stack=hold, load=load
+        )
         try:
             with monitor(run) as listener:
                 run_suite(
@@ -201,7 +203,7 @@ def drive_missing(
         except KeyboardInterrupt:
             _keep(run, how.penalties)
             raise
-        run.sweep()
+        run.remove_partial_files()
     return run
 
 
@@ -237,7 +239,7 @@ def _keep(run: OpenRun, penalties: PenaltyScheme) -> None:
     """Sum up what is finished of a run that was stopped."""
     from plant_bench.runner.run.summary_files import write_summary
 
-    run.sweep()
+    run.remove_partial_files()
     left = run.unfinished()
     if left < len(run.jobs) and not run.others:
         write_summary(run.folder, missing=left, penalties=penalties)

@@ -86,7 +86,7 @@ def run_ablations(request: AblationRequest, helpers: Helpers) -> Runs | None:
     recordings_of(request.data)
     select_routes(load_suite(request.drives.suite), request.drives.routes)  # better now than later
     density_of(request.drives.density)
-    RunFolder(request.out).make("")
+    RunFolder(request.out).make_subfolder("")
     runs: Runs = {}
     for name, recipe in trainings_of(variants).items():
         runs[name] = []

@@ -113,7 +113,7 @@ class DataFolder:
         """
         writer = RunFolder(self.path)
         for name in _PARTS:
-            writer.make(name)
+            writer.make_subfolder(name)
         for leftover in (
             *self.path.glob(f"**/*{UNFINISHED}"),
             *(self.path / "unfinished").iterdir(),

@@ -159,7 +159,7 @@ def run_suite(
 
     executor = LocalExecutor(workers) if executor is None else executor
     logs = folder.path / "logs"
-    executor.run_tasks(tasks, _run_task, on_event=listen, logs=logs, save_file=folder.keep)
+    executor.run_tasks(tasks, _run_task, on_event=listen, logs=logs, save_file=folder.write_bytes)
 
 
 def _run_task(task: _Task, report: Report) -> Outcome:

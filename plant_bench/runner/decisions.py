@@ -87,19 +87,19 @@ class PlannerSession:
         """Return the planner's observation of a scene; see `Sensors.observe`."""
         return self._sensors.observe(scene, progress, offset, facts)
 
-    def decide(self, scene: Scene, seen: Observation) -> Decision:
+    def decide(self, scene: Scene, observation: Observation) -> Decision:
         """Return the planner's decision; to be called when it is due.
 
         Args:
             scene: The scene.
-            seen: The planner's observation of it, from `observe`.
+            observation: The planner's observation of it, from `observe`.
 
         Raises:
             AgentError: The planner fails.
         """
-        answer = call_planner(f"{self._name}act", self.agent.act, seen)
+        returned = call_planner(f"{self._name}act", self.agent.act, observation)
         reason = self._reason()
-        action = check_action(answer)
+        action = check_action(returned)
         self._due = scene.tick + decision_interval(self.agent)
         return Decision(scene.tick, action, control_of(action, scene.ego), reason)
 
@@ -124,14 +124,14 @@ def same_action(decision: Decision, recorded: Plan | Control | None) -> bool:
     return False
 
 
-def call_planner(what: str, method: Callable[..., Any], *given: object) -> Any:
+def call_planner(name: str, method: Callable[..., Any], *arguments: object) -> Any:
     """Call a planner's method; its exceptions fail the episode, not the run.
 
     Raises:
         AgentError: The method raised an exception.
     """
     try:
-        return method(*given)
+        return method(*arguments)
     except (Exception, SystemExit) as error:
-        message = f"{what} raised {type(error).__name__}: {error}"
+        message = f"{name} raised {type(error).__name__}: {error}"
         raise AgentError(message) from error

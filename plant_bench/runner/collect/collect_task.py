@@ -45,7 +45,7 @@ def prepare_town(task: TownTask, _report: Report) -> None:
     task.folder.save_visits(town.name, visits)
 
 
-def drive_one(task: DriveTask, report: Report) -> tuple[EpisodeNote, Timing]:
+def drive_episode(task: DriveTask, report: Report) -> tuple[EpisodeNote, Timing]:
     """Drive an episode, and add its recording to the data unless it must be excluded."""
     episode, folder = task.episode, task.folder
     recording = folder.unfinished(episode.name)
@@ -56,7 +56,7 @@ def drive_one(task: DriveTask, report: Report) -> tuple[EpisodeNote, Timing]:
         thinning=FRAME_TICKS,
         override=_override(episode),
     )
-    note = _note(done.result, done.timing.ticks, answered=bool(episode.driver))
+    note = _note(done.result, done.timing.ticks, dagger=bool(episode.driver))
     if note.left_out:
         recording.unlink()
     else:
@@ -70,13 +70,13 @@ def _override(episode: PlannedEpisode) -> Override | None:
     return Perturbation(episode.job.seed) if episode.perturbed else None
 
 
-def _note(result: EpisodeResult, ticks: int, *, answered: bool) -> EpisodeNote:
+def _note(result: EpisodeResult, ticks: int, *, dagger: bool) -> EpisodeNote:
     collisions = [item for item in result.infractions if item.kind in COLLISIONS]
-    counted = [item for item in collisions if answered or item.cause != "ego"]
+    counted = [item for item in collisions if dagger or item.cause != "ego"]
     return EpisodeNote(
         route=result.route,
         status=result.status.value,
-        left_out=why_not_answered(result) if answered else why_left_out(result),
+        left_out=exclusion_reason_dagger(result) if dagger else exclusion_reason(result),
         frames=ticks // FRAME_TICKS + 1,
         metres=result.distance,
         seconds=result.duration,
@@ -84,7 +84,7 @@ def _note(result: EpisodeResult, ticks: int, *, answered: bool) -> EpisodeNote:
     )
 
 
-def why_left_out(result: EpisodeResult) -> str:
+def exclusion_reason(result: EpisodeResult) -> str:
     """Return why an episode that the expert drove is excluded from the data; empty if it is not."""
     if result.status is not Status.COMPLETED:
         return result.status.value.removeprefix("Failed - ")
@@ -95,7 +95,7 @@ def why_left_out(result: EpisodeResult) -> str:
     return ""
 
 
-def why_not_answered(result: EpisodeResult) -> str:
+def exclusion_reason_dagger(result: EpisodeResult) -> str:
     """Return why an episode that another planner drove is excluded; empty if it is not.
 
     Driving mistakes are no reason: DAgger needs the expert's actions in those states.

@@ -10,7 +10,7 @@ from plant_bench.errors import SimulationError
 from plant_bench.runner.collect.collect_task import (
     DriveTask,
     TownTask,
-    drive_one,
+    drive_episode,
     lost_note,
     prepare_town,
 )
@@ -200,7 +200,7 @@ class _Collection:
             self._on_event(DriveEnded(worker, episode.name, note, timing))
 
         tasks = [DriveTask(episode, self._folder) for episode in missing]
-        self._run(tasks, drive_one, listen)
+        self._run(tasks, drive_episode, listen)
         self._notes += [note for note in notes.values() if note is not None]
 
     def _visits_of(self, town: TrainingTown) -> list[list[Route]]:

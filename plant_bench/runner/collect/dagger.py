@@ -22,7 +22,7 @@ _PATIENCE_TICKS, _TAKEOVER_TICKS = round(PATIENCE / TICK), round(TAKEOVER / TICK
 
 
 def check_driver(driver: str) -> None:
-    """Check that a planner can drive in the expert's place.
+    """Check that a planner can drive in a DAgger collection.
 
     Raises:
         InputError: There is no such planner, or it has privileged inputs.
@@ -30,7 +30,7 @@ def check_driver(driver: str) -> None:
     inputs = load_agent(driver).inputs
     if refused := inputs & DRIVER_ONLY:
         message = (
-            f"'{driver}' cannot drive while the expert answers: it asks for "
+            f"'{driver}' cannot drive in a DAgger collection: its inputs include "
             f"{' and '.join(sorted(refused))}. Expected a planner without these inputs, e.g. "
             "plant@models/mine."
         )
@@ -38,7 +38,7 @@ def check_driver(driver: str) -> None:
 
 
 class DaggerOverride:
-    """Drives one episode in the expert's place; mutable.
+    """Executes another planner's control instead of the expert's in one episode; mutable.
 
     Args:
         driver: Name of the planner that drives, as for `--agent`; see `check_driver`.
@@ -61,24 +61,24 @@ class DaggerOverride:
         Raises:
             AgentError: The other planner fails.
         """
-        answer = self._answer(scene, progress, offset)
+        driver_control = self._driver_control(scene, progress, offset)
         if scene.tick < self._takeover_until:
             return control
-        waits = (
+        waits_needlessly = (
             scene.ego.speed < STATIONARY_SPEED and control.acceleration > MIN_EXPERT_ACCELERATION
         )
-        self._stationary_ticks = self._stationary_ticks + 1 if waits else 0
+        self._stationary_ticks = self._stationary_ticks + 1 if waits_needlessly else 0
         if self._stationary_ticks > _PATIENCE_TICKS:
             self._stationary_ticks, self._takeover_until = 0, scene.tick + _TAKEOVER_TICKS
             return control
-        return answer
+        return driver_control
 
-    def _answer(self, scene: Scene, progress: float, offset: float) -> Control:
+    def _driver_control(self, scene: Scene, progress: float, offset: float) -> Control:
         """Return the other planner's control, which is held between its decisions."""
         driver = self._driver
         if self._control is None:
             driver.start()
         if self._control is None or driver.due(scene.tick):
-            seen = driver.observe(scene, progress, offset, None)
-            self._control = driver.decide(scene, seen).control
+            observation = driver.observe(scene, progress, offset, None)
+            self._control = driver.decide(scene, observation).control
         return self._control

@@ -75,7 +75,7 @@ def _planned(
         seed=seed,
         density=request.density,
     )
-    return PlannedEpisode(job, _share_of(seed) < request.perturb, request.driver)
+    return PlannedEpisode(job, _uniform_of(seed) < request.perturb, request.driver)
 
 
 def training_seed(seed: int, route: str, repetition: int) -> int:
@@ -86,9 +86,9 @@ def training_seed(seed: int, route: str, repetition: int) -> int:
     """
     attempt = 0
     while True:
-        found = repetition_seed(seed, f"training|{attempt}|{route}", repetition)
-        if found not in benchmark_seeds():
-            return found
+        candidate = repetition_seed(seed, f"training|{attempt}|{route}", repetition)
+        if candidate not in benchmark_seeds():
+            return candidate
         attempt += 1
 
 
@@ -103,7 +103,7 @@ def benchmark_seeds() -> frozenset[int]:
     )
 
 
-def _share_of(seed: int) -> float:
+def _uniform_of(seed: int) -> float:
     """Return a pseudo-random number from 0 to 1 for a seed."""
     digest = hashlib.sha256(f"perturbed|{seed}".encode()).digest()
     return int.from_bytes(digest[:4], "big") / 2.0**32

@@ -147,19 +147,19 @@ def drive(
     control = Control(0.0, 0.0)
     watch.lap("start_up")
     while not episode.over:
-        scene, seen, decision = episode.scene, None, None
+        scene, observation, decision = episode.scene, None, None
         if planner.due(scene.tick):
             facts = episode.simulation.privileged() if planner.privileged else None
             watch.lap("privileged")
-            seen = planner.observe(scene, referee.progress, referee.offset, facts)
+            observation = planner.observe(scene, referee.progress, referee.offset, facts)
             watch.lap("simulation")
-            decision = planner.decide(scene, seen)
+            decision = planner.decide(scene, observation)
             watch.lap("agent")
             control = decision.control
         executed = control
         if override is not None:
             executed = override.executed(scene, referee.progress, referee.offset, control)
-        yield Step(scene, seen, decision, executed, executed != control)
+        yield Step(scene, observation, decision, executed, executed != control)
         episode.advance(executed)
 
 
@@ -189,14 +189,14 @@ def run_episode(
     watch = Stopwatch()
     agent = load(job.planner or job.agent)
     header = job.header(agent.inputs)
-    about = header.model_dump(mode="json")
-    recorder = None if recording is None else Recorder(recording, about, every=thinning)
+    metadata = header.model_dump(mode="json")
+    recorder = None if recording is None else Recorder(recording, metadata, every=thinning)
     crash: Crash | None = None
     self_driving = Input.SIMULATOR in agent.inputs
     with Episode(job.scenario, self_driving=self_driving, watch=watch) as episode:
         try:
             for step in drive(episode, PlannerSession(agent, job.route, job.seed), override):
-                _keep(step, recorder)
+                _record_step(step, recorder)
                 if progress is not None and step.scene.tick % PROGRESS_INTERVAL == 0:
                     progress(episode.referee.completion)
         except AgentError as error:
@@ -205,13 +205,13 @@ def run_episode(
     scene = episode.scene
     if recorder is not None:
         recorder.add(scene)
-        told = [hazard.model_dump(mode="json") for hazard in result.hazards]
-        recorder.close(hazards=told, **({} if crash is None else vars(crash)))
+        hazards = [hazard.model_dump(mode="json") for hazard in result.hazards]
+        recorder.close(hazards=hazards, **({} if crash is None else vars(crash)))
         watch.lap("recording")
     return Outcome(result, watch.timing(scene.time, scene.tick))
 
 
-def _keep(step: Step, recorder: Recorder | None) -> None:
+def _record_step(step: Step, recorder: Recorder | None) -> None:
     if recorder is None:
         return
     if step.decision is None:

@@ -1,8 +1,8 @@
 """Ray actor that supervises one worker process on a node.
 
 Simulator and planner run in a separate process, as in a local run, not in the actor. Their crash
-can thus be told from the loss of the node and is reported as in a local run, and libsumo, which
-supports one simulation per process, has its own. This module does not import Ray.
+can thus be distinguished from the loss of the node and is reported as in a local run. The process
+is also needed because libsumo supports one simulation per process. This module does not import Ray.
 """
 
 import os

@@ -217,9 +217,9 @@ def test_collection_ends_if_the_expert_finishes_no_episode(tmp_path, pretend, mo
     [
         (CollectRequest(0), "at least 1"),
         (CollectRequest(10, perturb=1.5), "a fraction of episodes"),
-        (CollectRequest(10, perturb=0.5, driver="idm"), "give one of them"),
+        (CollectRequest(10, perturb=0.5, driver="idm"), "exclude each other"),
         (CollectRequest(10, driver="imd"), "Did you mean 'idm'"),
-        (CollectRequest(10, driver="expert-nearest"), "asks for privileged"),
+        (CollectRequest(10, driver="expert-nearest"), "inputs include privileged"),
     ],
 )
 def test_impossible_requests_are_refused(request_, words, tmp_path):

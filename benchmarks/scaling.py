@@ -44,11 +44,11 @@ class EmptyTask:
     """A task that only writes a file as large as an episode's."""
 
     output: Path
-    needs: Requirements = field(default_factory=Requirements)
+    requirements: Requirements = field(default_factory=Requirements)
 
-    def at(self, place: NodePaths) -> "EmptyTask":
+    def with_paths(self, paths: NodePaths) -> "EmptyTask":
         """Return the task with the paths of another machine."""
-        return EmptyTask(place.output)
+        return EmptyTask(paths.output)
 
 
 def write_output(task: EmptyTask, _report: Report) -> None:
@@ -93,7 +93,7 @@ def time_start_up(repeat: int, folder: Path) -> None:
                 at.append(time.perf_counter())
 
         LocalExecutor(1).run_tasks(
-            [EmptyTask(folder)], write_output, on_event=listen, logs=folder, keep=lambda *_: None
+            [EmptyTask(folder)], write_output, on_event=listen, logs=folder, save_file=lambda *_: None
         )
         after = resource.getrusage(resource.RUSAGE_CHILDREN)
         spent.append(at[0] - begin)
@@ -114,7 +114,7 @@ def drive(agent: str, routes: str, workers: int, folder: Path) -> list[Cost]:
 
     tasks = tasks_of(agent, routes, folder, workers)
     LocalExecutor(workers).run_tasks(
-        tasks, measured, on_event=listen, logs=folder, keep=lambda *_: None
+        tasks, measured, on_event=listen, logs=folder, save_file=lambda *_: None
     )
     return costs
 
@@ -142,12 +142,12 @@ def time_empty_tasks(executor: Executor, folder: Path) -> tuple[float, float]:
         if isinstance(event, Finished):
             at.append(time.perf_counter())
 
-    def keep(name: str, content: bytes) -> None:
+    def save_file(name: str, content: bytes) -> None:
         (folder / Path(name).name).write_bytes(content)
 
     processor = time.process_time()
     executor.run_tasks(
-        [EmptyTask(folder)] * EMPTY_TASKS, write_output, on_event=listen, logs=folder, keep=keep
+        [EmptyTask(folder)] * EMPTY_TASKS, write_output, on_event=listen, logs=folder, save_file=save_file
     )
     own = 1000.0 * (time.process_time() - processor) / EMPTY_TASKS
     return 1000.0 * statistics.median(b - a for a, b in pairwise(at)), own

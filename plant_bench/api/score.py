@@ -18,7 +18,7 @@ from plant_bench.runner.run.score_run import Run as OpenRun
 from plant_bench.runner.run.score_run import ScoreRequest, open_run
 from plant_bench.runner.workers.executors import Executor, LocalExecutor
 from plant_bench.runner.workers.isolation import Isolation, loader_of
-from plant_bench.runner.workers.preloading import loading
+from plant_bench.runner.workers.preloading import preloader
 from plant_bench.scoring.infractions import Status
 from plant_bench.scoring.penalties import PenaltyScheme, penalty_scheme_of
 
@@ -184,7 +184,7 @@ def drive_missing(
     """
     with ExitStack() as hold:
         executor = settings.executor or LocalExecutor(
-            settings.workers, loading(request.agent, isolate=settings.isolation is not None)
+            settings.workers, preloader(request.agent, isolate=settings.isolation is not None)
         )
         hold.enter_context(executor.connected())  # before the run's folder is created
         load = loader_of(settings.isolation)  # this process loads planners, too
@@ -193,7 +193,7 @@ def drive_missing(
             out,
             overwrite=settings.overwrite,
             shard=settings.shard,
-            hold=hold,
+            lock_stack=hold,
             load=load,
         )
         try:
@@ -210,7 +210,7 @@ def drive_missing(
         except KeyboardInterrupt:
             _summarise_finished(run, settings.penalties)
             raise
-        run.sweep()
+        run.remove_partial_files()
     return run
 
 
@@ -246,7 +246,7 @@ def _summarise_finished(run: OpenRun, penalties: PenaltyScheme) -> None:
     """Write the summary of an interrupted run's finished episodes."""
     from plant_bench.runner.run.summary_files import write_summary
 
-    run.sweep()
+    run.remove_partial_files()
     left = run.unfinished()
     if left < len(run.jobs) and not run.others:
         write_summary(run.folder, missing=left, penalties=penalties)

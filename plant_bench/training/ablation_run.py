@@ -86,7 +86,7 @@ def run_ablations(request: AblationRequest, callbacks: AblationCallbacks) -> Run
     recordings_in_all(request.data)
     select_routes(load_suite(request.drives.suite), request.drives.routes)  # fails early
     density_of(request.drives.density)
-    RunFolder(request.out).make("")
+    RunFolder(request.out).make_subfolder("")
     runs: Runs = {}
     for name, recipe in trainings_of(variants).items():
         runs[name] = []

@@ -115,7 +115,7 @@ def test_driver_option_is_recorded_in_the_data(tmp_path):
     [
         (["collect", "--out", "x", "--units", "1", "--frames", "5"], "give one of them"),
         (["collect", "--out", "x", "--frames", "5", "--density", "thick"], "no density 'thick'"),
-        (["collect", "--out", "x", "--driver", "sumo"], "it asks for simulator"),
+        (["collect", "--out", "x", "--driver", "sumo"], "its inputs include simulator"),
         (["data", "describe", "nowhere"], "There is no data in nowhere"),
         (["data", "check", "nowhere"], "There is no data in nowhere"),
     ],

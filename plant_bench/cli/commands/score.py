@@ -28,7 +28,7 @@ from plant_bench.cli.options import (
 )
 from plant_bench.gc_policy import tune_garbage_collector
 from plant_bench.runner.workers.executors import LocalExecutor
-from plant_bench.runner.workers.preloading import loading
+from plant_bench.runner.workers.preloading import preloader
 
 if TYPE_CHECKING:
     from plant_bench.api.score import ExecutionSettings
@@ -92,7 +92,7 @@ def score(
     """
     tune_garbage_collector()
     cluster = chosen_executor(executor, address, workers, print_note)
-    here = LocalExecutor(workers or CORES, loading(agent, isolate=isolate))
+    here = LocalExecutor(workers or CORES, preloader(agent, isolate=isolate))
     # Connect first: the workers import their modules while this process imports its own.
     with here.connected() if cluster is None else nullcontext():
         from plant_bench.api.score import ExecutionSettings

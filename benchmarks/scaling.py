@@ -93,7 +93,11 @@ def time_start_up(repeat: int, folder: Path) -> None:
                 at.append(time.perf_counter())
 
         LocalExecutor(1).run_tasks(
-            [EmptyTask(folder)], write_output, on_event=listen, logs=folder, save_file=lambda *_: None
+            [EmptyTask(folder)],
+            write_output,
+            on_event=listen,
+            logs=folder,
+            save_file=lambda *_: None,
         )
         after = resource.getrusage(resource.RUSAGE_CHILDREN)
         spent.append(at[0] - begin)
@@ -147,7 +151,11 @@ def time_empty_tasks(executor: Executor, folder: Path) -> tuple[float, float]:
 
     processor = time.process_time()
     executor.run_tasks(
-        [EmptyTask(folder)] * EMPTY_TASKS, write_output, on_event=listen, logs=folder, save_file=save_file
+        [EmptyTask(folder)] * EMPTY_TASKS,
+        write_output,
+        on_event=listen,
+        logs=folder,
+        save_file=save_file,
     )
     own = 1000.0 * (time.process_time() - processor) / EMPTY_TASKS
     return 1000.0 * statistics.median(b - a for a, b in pairwise(at)), own

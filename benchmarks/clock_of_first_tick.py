@@ -5,13 +5,13 @@ import sys
 import threading
 import time
 
-CLOCK = "PLANT_BENCH_FIRST_TICK"  # names the file that takes the time
+CLOCK = "PLANT_BENCH_FIRST_TICK"  # environment variable: the file to which the time is written
 
 
 def watch(clock: str) -> None:
-    """Wait for the simulation's module to be loaded, and for its first step."""
+    """Wait until the simulation module is loaded, then record the time of the first step."""
     while not hasattr(module := sys.modules.get("plant_bench.sim.simulation"), "Simulation"):
-        time.sleep(0.02)  # the module is there a tenth of a second before the step
+        time.sleep(0.02)  # the module is loaded about 0.1 s before the first step
     step = module.Simulation.step
 
     def timed(self: object, control: object) -> object:

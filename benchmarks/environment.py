@@ -2,9 +2,9 @@
 
     python benchmarks/environment.py [--steps 1000]
 
-A step is 0.1 s in dense traffic. The vehicle stands, so that no episode ends: a reset costs as much
-as some hundred steps, since 15 s of traffic come before it, and is printed apart. `ms` is processor
-time a step, which other work on the machine changes least; `x real` is simulated over wall time.
+A step is 0.1 s in dense traffic. The ego is stationary, so no episode ends. The cost of a reset is
+printed separately: it simulates 15 s of traffic, which is worth some hundred steps. `ms` is
+processor time per step, which depends least on other load; `x real` is simulated over wall time.
 """
 
 import argparse
@@ -20,21 +20,21 @@ from plant_bench.gym.encoders import Encoder, RasterEncoder
 from plant_bench.world.scene import TICK
 
 FRAME_SKIP = 2
-STILL = np.zeros((4, 2), np.float32)  # a plan
+STATIONARY_PLAN = np.zeros((4, 2), np.float32)  # a plan
 RESETS = 10
 WARM_UP = 20  # steps
 _ENDED = resource.RUSAGE_CHILDREN
 
 
 def cost_of_a_step(observation: str | Encoder, processes: int, steps: int) -> tuple[float, float]:
-    """Return seconds of wall time and of processor time a step, of all processes together."""
+    """Return wall time and processor time per step, seconds, over all processes."""
     spent, busy = zip(*(_drive(observation, processes, count) for count in (0, steps)), strict=True)
     done = processes * steps
     return (spent[1] - spent[0]) / done, (busy[1] - busy[0]) / done
 
 
 def _drive(observation: str | Encoder, processes: int, steps: int) -> tuple[float, float]:
-    """Return the wall time and processor time of some environments from start to end."""
+    """Return the wall time and processor time of environments from start to end, seconds."""
     begin, busy = time.perf_counter(), _processor_time()
     envs = gymnasium.make_vec(
         "PlantBench-v0",
@@ -45,7 +45,7 @@ def _drive(observation: str | Encoder, processes: int, steps: int) -> tuple[floa
         frame_skip=FRAME_SKIP,
         disable_env_checker=True,
     )
-    actions = np.repeat(STILL[None], processes, axis=0)
+    actions = np.repeat(STATIONARY_PLAN[None], processes, axis=0)
     envs.reset(seed=1)
     for _ in range(WARM_UP + steps):
         envs.step(actions)
@@ -54,7 +54,7 @@ def _drive(observation: str | Encoder, processes: int, steps: int) -> tuple[floa
 
 
 def cost_of_a_reset() -> float:
-    """Return seconds of processor time."""
+    """Return the processor time of a reset, seconds."""
     env = gymnasium.make("PlantBench-v0", town="town03")
     env.reset(seed=1)
     busy = _processor_time()
@@ -66,7 +66,7 @@ def cost_of_a_reset() -> float:
 
 
 def _processor_time() -> float:
-    """Return the seconds that this process and those it has ended have been busy."""
+    """Return the processor time of this process and its ended children, seconds."""
     own, ended = (resource.getrusage(who) for who in (resource.RUSAGE_SELF, _ENDED))
     return own.ru_utime + own.ru_stime + ended.ru_utime + ended.ru_stime
 
@@ -74,7 +74,7 @@ def _processor_time() -> float:
 def main() -> None:
     """Print a row for each observation."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--steps", type=int, default=1000, help="of each process")
+    parser.add_argument("--steps", type=int, default=1000, help="steps of each process")
     steps = parser.parse_args().steps
     print(f"a reset: {1e3 * cost_of_a_reset():.0f} ms of processor time")
     kinds = {"tokens": "tokens", "objects": "objects", "raster": "raster"}

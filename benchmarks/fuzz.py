@@ -2,12 +2,12 @@
 
     python benchmarks/fuzz.py --minutes 10 --formats all
 
-A child process with little memory reads mutated files: bytes flipped, cut, doubled and inserted;
-where a file has a structure also values replaced by what is likely to hurt. The parent watches for
-what a child cannot tell: that it hangs, or dies. An audit hook watches for files written outside of
-the case's folder, for pickles, for processes and for connections; imported maps alone may start
-SUMO's programs. What those write is watched by looking: at the case's folder, and where paths in
-broken files lead. Cases that fail are kept in --keep. Exit code 1 if there are any.
+A child process with limited memory reads mutated files: bytes are flipped, cut, duplicated and
+inserted; in structured formats, values are also replaced by problematic ones. The parent process
+detects children that hang or die. An audit hook detects files written outside the case's folder,
+unpickling, processes and connections; only map imports may start SUMO's programs. Files that those
+write are searched for in the case's folder and where paths in broken files point. Failed cases are
+written to --keep; the exit code is then 1.
 """
 
 import argparse
@@ -38,16 +38,16 @@ from fuzzing.mutations import mutated
 
 from plant_bench.errors import PlantBenchError
 
-MEMORY = 4_000_000_000  # bytes a child may have beyond what it has at its start
-START = 120.0  # s more until the first: what a loader imports takes long on a busy machine
+MEMORY = 4_000_000_000  # bytes that a child may allocate after its start
+START = 120.0  # s of extra time for the first case, since imports are slow on a busy machine
 FORBIDDEN = ("pickle.find_class", "os.system", "os.exec", "os.posix_spawn", "socket.connect")
-SCRATCH = "scratch"  # in a case's folder: what loaders put into the system's folder for such
-ESCAPED = "fuzz-escaped"  # the file that paths and commands in broken files lead to
+SCRATCH = "scratch"  # folder for the loaders' temporary files, in the case's folder
+ESCAPED = "fuzz-escaped"  # the file to which paths and commands in broken files point
 
 
 @dataclass
 class Count:
-    """What became of a format's cases; mutable."""
+    """Counts of the cases of a format; mutable."""
 
     cases: int = 0
     accepted: int = 0
@@ -57,17 +57,17 @@ class Count:
 def main() -> None:
     """Run the command line."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
-    parser.add_argument("--formats", default="all", help=f"of {', '.join(FORMATS)}")
-    parser.add_argument("--minutes", type=float, default=10.0, help="a format")
-    parser.add_argument("--cases", type=int, default=0, help="a format; 0 for as many as go")
+    parser.add_argument("--formats", default="all", help=f"some of {', '.join(FORMATS)}")
+    parser.add_argument("--minutes", type=float, default=10.0, help="time per format")
+    parser.add_argument("--cases", type=int, default=0, help="maximum per format; 0 for no limit")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--keep", type=Path, default=Path("fuzz-failures"))
-    given = parser.parse_args()
-    names = list(FORMATS) if given.formats == "all" else given.formats.split(",")
+    arguments = parser.parse_args()
+    names = list(FORMATS) if arguments.formats == "all" else arguments.formats.split(",")
     bad = 0
     for name in names:
         began = time.monotonic()
-        count = fuzz(FORMATS[name], given)
+        count = fuzz(FORMATS[name], arguments)
         bad += count.failed
         minutes = (time.monotonic() - began) / 60.0
         print(
@@ -78,31 +78,31 @@ def main() -> None:
     sys.exit(1 if bad else 0)
 
 
-def fuzz(target: Format, given: argparse.Namespace) -> Count:
-    """Feed one loader, in as many children as die."""
+def fuzz(target: Format, arguments: argparse.Namespace) -> Count:
+    """Fuzz one loader; a child process that dies is replaced by a new one."""
     context = multiprocessing.get_context("fork")
-    end = time.monotonic() + 60.0 * given.minutes
-    count, seed = Count(), given.seed
-    while time.monotonic() < end and (not given.cases or count.cases < given.cases):
-        with tempfile.TemporaryDirectory(prefix="fuzz-") as box:
-            cases, accepted, failed, beat = (
+    end = time.monotonic() + 60.0 * arguments.minutes
+    count, seed = Count(), arguments.seed
+    while time.monotonic() < end and (not arguments.cases or count.cases < arguments.cases):
+        with tempfile.TemporaryDirectory(prefix="fuzz-") as folder:
+            cases, accepted, failed, heartbeat = (
                 context.Value("l"),
                 context.Value("l"),
                 context.Value("l"),
                 context.Value("d", time.monotonic() + START),
             )
-            left = given.cases - count.cases if given.cases else 0
-            facts = (cases, accepted, failed, beat)
+            left = arguments.cases - count.cases if arguments.cases else 0
+            shared = (cases, accepted, failed, heartbeat)
             child = context.Process(
-                target=_child, args=(target, Path(box), seed, end, left, given.keep, facts)
+                target=_child, args=(target, Path(folder), seed, end, left, arguments.keep, shared)
             )
             child.start()
             try:
-                why = _wait(child, beat, target.longest)
+                reason = _wait(child, heartbeat, target.longest)
             finally:
                 _end(child)
-            if why:
-                _keep(Path(box) / target.file, given.keep, target, seed, why)
+            if reason:
+                _keep(Path(folder) / target.file, arguments.keep, target, seed, reason)
                 failed.value += 1
             count.cases += cases.value
             count.accepted += accepted.value
@@ -111,17 +111,17 @@ def fuzz(target: Format, given: argparse.Namespace) -> Count:
     return count
 
 
-def _wait(child: ForkProcess, beat: Synchronized, longest: float) -> str:
-    """Wait for a child; return why it did not end as it should, or an empty text."""
+def _wait(child: ForkProcess, heartbeat: Synchronized, longest: float) -> str:
+    """Wait for a child; return how it failed, or an empty string."""
     while child.is_alive():
         child.join(0.5)
-        if time.monotonic() - beat.value > longest:
+        if time.monotonic() - heartbeat.value > longest:
             return "hangs"
     return f"died {child.exitcode}" if child.exitcode else ""
 
 
 def _end(child: ForkProcess) -> None:
-    """End a child and what it has started, also where this process is interrupted."""
+    """Kill a child and the processes that it has started."""
     with contextlib.suppress(ProcessLookupError):
         os.killpg(child.pid or 0, signal.SIGKILL)
     child.kill()
@@ -130,14 +130,14 @@ def _end(child: ForkProcess) -> None:
 
 def _child(
     target: Format,
-    box: Path,
+    folder: Path,
     seed: int,
     end: float,
     most: int,
     keep: Path,
-    facts: tuple[Synchronized, ...],
+    shared: tuple[Synchronized, ...],
 ) -> None:
-    cases, accepted, failed, beat = facts
+    cases, accepted, failed, heartbeat = shared
     keep = keep.resolve()
     os.setpgid(0, 0)
     parent = os.getppid()
@@ -146,24 +146,24 @@ def _child(
     os.dup2(null, 2)
     warnings.simplefilter("ignore")
     seeds = target.seeds()
-    file = box / target.file
+    file = folder / target.file
     file.parent.mkdir(parents=True, exist_ok=True)
-    target.prepare(box)
-    (box / SCRATCH).mkdir()
-    tempfile.tempdir = str(box / SCRATCH)
-    os.chdir(box / SCRATCH)
-    for content in seeds:  # they load, and warm up what is loaded late
+    target.prepare(folder)
+    (folder / SCRATCH).mkdir()
+    tempfile.tempdir = str(folder / SCRATCH)
+    os.chdir(folder / SCRATCH)
+    for content in seeds:  # valid files: loading them also imports lazily loaded modules
         file.write_bytes(content)
-        target.load(box)
-    guard = _Guard(box, target.programs)
+        target.load(folder)
+    guard = _Guard(folder, target.programs)
     used = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0])
     limit = used * resource.getpagesize() + MEMORY
     resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
-    chance = random.Random(seed)
+    rng = random.Random(seed)
     while time.monotonic() < end and (not most or cases.value < most) and os.getppid() == parent:
-        content = mutated(chance, seeds, target.kind)
+        content = mutated(rng, seeds, target.kind)
         file.write_bytes(content)
-        beat.value = time.monotonic()
+        heartbeat.value = time.monotonic()
         fault = guard.watch(target.load)
         if fault is None:
             accepted.value += 1
@@ -175,30 +175,30 @@ def _child(
 
 
 class _Guard:
-    """Watches what a loader does; mutable."""
+    """Detects forbidden actions of a loader; mutable."""
 
-    def __init__(self, box: Path, programs: frozenset[str]) -> None:
-        self._box, self._on, self._seen = str(box), False, ""
+    def __init__(self, folder: Path, programs: frozenset[str]) -> None:
+        self._folder, self._on, self._seen = str(folder), False, ""
         self._programs = {os.path.join(sumo.SUMO_HOME, "bin", name) for name in programs}  # noqa: PTH118
-        sys.addaudithook(self._hear)
+        sys.addaudithook(self._audit)
 
     def watch(self, load: Callable[[Path], object]) -> str | None:
-        """Return None where the file was accepted, "" where it was refused, or what went wrong."""
+        """Load the file; return None if it was accepted, "" if it was rejected, or the failure."""
         self._on, self._seen = True, ""
         try:
-            load(Path(self._box))
+            load(Path(self._folder))
             found = None
         except PlantBenchError as error:
             found = "" if "\n" not in str(error) else f"several lines: {error}"
-        except BaseException:  # noqa: BLE001  that is what is looked for
+        except BaseException:  # noqa: BLE001  any other exception is a failure
             found = traceback.format_exc()
         finally:
             self._on = False
         return self._seen or self._left_behind() or found
 
     def _left_behind(self) -> str:
-        """Tell what a case has left where nothing should be, and remove it."""
-        scratch = Path(self._box) / SCRATCH
+        """Return and remove files that a case has left where there should be none."""
+        scratch = Path(self._folder) / SCRATCH
         places = [scratch, *scratch.parents, Path.home()]
         escaped = [path for place in places if (path := place / ESCAPED).exists()]
         left = [*scratch.iterdir(), *escaped]
@@ -206,7 +206,7 @@ class _Guard:
             shutil.rmtree(path) if path.is_dir() else path.unlink(missing_ok=True)
         return f"leaves {', '.join(map(str, left))}" if left else ""
 
-    def _hear(self, event: str, arguments: tuple) -> None:
+    def _audit(self, event: str, arguments: tuple) -> None:
         if not self._on:
             return
         started = event == "subprocess.Popen" and arguments[0] not in self._programs
@@ -215,19 +215,19 @@ class _Guard:
         elif event == "open" and isinstance(arguments[0], str | bytes):
             path, _, flags = arguments
             writes = isinstance(flags, int) and flags & (os.O_WRONLY | os.O_RDWR | os.O_CREAT)
-            inside = os.fsdecode(path).startswith((self._box, os.devnull, "/proc/self"))
+            inside = os.fsdecode(path).startswith((self._folder, os.devnull, "/proc/self"))
             if writes and not inside and os.fsdecode(path).startswith(os.sep):
                 self._seen = f"writes {os.fsdecode(path)}"
 
 
-def _keep(file: Path, keep: Path, target: Format, seed: int, why: str) -> None:
+def _keep(file: Path, keep: Path, target: Format, seed: int, reason: str) -> None:
     keep.mkdir(parents=True, exist_ok=True)
-    number = len(list(keep.glob(f"{target.name}-*.why")))
-    if number >= 50:  # of a format; more are seldom others
+    number = len(list(keep.glob(f"{target.name}-*.reason")))
+    if number >= 50:  # enough per format: further ones are usually duplicates
         return
     stem = keep / f"{target.name}-{number:03d}"
     stem.with_suffix(".case").write_bytes(file.read_bytes() if file.is_file() else b"")
-    stem.with_suffix(".why").write_text(f"seed {seed}\n{why}\n", encoding="utf-8")
+    stem.with_suffix(".reason").write_text(f"seed {seed}\n{reason}\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

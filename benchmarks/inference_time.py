@@ -2,10 +2,10 @@
 
     python benchmarks/inference_time.py [--passes 200] [--sizes mini small medium] [--busy]
 
-The networks are told what the shipped one is; their weights are untrained: the time does not depend
-on them. All cases of a size take turns, pass by pass, so that what else the machine does meets all
-of them; medians are printed as Markdown. `--busy` counts the thread's time on the processor, for
-machines on which others wait for it, too; on an idle one both are the same.
+The networks have the inputs of the shipped one and untrained weights, which do not affect the time.
+The cases of a size take turns, pass by pass, so that other load on the machine affects all of them
+equally. Medians are printed as Markdown. `--busy` measures the thread's processor time instead of
+wall time, for machines under load; on an idle machine both are the same.
 """
 
 import argparse
@@ -41,9 +41,9 @@ from plant_bench.runner.run.provenance import processor_name
 TOKENS = (12, 16, 24)
 TORCH = "torch"
 GRAPHS: dict[str, GraphBits] = {"ONNX Runtime": 32, "ONNX Runtime, 8 bits": 8}
-BARS: dict[SizeName, float] = {"mini": 2.0, "small": 5.0, "medium": 10.8}  # ms
+TARGETS: dict[SizeName, float] = {"mini": 2.0, "small": 5.0, "medium": 10.8}  # ms
 SHIPPED = load_config(models_dir() / DEFAULT_WEIGHTS)
-WARM_UP = 10  # passes that do not count
+WARM_UP = 10  # passes before the measurement
 
 
 def predictors_of(size: SizeName) -> dict[str, Predictor]:
@@ -77,32 +77,34 @@ def medians(size: SizeName, passes: int, *, busy: bool) -> dict[tuple[str, int],
     times: dict[tuple[str, int], list[float]] = {case: [] for case in product(predictors, TOKENS)}
     for turn in range(WARM_UP + passes):
         for (engine, tokens), found in times.items():
-            heard = listen_to_passes()
+            passes_timed = listen_to_passes()
             begin = time.thread_time()
             predictors[engine].waypoints(scenes[tokens])
             spent = time.thread_time() - begin
             if turn >= WARM_UP:
-                found.append(1000.0 * (spent if busy else heard[0].seconds))
+                found.append(1000.0 * (spent if busy else passes_timed[0].seconds))
     return {case: median(found) for case, found in times.items()}
 
 
 def main() -> None:
     """Print a row for each size and engine."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--passes", type=int, default=200, help="of each case")
+    parser.add_argument("--passes", type=int, default=200, help="passes of each case")
     parser.add_argument("--sizes", nargs="+", choices=list(SIZES), default=list(SIZES))
-    parser.add_argument("--busy", action="store_true", help="time on the processor alone")
-    asked = parser.parse_args()
-    print(f"Median of {asked.passes} passes in ms, one thread of {processor_name()}.\n")
+    parser.add_argument("--busy", action="store_true", help="measure processor time")
+    arguments = parser.parse_args()
+    print(f"Median of {arguments.passes} passes in ms, one thread of {processor_name()}.\n")
     heads = [f"{tokens} tokens" for tokens in TOKENS]
-    print(f"| size | engine | {' | '.join(heads)} | torch / engine | bar |")
+    print(f"| size | engine | {' | '.join(heads)} | torch / engine | target |")
     print("|" + "---|" * (len(heads) + 4))
-    for size in asked.sizes:
-        found = medians(size, asked.passes, busy=asked.busy)
+    for size in arguments.sizes:
+        found = medians(size, arguments.passes, busy=arguments.busy)
         for engine in (TORCH, *GRAPHS):
             ratio = median(found[TORCH, tokens] / found[engine, tokens] for tokens in TOKENS)
             cells = " | ".join(f"{found[engine, tokens]:.2f}" for tokens in TOKENS)
-            print(f"| {size} | {engine} | {cells} | {ratio:.2f} | {BARS[size]:.1f} |", flush=True)
+            print(
+                f"| {size} | {engine} | {cells} | {ratio:.2f} | {TARGETS[size]:.1f} |", flush=True
+            )
 
 
 if __name__ == "__main__":

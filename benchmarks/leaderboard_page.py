@@ -2,8 +2,8 @@
 
     python benchmarks/leaderboard_page.py reports/plant-longest6 reports/expert-longest6
 
-Real records under other names make as many planners as asked for, three repetitions each. The page
-is opened from disk in Chromium, offline; told is the median time until it is drawn.
+Copies of real records under other names stand for further planners, with three repetitions each.
+The page is opened from disk in Chromium, offline; the median time until it is drawn is printed.
 """
 
 import argparse
@@ -24,9 +24,9 @@ LARGEST_MB, SLOWEST_S = 3.0, 1.0
 
 
 def main() -> None:
-    """Measure and print."""
+    """Run the command line."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
-    parser.add_argument("runs", nargs="+", type=Path, help="runs of three repetitions or more")
+    parser.add_argument("runs", nargs="+", type=Path, help="runs with at least three repetitions")
     parser.add_argument("--planners", type=int, default=12)
     parser.add_argument("--times", type=int, default=7)
     arguments = parser.parse_args()
@@ -43,18 +43,18 @@ def main() -> None:
         page = write_page(made, folder, replays=True)
         episodes = sum(line.episodes for line in made.boards[0].rows)
         size = page.stat().st_size / 1e6
-        print(f"{len(runs)} planners, {episodes} episodes: {size:.2f} MB (bar {LARGEST_MB})")
+        print(f"{len(runs)} planners, {episodes} episodes: {size:.2f} MB (target {LARGEST_MB})")
         with sync_playwright() as playwright:
             path = shutil.which("chromium")
             browser = playwright.chromium.launch(executable_path=path, args=["--no-sandbox"])
             times = [opening_time(browser, page) for _ in range(arguments.times)]
             browser.close()
         middle = statistics.median(times)
-        print(f"opens in {middle:.2f} s (bar {SLOWEST_S}), slowest {max(times):.2f} s")
+        print(f"opens in {middle:.2f} s (target {SLOWEST_S}), slowest {max(times):.2f} s")
 
 
 def relabelled(run: Path, target: Path, number: int) -> Path:
-    """Write a run's records as another planner's."""
+    """Copy a run's records under the name of another planner."""
     source = read_run(run)
     name, checksum = f"{source.provenance.agent}-{number}", f"{number:064x}"
     facts = {"agent": name, "agent_checksum": checksum}

@@ -1,9 +1,9 @@
-"""Benchmark: time per tick with traffic near the ego only, compared with a filled town.
+"""Benchmark: time per tick with traffic near the ego only, compared with traffic in the whole town.
 
     python benchmarks/neighbourhood.py [--seconds 60]
 
-Both run the same routes at the same density in one process, one after the other; the last column is
-their ratio. Only the simulation is timed: SUMO, the traffic's entries and exits, and the scene.
+Both drive the same routes at the same density, one after the other in one process; the last column
+is their ratio. Only the simulation is timed: SUMO, insertion and removal of traffic, and the scene.
 """
 
 import argparse
@@ -20,7 +20,7 @@ from plant_bench.world.scene import TICK
 
 
 def cost_of_a_tick(route: Route, seconds: float) -> tuple[float, float]:
-    """Return microseconds a tick and the mean number of vehicles in the simulation."""
+    """Return the time per tick, microseconds, and the mean number of vehicles."""
     agent = Cruise()
     agent.reset(route)
     spent, vehicles, ticks = 0.0, 0, 0
@@ -43,7 +43,7 @@ def cost_of_a_tick(route: Route, seconds: float) -> tuple[float, float]:
 def main() -> None:
     """Print a row for each town."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--seconds", type=float, default=60.0, help="simulated, on each route")
+    parser.add_argument("--seconds", type=float, default=60.0, help="simulated time on each route")
     seconds = parser.parse_args().seconds
     longest = {route.town: route for route in reversed(load_suite("longest6"))}
     print("town    around the ego        whole town            ratio")

@@ -2,8 +2,8 @@
 
     python benchmarks/profile_episode.py [--agent expert] [--route town05-0] [--functions 25]
 
-The parts are timed without the profiler, three times; the function list is of a fourth, profiled
-run, whose own times are inflated: read it for the order only.
+The parts are timed without the profiler, in three runs; the list of functions is of a fourth run
+with the profiler, which inflates times, so only its order is meaningful.
 """
 
 import argparse
@@ -40,7 +40,7 @@ def main() -> None:
     )[0]
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "episode.parquet"
-        run_episode(job, recording=file)  # warms caches up
+        run_episode(job, recording=file)  # warm-up
         timings = [run_episode(job, recording=file).timing for _ in range(3)]
         profile = cProfile.Profile()
         profile.enable()
@@ -51,7 +51,7 @@ def main() -> None:
 
 
 def print_parts(timings: list[Timing]) -> None:
-    """Print the median share of each part, and the speed of the whole."""
+    """Print the median share of each part, and the speed of the episode."""
     walls = [timing.wall_s for timing in timings]
     for part in PARTS:
         shares = [getattr(timing, f"{part}_s") / timing.wall_s for timing in timings]

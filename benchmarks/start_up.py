@@ -2,10 +2,9 @@
 
     python benchmarks/start_up.py --agents cruise expert plant --repeat 5
 
-Each time is that of a whole new `plant-bench` command; the first of its workers that comes so far
-writes down when its simulation is asked for its first step, and all is ended then. The first
-command of all compiles planners' loops and Python's modules and fills the disk's cache, so it is
-not counted.
+Each measurement starts a new `plant-bench` command. The first worker to reach the first step of its
+simulation records the time, and the command is then killed. The first command of each planner is
+not counted, since it compiles loops and modules and fills the disk cache.
 """
 
 import argparse
@@ -22,20 +21,22 @@ from pathlib import Path
 
 from clock_of_first_tick import CLOCK
 
-PATIENCE = 120.0  # s
+TIMEOUT = 120.0  # s
 
 
 def main() -> None:
     """Run the command line."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--agents", nargs="+", default=["cruise", "expert", "plant"])
-    parser.add_argument("--routes", default="0", help="as of plant-bench score: one a worker")
+    parser.add_argument("--routes", default="0", help="as in plant-bench score; one per worker")
     parser.add_argument("--workers", default="1")
     parser.add_argument("--repeat", type=int, default=5)
-    given = parser.parse_args()
-    for agent in given.agents:
-        first_tick(agent, given.routes, given.workers)
-        times = [first_tick(agent, given.routes, given.workers) for _ in range(given.repeat)]
+    arguments = parser.parse_args()
+    for agent in arguments.agents:
+        first_tick(agent, arguments.routes, arguments.workers)
+        times = [
+            first_tick(agent, arguments.routes, arguments.workers) for _ in range(arguments.repeat)
+        ]
         low, middle, high = min(times), statistics.median(times), max(times)
         print(
             f"{agent:20s} {middle:5.2f} s to the first tick ({low:.2f} to {high:.2f})", flush=True
@@ -46,7 +47,7 @@ def first_tick(agent: str, routes: str, workers: str) -> float:
     """Return the seconds from the start of a command to its first tick."""
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
         clock, run = Path(folder) / "clock", Path(folder) / "run"
-        # Python loads a module of this name first of all, in the command and in its workers.
+        # Python imports a module of this name at start-up, in the command and in its workers.
         shutil.copy(
             Path(__file__).with_name("clock_of_first_tick.py"), f"{folder}/sitecustomize.py"
         )
@@ -55,19 +56,19 @@ def first_tick(agent: str, routes: str, workers: str) -> float:
         command += ["--out", str(run)]
         paths = filter(None, (folder, os.environ.get("PYTHONPATH")))
         env = os.environ | {CLOCK: str(clock), "PYTHONPATH": os.pathsep.join(paths)}
-        env.pop("PYTHONDONTWRITEBYTECODE", None)  # else each command compiles all modules anew
+        env.pop("PYTHONDONTWRITEBYTECODE", None)  # otherwise each command compiles all modules
         begin = time.time()
         child = subprocess.Popen(
             command, env=env, stdout=subprocess.DEVNULL, start_new_session=True
         )
         try:
             while not clock.is_file():
-                if child.poll() is not None or time.time() - begin > PATIENCE:
-                    sys.exit(f"{' '.join(command)} came to no tick.")
+                if child.poll() is not None or time.time() - begin > TIMEOUT:
+                    sys.exit(f"{' '.join(command)} did not reach the first tick.")
                 time.sleep(0.002)
         finally:
             with suppress(ProcessLookupError):
-                os.killpg(child.pid, signal.SIGKILL)  # its workers, too
+                os.killpg(child.pid, signal.SIGKILL)  # including its workers
             child.wait()
         return float(clock.read_text(encoding="ascii")) - begin
 

@@ -3,9 +3,9 @@
     python benchmarks/training_memory.py --data data/small --frames 684000 --steps 200 \
         --learner tests/outside/pixels.py:PixelLearner --options '{"pixels": 128}' --loaders 1
 
-Repeats the recordings of a small folder under other names until there are so many frames, learns
-from them for some steps, and prints a line a process. What is made of a recording is made once for
-all its copies; what is measured, packing, mapping and reading, knows nothing of that.
+Repeats the recordings of a small data folder under other names until there are enough frames,
+trains for some steps, and prints one line per process. Each recording is converted once for all its
+copies; this does not affect the measured parts: packing, memory-mapping and reading.
 """
 
 import argparse
@@ -26,67 +26,67 @@ from plant_bench.training import encodings, frame_store
 from plant_bench.training.events import StepEnded
 from plant_bench.training.learners import learner_class
 from plant_bench.training.settings import TrainingSettings
-from plant_bench.training.training_run import Listeners, Machine, TrainingRun, learn
+from plant_bench.training.training_run import Listeners, Machine, TrainingRun, run_training
 
-SKIPPED = 10  # steps, in which processes start
-EVERY = 1.0  # s between two looks at the memory
+SKIPPED = 10  # first steps, which are not timed: processes start
+EVERY = 1.0  # s between two samples of the memory
 KINDS = ("Rss", "Pss", "Anonymous")
-TARGETS = "expert-action"  # no frame is left out
+TARGETS = "expert-action"  # uses all frames
 MEGA = 1024.0  # kB
 
 
 def main() -> None:
-    """Prepare the data, train in a process of its own, and print."""
-    asked = arguments()
-    if asked.measure:
-        measure(asked)
+    """Prepare the data, then train and measure in a separate process."""
+    arguments = parse_arguments()
+    if arguments.measure:
+        measure(arguments)
         return
-    with tempfile.TemporaryDirectory(dir=asked.scratch) as place:
+    with tempfile.TemporaryDirectory(dir=arguments.scratch) as place:
         begin = time.perf_counter()
-        count = repeat(asked.data, Path(place) / "data", asked)
+        count = repeat(arguments.data, Path(place) / "data", arguments)
         print(f"{count:,} frames made in {time.perf_counter() - begin:.0f} s", flush=True)
         words = [*sys.argv[1:], "--measure", "--scratch", place]
         subprocess.run([sys.executable, __file__, *words], check=True)
 
 
-def arguments() -> argparse.Namespace:
-    """Return what is asked for."""
+def parse_arguments() -> argparse.Namespace:
+    """Parse the command line."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("--data", type=Path, required=True, help="a small folder of data")
-    parser.add_argument("--frames", type=int, default=684_000, help="how many to have")
-    parser.add_argument("--steps", type=int, default=200, help="how many to train")
+    parser.add_argument("--data", type=Path, required=True, help="a small data folder")
+    parser.add_argument("--frames", type=int, default=684_000, help="number of frames, at least")
+    parser.add_argument("--steps", type=int, default=200, help="number of training steps")
     parser.add_argument("--batch", type=int, default=128)
     parser.add_argument("--learner", default="plant")
-    parser.add_argument("--options", type=json.loads, default={}, help="of the learner, as JSON")
+    parser.add_argument("--options", type=json.loads, default={}, help="learner options, as JSON")
     parser.add_argument("--loaders", type=int, default=1)
     parser.add_argument("--threads", type=int, default=1)
-    parser.add_argument("--scratch", help="where the repeated data goes")
+    parser.add_argument("--scratch", help="parent folder of the repeated data")
     parser.add_argument("--measure", action="store_true", help=argparse.SUPPRESS)
     return parser.parse_args()
 
 
-def repeat(small: Path, large: Path, asked: argparse.Namespace) -> int:
-    """Repeat a folder's recordings, make frames of them, and encode them if they are cached."""
+def repeat(small: Path, large: Path, arguments: argparse.Namespace) -> int:
+    """Repeat a folder's recordings, convert them to frames, and encode them if they are cached."""
     (large / "episodes").mkdir(parents=True)
     for name in ("routes", "towns"):
         if (small / name).is_dir():
             (large / name).symlink_to((small / name).resolve())
     originals = sorted((small / "episodes").glob("*.parquet"))
     once = len(frame_store.load_frames([small], targets=TARGETS))
-    for copy in range(-(-asked.frames // once)):
+    for copy in range(-(-arguments.frames // once)):
         for path in originals:
             os.link(path, large / "episodes" / f"{path.stem}~{copy}.parquet")
-    make_once()
+    build_once()
     frames = frame_store.load_frames([large], targets=TARGETS)
-    student = course_of(large, asked).student
-    if student.learner().cached:
-        encodings.load_encodings(frames, student)
+    learner = training_run(large, arguments).learner_spec
+    if learner.build().cached:
+        encodings.load_encodings(frames, learner)
     return len(frames)
 
 
-def make_once() -> None:
-    """Make a part once for each original; the parts of its copies are links to it."""
-    make, known = packs._make_part, {}
+def build_once() -> None:
+    """Build a part only once per original; the parts of its copies are hard links to it."""
+    make, known = packs._build_part, {}
 
     def made(task, report) -> None:
         original = task.path.parts[-4], task.path.stem.partition("~")[0]
@@ -96,27 +96,27 @@ def make_once() -> None:
         make(task, report)
         known[original] = task.path
 
-    packs._make_part = made
+    packs._build_part = made
 
 
-def course_of(data: Path, asked: argparse.Namespace) -> TrainingRun:
-    """Return the training."""
-    kind = learner_class(asked.learner)
-    options = TypeAdapter(kind.Options).validate_python(asked.options)
+def training_run(data: Path, arguments: argparse.Namespace) -> TrainingRun:
+    """Return the training to run."""
+    kind = learner_class(arguments.learner)
+    options = TypeAdapter(kind.Options).validate_python(arguments.options)
     out = data.parent / "model"
     return TrainingRun(
-        asked.learner,
+        arguments.learner,
         options,
         (data,),
         out,
-        TrainingSettings(batch=asked.batch, epochs=1, targets=TARGETS),
-        machine=Machine("cpu", 1, asked.threads, 1, asked.loaders),
+        TrainingSettings(batch=arguments.batch, epochs=1, targets=TARGETS),
+        machine=Machine("cpu", 1, arguments.threads, 1, arguments.loaders),
         work=out / "work",
     )
 
 
-def measure(asked: argparse.Namespace) -> None:
-    """Train some steps in this process, and print what was seen."""
+def measure(arguments: argparse.Namespace) -> None:
+    """Train some steps in this process, and print memory and speed."""
     most: dict[int, dict[str, float]] = {}
     over = threading.Event()
     watcher = threading.Thread(target=watch, args=(most, over))
@@ -125,12 +125,14 @@ def measure(asked: argparse.Namespace) -> None:
     def listen(event) -> None:
         if isinstance(event, StepEnded):
             steps.append((time.perf_counter(), event.waited))
-            if len(steps) == asked.steps:
+            if len(steps) == arguments.steps:
                 signal.raise_signal(signal.SIGINT)
 
     begin = time.perf_counter()
     watcher.start()
-    learn(course_of(Path(asked.scratch) / "data", asked), Listeners(on_event=listen))
+    run_training(
+        training_run(Path(arguments.scratch) / "data", arguments), Listeners(on_event=listen)
+    )
     over.set()
     watcher.join()
     print(f"first step after {steps[0][0] - begin:.0f} s")
@@ -141,15 +143,15 @@ def measure(asked: argparse.Namespace) -> None:
     rest = steps[SKIPPED:]
     spent = rest[-1][0] - steps[SKIPPED - 1][0]
     waited = sum(wait for _, wait in rest)
-    pace = len(rest) * asked.batch / spent
+    pace = len(rest) * arguments.batch / spent
     print(
-        f"{len(rest)} steps of {asked.batch} in {spent:.1f} s: {pace:,.0f} samples/s, "
+        f"{len(rest)} steps of {arguments.batch} in {spent:.1f} s: {pace:,.0f} samples/s, "
         f"{100.0 * waited / spent:.0f} % of the time waiting for batches"
     )
 
 
 def watch(most: dict[int, dict[str, float]], over: threading.Event) -> None:
-    """Note the greatest size of this process and of all that it started."""
+    """Record the peak memory of this process and of all its descendants."""
     while not over.wait(EVERY):
         for pid in family(os.getpid()):
             sizes = most.setdefault(pid, dict.fromkeys(KINDS, 0.0))
@@ -158,7 +160,7 @@ def watch(most: dict[int, dict[str, float]], over: threading.Event) -> None:
 
 
 def family(pid: int) -> list[int]:
-    """Return a process and all below it."""
+    """Return the ids of a process and its descendants."""
     found = [pid]
     for path in Path(f"/proc/{pid}/task").glob("*/children"):
         try:
@@ -169,10 +171,10 @@ def family(pid: int) -> list[int]:
 
 
 def rollup(pid: int) -> dict[str, float]:
-    """Return what the kernel says of a process's memory, kB."""
+    """Return a process's memory by kind, from the kernel, kB."""
     try:
         lines = Path(f"/proc/{pid}/smaps_rollup").read_text().splitlines()
-    except OSError:  # it has ended
+    except OSError:  # the process has ended
         return {}
     words = [line.split() for line in lines]
     return {word[0].rstrip(":"): float(word[1]) for word in words if word[0].rstrip(":") in KINDS}

@@ -6,8 +6,8 @@ run = pb.score("plant", routes="0-5")
 run.summary.driving_score
 run.compare(pb.load_run("reports/expert-longest6"))
 
-All that is public is named here (docs/reference/python.md) and loaded on first use, since every
-worker process imports this. Other modules may move from one version to the next.
+This module names the complete public API (docs/reference/python.md). The names are loaded on first
+use, because every worker process imports this module. Other modules may change in any version.
 """
 
 from importlib import import_module
@@ -87,5 +87,5 @@ def __getattr__(name: str) -> object:
 
 
 def __dir__() -> list[str]:
-    """Return what is public, loaded or not."""
+    """Return the public names, including those that are not loaded yet."""
     return sorted({*globals(), *__all__})

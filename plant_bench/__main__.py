@@ -1,7 +1,6 @@
-"""The `plant-bench` command, also as `python -m plant_bench`.
+"""Entry point of the `plant-bench` command and of `python -m plant_bench`.
 
-Each process that a command starts loads the module that the command began with: this one, which
-loads nothing by itself.
+It imports nothing at module level, because every worker process loads the main module again.
 """
 
 

@@ -1,7 +1,7 @@
-"""The planner interface: inputs, observations and actions. All that a planner's author must read.
+"""The planner interface: inputs, observations and actions. The only file a planner's author needs.
 
 A planner is any object with `inputs`, `reset` and `act`; no base class is needed. It declares its
-inputs, gets these and nothing else, and returns a `Plan` or a `Control` at each tick.
+inputs, gets only these, and returns a `Plan` or a `Control` at each tick.
 
     class Straight:
         inputs = frozenset({Input.ROUTE})

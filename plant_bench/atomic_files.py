@@ -9,24 +9,24 @@ from contextlib import contextmanager
 from pathlib import Path
 from secrets import token_hex
 
-UNFINISHED = ".part"  # ends the names of files that are being written
-_LONGEST_NAME = 255  # bytes, of most file systems
+UNFINISHED = ".part"  # suffix of files that are being written
+_LONGEST_NAME = 255  # bytes, the limit of most file systems
 
 
 @contextmanager
 def whole_file(path: Path, *, new: bool = False) -> Iterator[Path]:
-    """Give where to write a file, and put it in its place if nothing was raised; makes its folder.
+    """Yield a temporary path to write to, and rename it to `path` if no exception was raised.
 
-    The place given is new each time: who waits there with a link, or writes the same file in
-    another process, is not met.
+    The temporary name is random, so that neither a prepared symbolic link nor another process
+    writing the same file interferes. The folder is created if needed.
 
     Args:
-        path: The file; one that is there is replaced.
-        new: There must be none: of several who write it at once one succeeds.
+        path: The file; an existing one is replaced.
+        new: Whether the file must not exist; only one of several concurrent writers succeeds.
 
     Raises:
-        FileExistsError: It is there, and was to be new.
-        OSError: It cannot be written.
+        FileExistsError: The file exists although `new` is true.
+        OSError: The file cannot be written.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     ending = f".{token_hex(4)}{UNFINISHED}"
@@ -35,7 +35,7 @@ def whole_file(path: Path, *, new: bool = False) -> Iterator[Path]:
         yield part
         _to_disk(part)
         if new:
-            os.link(part, path)  # fails where there is one
+            os.link(part, path)  # fails if the file exists
         else:
             part.replace(path)
         _to_disk(path.parent)
@@ -44,38 +44,38 @@ def whole_file(path: Path, *, new: bool = False) -> Iterator[Path]:
 
 
 def write_whole(path: Path, write: Callable[[Path], object]) -> None:
-    """Write a file by a function that is told where to; as `whole_file`.
+    """Write a file atomically with a function that gets the temporary path; see `whole_file`.
 
     Raises:
-        OSError: It cannot be written.
+        OSError: The file cannot be written.
     """
     with whole_file(path) as part:
         write(part)
 
 
 def write_whole_text(path: Path, text: str) -> None:
-    """Write a text file, UTF-8 with plain line ends; as `whole_file`.
+    """Write a text file atomically, in UTF-8 with Unix line ends; see `whole_file`.
 
     Raises:
-        OSError: It cannot be written.
+        OSError: The file cannot be written.
     """
     write_whole(path, lambda part: part.write_text(text, encoding="utf-8", newline="\n"))
 
 
 def move_whole(source: Path, target: Path) -> None:
-    """Move a finished file within a file system; it is in one of the two places at any time.
+    """Move a finished file atomically within a file system.
 
     Raises:
-        OSError: It cannot be moved.
+        OSError: The file cannot be moved.
     """
     source.replace(target)
     _to_disk(target.parent)
 
 
 def _to_disk(path: Path) -> None:
-    """Wait until a file's content, or a folder's list of names, is on the disk."""
+    """Sync a file's content, or a folder's entries, to disk."""
     if path.is_dir() and os.name == "nt":
-        return  # Windows opens no folders
+        return  # Windows cannot open folders
     descriptor = os.open(path, os.O_RDONLY)
     try:
         os.fsync(descriptor)

@@ -1,8 +1,8 @@
 """Finds the folders of networks, routes and models: beside the package, or inside a wheel.
 
-Towns may also live elsewhere: in a folder `towns` in or beside a suite's, which each route of that
-suite remembers, and in the folders that the environment variable PLANT_BENCH_TOWNS lists (separated
-as in PATH).
+Towns are also found in a folder `towns` inside or beside a suite's folder (each route of the suite
+stores its path), and in the folders of the environment variable PLANT_BENCH_TOWNS (separated as in
+PATH).
 """
 
 import os
@@ -23,7 +23,7 @@ def _data_dir(name: str) -> Path:
             return candidate
     message = (
         f"The folder '{name}' was not found beside or inside {_PACKAGE}. "
-        "Install plant-bench again: its wheel carries networks, routes and models."
+        "Install plant-bench again: its wheel contains networks, routes and models."
     )
     raise InputError(message)
 
@@ -38,24 +38,27 @@ def networks_dir() -> Path:
 
 
 def town_dir(name: str, also_in: Sequence[Path] = ()) -> Path:
-    """Return a town's folder: in `networks/`, else in one of those PLANT_BENCH_TOWNS lists.
+    """Return a town's folder, from `networks/`, `also_in` or PLANT_BENCH_TOWNS, in this order.
 
     Args:
-        name: The town's.
-        also_in: Folders of towns that come before those of PLANT_BENCH_TOWNS.
+        name: Name of the town.
+        also_in: Further folders of towns.
 
     Raises:
         InputError: There is no such town.
     """
     if not re.fullmatch(r"\w[\w.-]{0,59}", name):
-        message = f"'{name[:60]}' is no town's name: letters, digits, '_', '-' and '.' are wanted."
+        message = (
+            f"'{name[:60]}' is not a valid town name: expected up to 60 letters, digits, '_', '-' "
+            "and '.', not beginning with '-' or '.'."
+        )
         raise InputError(message)
     folders = [networks_dir(), *also_in, *map(Path, _further())]
     for folder in folders:
         if (folder / name / "town.json").is_file():
             return folder / name
     known = sorted({path.parent.name for folder in folders for path in folder.glob("*/town.json")})
-    message = f"There is no town '{name}'. Towns here: {', '.join(known) or 'none'}."
+    message = f"There is no town '{name}'. Available towns: {', '.join(known) or 'none'}."
     raise InputError(message)
 
 
@@ -64,7 +67,7 @@ def _further() -> list[str]:
 
 
 def towns_dirs_of(suite: Path) -> list[Path]:
-    """Return the folders where towns are that a suite's folder brings along, there or not."""
+    """Return the folders in which a suite may include its own towns; they need not exist."""
     folder = suite.resolve()
     return [folder / TOWNS_FOLDER, folder.parent / TOWNS_FOLDER]
 

@@ -1,9 +1,9 @@
-"""Every error that plant-bench raises on purpose.
+"""The exceptions that plant-bench raises.
 
 PlantBenchError
-├── InputError        what the user gave cannot be used; the command line exits with code 2
-├── AgentError        a planner raised, or returned something that is not a plan or a control
-└── SimulationError   SUMO failed in a way that no input explains
+├── InputError        the user's input is invalid; the command line exits with code 2
+├── AgentError        a planner raised an exception or returned an invalid action
+└── SimulationError   SUMO failed, and the input is not the cause
 """
 
 import difflib
@@ -12,7 +12,7 @@ from collections.abc import Iterable
 from plant_bench.text_escaping import shortened, spelt_out
 
 LONGEST = 200  # characters of another error's text
-LONGEST_MESSAGE = 2000  # characters of one of ours
+LONGEST_MESSAGE = 2000  # characters of a message of plant-bench
 
 
 class PlantBenchError(Exception):
@@ -20,10 +20,10 @@ class PlantBenchError(Exception):
 
 
 class InputError(PlantBenchError):
-    """Raised when input is unusable: says what was found, what was wanted and what to do."""
+    """Raised for invalid input; the message says what was found, expected, and how to fix it."""
 
     def __str__(self) -> str:
-        r"""Return the message as one line that is safe to print, whatever it quotes of a file.
+        r"""Return the message as one line that is safe to print, even if it quotes untrusted text.
 
         >>> str(InputError("There is no town 'a\n\x1b[31mb'."))
         "There is no town 'a \\x1b[31mb'."
@@ -41,7 +41,7 @@ class SimulationError(PlantBenchError):
 
 
 def in_one_line(error: Exception) -> str:
-    r"""Return what an error says as one line, cut where it is long, without links to read on.
+    r"""Return an error's message as one line of bounded length, without links to documentation.
 
     >>> in_one_line(ValueError("not JSON:\n  line 2\n    For further information visit x"))
     'not JSON: line 2'
@@ -52,13 +52,13 @@ def in_one_line(error: Exception) -> str:
 
 
 def did_you_mean(word: str, known: Iterable[str], *, cutoff: float = 0.6, quote: str = "") -> str:
-    """Return a question to end a message with, empty where no known word is like the one given.
+    """Return a suggestion to append to a message; empty if no known word is similar.
 
     Args:
-        word: What was given.
-        known: What could have been.
-        cutoff: How like they must be, 0 to 1.
-        quote: Stands around the word.
+        word: The unknown word.
+        known: The known words.
+        cutoff: Minimum similarity, 0 to 1.
+        quote: Quotation mark around the suggested word.
 
     >>> did_you_mean("exprt", ["expert", "idm"], quote="'"), did_you_mean("x", ["expert"])
     (" Did you mean 'expert'?", '')

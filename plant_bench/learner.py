@@ -47,7 +47,7 @@ from plant_bench.world.town import Town, load_town
 if TYPE_CHECKING:
     from torch import Tensor
     from torch.nn import Module
-else:  # torch is not loaded to look at a type
+else:  # torch is not loaded for type annotations only
     Tensor = Module = Any
 
 Encoded = Mapping[str, np.ndarray]
@@ -64,10 +64,10 @@ class Frame:
         before: The actors half a second earlier.
         later: The actors half a second later.
         waypoints: Target positions of the ego's centre 0.5, 1.0, 1.5 and 2.0 s later, in the ego
-            frame, metres. `--targets` selects them: the driven path, or the path that `answer`
-            leads to.
+            frame, metres. `--targets` selects the source: the driven path, or the path that results
+            from `answer`.
         answer: The expert's most recent action, executed or not.
-        disturbed: Whether any other action was executed in the next two seconds.
+        disturbed: Whether an action other than the driver's was executed in the next two seconds.
         route: The route driven.
         seed: The episode's seed.
     """

@@ -1,7 +1,7 @@
 """Saves and loads any trained network: `weights.safetensors` and `config.json` in a folder.
 
-The config holds the network's name, so that none is loaded as another, and the protocol it was
-trained under. Torch is imported only when weights are written or read.
+The config holds the network's name, which is checked when it is loaded, and the protocol that it
+was trained under. Torch is imported only when weights are written or read.
 """
 
 import errno
@@ -20,7 +20,7 @@ from plant_bench.world.route import PROTOCOL
 if TYPE_CHECKING:
     from torch import Tensor
     from torch.nn import Module
-else:  # torch is not loaded to look at a type
+else:  # torch is not loaded for type annotations only
     Tensor = Module = Any
 
 WEIGHTS_FILE, CONFIG_FILE = "weights.safetensors", "config.json"
@@ -78,7 +78,7 @@ def weights_hash(folder: Path) -> str:
     """Return a hash of a model folder's weights.
 
     Raises:
-        InputError: There are none.
+        InputError: There are no weights.
     """
     try:
         check_file(folder / WEIGHTS_FILE, largest=LARGEST_WEIGHTS)

@@ -28,10 +28,10 @@ CONSTANTS: Mapping[str, str] = MappingProxyType({"NOBODY": "NO_ACTOR"})  # of pl
 
 
 def renamed_option(arguments: Sequence[str]) -> str:
-    """Return what to say of the first option of an earlier version; empty if there is none.
+    """Return an error message for the first renamed option; empty if there is none.
 
     Args:
-        arguments: Of the command line, without the program.
+        arguments: Arguments of the command line, without the program.
 
     >>> renamed_option(["score", "--law=lb2.1"])
     "The option '--law' of `plant-bench score` is now '--penalties'."
@@ -52,7 +52,7 @@ def renamed_option(arguments: Sequence[str]) -> str:
 
 
 def renamed_keys(keys: Iterable[str]) -> str:
-    """Return what to say of a config's keys of earlier versions; empty if there are none.
+    """Return an error message for the renamed keys of a config; empty if there are none.
 
     >>> renamed_keys(["reach", "foresight"])
     "'foresight' is now 'horizon': rename it in the file"

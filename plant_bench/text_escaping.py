@@ -3,13 +3,13 @@
 import json
 from collections.abc import Callable
 
-SHOWN = 80  # characters in a line of a message
+SHOWN = 80  # characters of a quotation in a message
 LONGEST_CELL = 60  # characters in a table's cell
-_UNSAFE = {"<": "\\u003c", ">": "\\u003e", "&": "\\u0026"}  # of ASCII; the rest is escaped anyway
+_UNSAFE = {"<": "\\u003c", ">": "\\u003e", "&": "\\u0026"}  # JSON escapes the non-ASCII ones
 
 
 def spelt_out(text: str) -> str:
-    r"""Return text with its control characters spelt, for messages that quote what was found.
+    r"""Return text with its control characters as escape sequences, for quotations in messages.
 
     >>> print(spelt_out("a\x1b[31mb"))
     a\x1b[31mb
@@ -18,12 +18,12 @@ def spelt_out(text: str) -> str:
 
 
 def one_line(text: str, most: int = SHOWN, *, instead: str = " ") -> str:
-    r"""Return text as one line without control characters, cut where it is too long.
+    r"""Return text as one line without control characters, truncated if too long.
 
     Args:
         text: The text.
-        most: Characters of it that are shown.
-        instead: Stands for each control character.
+        most: Maximum length, characters.
+        instead: Replacement of each control character.
 
     >>> one_line("a\x1b[31mb"), one_line("a\nb", instead="?"), one_line("abc", 2)
     ('a [31mb', 'a?b', 'ab...')
@@ -32,7 +32,7 @@ def one_line(text: str, most: int = SHOWN, *, instead: str = " ") -> str:
 
 
 def table_cell(text: str, most: int = LONGEST_CELL) -> str:
-    r"""Return text as one line without needless spaces, of `most` characters at the most.
+    r"""Return text as one line with single spaces, of at most `most` characters.
 
     >>> table_cell("a\nb" + "c" * 9, 6)
     'a bcc…'
@@ -42,15 +42,15 @@ def table_cell(text: str, most: int = LONGEST_CELL) -> str:
 
 
 def shortened(text: str, most: int) -> str:
-    """Return text, cut and with three dots where it is longer than `most` characters."""
+    """Return text; if longer than `most` characters, truncate it and append three dots."""
     return text if len(text) <= most else f"{text[:most]}..."
 
 
 def script_json(value: object) -> str:
-    """Return a value as JSON that may stand in any script or page, whatever its texts are.
+    """Return a value as JSON that is safe inside an HTML script, whatever its strings contain.
 
     Raises:
-        ValueError: It holds NaN or infinity.
+        ValueError: It contains NaN or infinity.
     """
     text = json.dumps(value, ensure_ascii=True, allow_nan=False, separators=(",", ":"))
     for character, escape in _UNSAFE.items():

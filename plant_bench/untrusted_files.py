@@ -1,6 +1,6 @@
 """Reads untrusted text and JSON files, with limits on type, size and nesting.
 
-Faults are raised as OSError or ValueError, whose text the caller puts into an `InputError`.
+Errors are raised as OSError or ValueError; the caller puts their text into an `InputError`.
 """
 
 import json
@@ -9,21 +9,21 @@ import stat
 from pathlib import Path
 from typing import Any, NoReturn
 
-LARGEST_TEXT = 64_000_000  # bytes; the largest town here has 0.3 million
-_SURROGATE = re.compile(r"\\u[dD][89a-fA-F]")  # a letter beyond the first 65,536, or half of one
-_DIGITS = 19  # of a whole number; no field needs more
+LARGEST_TEXT = 64_000_000  # bytes; the largest built-in town has 0.3 million
+_SURROGATE = re.compile(r"\\u[dD][89a-fA-F]")  # escape of a surrogate, paired or not
+_DIGITS = 19  # maximum digits of an integer; no field needs more
 
 
 def read_text(path: Path, *, largest: int = LARGEST_TEXT) -> str:
     """Read a text file.
 
     Args:
-        path: Of an ordinary file: a pipe or a device would never end.
-        largest: Bytes it may have.
+        path: A regular file; reading a pipe or a device might never end.
+        largest: Maximum size, bytes.
 
     Raises:
-        OSError: It cannot be read.
-        ValueError: It is no ordinary file, is too large, or is not UTF-8.
+        OSError: The file cannot be read.
+        ValueError: It is not a regular file, is too large, or is not UTF-8.
     """
     check_file(path, largest=largest)
     with path.open("rb") as file:
@@ -31,26 +31,27 @@ def read_text(path: Path, *, largest: int = LARGEST_TEXT) -> str:
 
 
 def check_file(path: Path, *, largest: int) -> None:
-    """Check that a path is of an ordinary file that is not too large.
+    """Check that a path is a regular file that is not too large.
 
     Raises:
-        OSError: There is none.
-        ValueError: It is another thing, or too large.
+        OSError: The file does not exist.
+        ValueError: It is not a regular file, or is too large.
     """
     facts = path.stat()
     if not stat.S_ISREG(facts.st_mode):
-        message = "it is no ordinary file"
+        message = "it is not a regular file"
         raise ValueError(message)
     if facts.st_size > largest:
-        message = f"it has {facts.st_size:,} bytes, at most {largest:,} are read"
+        message = f"expected at most {largest:,} bytes, got {facts.st_size:,}"
         raise ValueError(message)
 
 
 def parse_json(text: str) -> Any:
-    """Return the values of JSON.
+    """Return the parsed value of JSON text.
 
     Raises:
-        ValueError: It is no JSON, is nested too deeply, or has numbers or letters that are none.
+        ValueError: It is not valid JSON, is nested too deeply, or contains NaN, infinity, very long
+            integers or unpaired surrogates.
     """
     try:
         value = json.loads(text, parse_constant=_no_number, parse_int=_whole_number)
@@ -60,28 +61,28 @@ def parse_json(text: str) -> Any:
         message = "it is nested too deeply"
         raise ValueError(message) from None
     except UnicodeEncodeError:
-        message = "it has half of a character, which no file can hold"
+        message = "it contains an unpaired surrogate, which is not valid Unicode"
         raise ValueError(message) from None
     return value
 
 
 def read_json(path: Path, *, largest: int = LARGEST_TEXT) -> Any:
-    """Read a JSON file; as `read_text` and `parse_json`.
+    """Read a JSON file; see `read_text` and `parse_json`.
 
     Raises:
-        OSError: It cannot be read.
-        ValueError: It is not what is wanted.
+        OSError: The file cannot be read.
+        ValueError: It is not a regular file, is too large, or is not valid JSON.
     """
     return parse_json(read_text(path, largest=largest))
 
 
 def _no_number(name: str) -> NoReturn:
-    message = f"{name} is no number"
+    message = f"expected finite numbers, got {name}"
     raise ValueError(message)
 
 
 def _whole_number(digits: str) -> int:
     if len(digits) > _DIGITS:
-        message = f"a whole number of {len(digits)} digits"
+        message = f"expected integers of at most {_DIGITS} digits, got one of {len(digits)}"
         raise ValueError(message)
     return int(digits)

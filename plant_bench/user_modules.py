@@ -1,7 +1,4 @@
-"""Loads users' planners and learners by module name or file, and finds the files they consist of.
-
-Checksums cover these files.
-"""
+"""Loads users' planners and learners by module or file; finds their files for checksums."""
 
 import hashlib
 import importlib
@@ -28,7 +25,7 @@ def _root(file: Path) -> Path:
 
 
 def package_files(file: Path) -> set[Path]:
-    """Return all modules of a file's package; only the file if it is in none."""
+    """Return all modules of a file's package; only the file itself if it is in no package."""
     root = _root(file)
     return set(root.rglob("*.py")) if (root / "__init__.py").is_file() else {file.resolve()}
 
@@ -130,7 +127,7 @@ def _name_of(path: Path) -> str:
 
 
 def _find_modules_in(folder: Path) -> None:
-    """Add a folder to the import path, as for a script in it."""
+    """Add a folder to the import path, as Python does for a script in it."""
     if str(folder) not in sys.path:
         sys.path.append(str(folder))
 

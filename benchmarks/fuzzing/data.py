@@ -53,7 +53,7 @@ def answer_at(tick: int) -> tuple[Plan | Control | None, Reason | None]:
 
 def _use_recording(box: Path) -> None:
     recording = Recording.load(box / "r.parquet")
-    for row in recording.whole:
+    for row in recording.complete_rows:
         used(len(recording[row].actors) >= 0)
     used(len(recording.actions) == len(recording.reasons) == len(recording))
     used(len(recording.egos) == len(recording.disturbed))

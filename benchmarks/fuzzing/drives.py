@@ -25,7 +25,7 @@ from plant_bench.scoring.results import EpisodeHeader, EpisodeResult
 from plant_bench.towns.routes import suite_text
 from plant_bench.training.encodings import load_encodings
 from plant_bench.training.frame_store import load_frames
-from plant_bench.training.learners import Student
+from plant_bench.training.learners import LearnerSpec
 from plant_bench.world.route import Route, load_suite
 from plant_bench.world.scene import EgoState, Scene
 
@@ -95,7 +95,7 @@ def _replay(box: Path) -> None:
 def _make_samples(data: Path) -> None:
     for made in ("frames", "encoded"):
         shutil.rmtree(data / made, ignore_errors=True)
-    load_encodings(load_frames([data]), Student("plant", PlanTOptions()))
+    load_encodings(load_frames([data]), LearnerSpec("plant", PlanTOptions()))
 
 
 def _data_of(box: Path) -> Path:

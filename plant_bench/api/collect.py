@@ -20,13 +20,13 @@ Listener = Callable[[CollectEvent], None]
 
 
 @dataclass(frozen=True)
-class Collected:
-    """What a data folder holds.
+class CollectionResult:
+    """The content of a data folder.
 
     Attributes:
         path: The folder.
         data: Statistics of the data.
-        notes: How each episode ended, excluded ones included.
+        notes: How each episode ended, including excluded episodes.
     """
 
     path: Path
@@ -50,13 +50,13 @@ def collect(
     density: str = "dense",
     workers: int | None = None,
     on_event: Listener | None = None,
-) -> Collected:
+) -> CollectionResult:
     """Record training data: the expert drives training routes, as in `plant-bench collect`.
 
     The same call again continues an interrupted collection; with more frames it adds to the data.
 
     Args:
-        out: Folder of the data.
+        out: Folder for the data.
         frames: Amount of data, in frames at 2 Hz.
         units: Amount of data in PlanT's units of 228,000 frames, instead of `frames`. Default: 1.
         seed: Seed of routes, traffic and perturbations.
@@ -68,7 +68,7 @@ def collect(
         on_event: Called with each `CollectEvent` (`runner.collect.collection`).
 
     Raises:
-        InputError: The request cannot be met, or the folder holds data of another origin.
+        InputError: An argument is invalid, or the folder holds data of another request.
         SimulationError: Worker processes do not start, or no episode is usable.
     """
     if units is not None and frames is not None:
@@ -87,7 +87,7 @@ def collect(
 
 def collect_data(
     request: CollectRequest, out: Path, *, workers: int, on_event: Listener
-) -> Collected:
+) -> CollectionResult:
     """Start or continue a collection until it has enough frames; write summary and data card.
 
     Raises:
@@ -96,20 +96,20 @@ def collect_data(
     """
     drive_collection(request, out, workers=workers, on_event=on_event)
     folder = DataFolder(out)
-    found = Collected(folder.path, describe_data(folder.path), folder.notes())
+    result = CollectionResult(folder.path, describe_data(folder.path), folder.notes())
     summary = {
         "request": vars(request),
-        "data": found.data.model_dump(mode="json"),
-        "episodes_driven": len(found.notes),
-        "left_out": found.left_out,
+        "data": result.data.model_dump(mode="json"),
+        "episodes_driven": len(result.notes),
+        "left_out": result.left_out,
         "collisions" if request.driver else "collisions_by_others": sum(
-            note.collisions for note in found.notes if not note.left_out
+            note.collisions for note in result.notes if not note.left_out
         ),
     }
     folder.write("data.json", json.dumps(summary, indent=1) + "\n")
-    card = data_card(found.data, request, found.notes, folder.path.resolve().name)
+    card = data_card(result.data, request, result.notes, folder.path.resolve().name)
     folder.write("README.md", card)
-    return found
+    return result
 
 
 def _ignore(event: CollectEvent) -> None:

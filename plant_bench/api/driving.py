@@ -1,4 +1,4 @@
-"""Drives one episode in this process and yields every tick, for debugging a planner."""
+"""Drives one episode in this process and yields every tick: `plant_bench.drive`, for debugging."""
 
 import os
 from collections.abc import Callable, Iterator
@@ -30,7 +30,7 @@ class Step:
         action: The planner's plan or control; None at ticks without a decision.
         control: Control executed until the next step; None at the last scene.
         reason: The planner's own explanation, if it gives one.
-        infractions: Infractions so far, in order of time.
+        infractions: Infractions so far, in chronological order.
         completion: Fraction of the route driven so far, 0 to 1.
         status: How the episode ended; None before the last scene.
     """
@@ -55,11 +55,11 @@ def drive(
     density: str = "dense",
     hazards: bool = True,
 ) -> Iterator[Step]:
-    """Drive one episode in this process and yield each tick as it happens.
+    """Drive one episode in this process; yield each tick while driving.
 
-    The episode is the one that `score` drives with the same arguments. A planner object is used
-    itself, not a copy, so it can be inspected meanwhile. A process can drive one episode at a time,
-    since SUMO has one simulation per process. Leaving the loop ends the episode.
+    With the same arguments, `score` drives the same episode. A planner object is used directly, not
+    copied, so it can be inspected between ticks. A process can drive only one episode at a time,
+    since SUMO allows one simulation per process. Leaving the loop ends the episode.
 
     Args:
         planner: A name, "module:Class", "file.py:Class", a class or an object.
@@ -94,12 +94,12 @@ def _steps(agent: Agent, scenario: Scenario) -> Iterator[Step]:
                 action=None if decision is None else decision.action,
                 control=tick.control,
                 reason=None if decision is None else decision.reason,
-                **_verdict(episode.referee),
+                **_scores_so_far(episode.referee),
             )
-        yield Step(episode.scene, None, None, None, None, **_verdict(episode.referee))
+        yield Step(episode.scene, None, None, None, None, **_scores_so_far(episode.referee))
 
 
-def _verdict(referee: Referee) -> dict[str, Any]:
+def _scores_so_far(referee: Referee) -> dict[str, Any]:
     return {
         "infractions": tuple(referee.infractions),
         "completion": referee.completion,
@@ -108,10 +108,10 @@ def _verdict(referee: Referee) -> dict[str, Any]:
 
 
 def _make_planner(planner: PlannerLike) -> Agent:
-    """Return the planner object to be driven in this process.
+    """Return a planner object to drive in this process.
 
     Raises:
-        InputError: It is not a planner, or cannot be created.
+        InputError: The argument is not a planner, or a planner cannot be created from it.
     """
     if isinstance(planner, str):
         return load_agent(resolve(planner).spec)
@@ -126,8 +126,8 @@ def _make_planner(planner: PlannerLike) -> Agent:
 
 
 def _route(suite: str | os.PathLike[str], name: str) -> Route:
-    found = select_routes(load_suite(os.fspath(suite)), name)
-    if len(found) != 1:
-        message = f"route: expected one route, got '{name}', which names {len(found)}."
+    routes = select_routes(load_suite(os.fspath(suite)), name)
+    if len(routes) != 1:
+        message = f"route: expected one route, got '{name}', which selects {len(routes)}."
         raise InputError(message)
-    return found[0]
+    return routes[0]

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from plant_bench.errors import InputError
 
-if TYPE_CHECKING:  # imported before workers start: heavy imports are deferred
+if TYPE_CHECKING:  # this module is imported before the workers start: defer heavy imports
     from plant_bench.runner.workers.executors import Executor
     from plant_bench.runner.workers.isolation import Isolation
 
@@ -21,7 +21,7 @@ class ExecutorKind(StrEnum):
 
 
 def cores() -> int:
-    """Return how many cores this process may use."""
+    """Return the number of CPU cores that this process may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
@@ -30,16 +30,16 @@ def cores() -> int:
 def chosen_executor(
     where: str, address: str | None, workers: int | None, say: Callable[[str], None] = print
 ) -> "Executor | None":
-    """Return the Ray executor; None for processes on this machine.
+    """Return a Ray executor; None for processes on this machine.
 
     Args:
         where: A value of `ExecutorKind`.
-        address: Address of the Ray cluster; None for the one this machine is part of.
+        address: Address of the Ray cluster; None for the cluster that this machine is part of.
         workers: Maximum number of workers; None for one per CPU of the cluster.
         say: Called with one-line notes for the user about the cluster's nodes.
 
     Raises:
-        InputError: Ray is requested and not installed, or the arguments contradict each other.
+        InputError: Ray is requested but not installed, or the arguments contradict each other.
     """
     if where not in list(ExecutorKind):
         message = (
@@ -48,7 +48,7 @@ def chosen_executor(
         raise InputError(message)
     if where == ExecutorKind.LOCAL:
         if address is not None:
-            message = "--address requires --executor ray: it is the address of a Ray cluster."
+            message = "--address requires --executor ray, because it is the address of a cluster."
             raise InputError(message)
         return None
     if find_spec("ray") is None:
@@ -62,15 +62,16 @@ def chosen_executor(
 def isolation_for(
     spec: str, *, isolate: bool, limits: Mapping[str, float | None] | None = None
 ) -> "Isolation | None":
-    """Return how a planner is isolated; None if the workers load it themselves.
+    """Return the isolation of a planner; None if the workers load it themselves.
 
     Args:
         spec: Name of the planner; a "command:" planner is always isolated.
-        isolate: Whether other planners are isolated.
-        limits: Fields of `Limits` by name; None for the default.
+        isolate: Whether to isolate any other planner.
+        limits: Values of `Limits` by field name; None for a field's default.
 
     Raises:
-        InputError: A limit is set for a planner that is not isolated, or it does not start.
+        InputError: A limit is set for a planner that is not isolated, or the planner does not
+            start.
     """
     from plant_bench.agents.loading.planner_spec import is_command
 
@@ -78,7 +79,7 @@ def isolation_for(
     if not isolate and not is_command(spec):
         if chosen:
             option = f"--{next(iter(chosen)).replace('_', '-')}-limit"
-            message = f"{option} limits a planner in a process of its own: give --isolate, too."
+            message = f"{option} requires --isolate: it limits a planner in a separate process."
             raise InputError(message)
         return None
     from plant_bench.agents.remote.process import Limits

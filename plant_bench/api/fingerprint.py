@@ -5,7 +5,7 @@ values of an object. For imports from a file it covers the file or its whole pac
 packages only the names. Comments, line numbers and cell names are excluded, so the same cells give
 the same fingerprint in another session.
 
-Pickles are no alternative: equal sets have different pickles in different processes.
+The pickle is not hashed instead, because equal sets are pickled differently in each process.
 """
 
 import dis
@@ -34,8 +34,8 @@ from plant_bench.user_modules import own_files, package_files
 
 _ATOMS = (type(None), bool, int, float, complex, str, bytes, type(...))
 _INSTALLED = {"site-packages", "dist-packages"}
-_LOOKS_UP = {"LOAD_GLOBAL", "LOAD_NAME", "STORE_GLOBAL", "DELETE_GLOBAL"}
-_NO_CODE = frozenset(
+_GLOBAL_OPCODES = {"LOAD_GLOBAL", "LOAD_NAME", "STORE_GLOBAL", "DELETE_GLOBAL"}
+_IGNORED_ATTRIBUTES = frozenset(
     {"__module__", "__dict__", "__weakref__", "__doc__", "__annotations__", "_abc_impl"}
     | {"__firstlineno__", "__static_attributes__", "__annotate_func__", "__annotations_cache__"}
 )
@@ -102,7 +102,7 @@ class _Walk:
     def _add_class(self, value: type) -> None:
         self._add_all("class", (value.__qualname__, type(value), *value.__bases__))
         for name, part in sorted(vars(value).items()):
-            if name not in _NO_CODE:
+            if name not in _IGNORED_ATTRIBUTES:
                 self._say(name)
                 self.add(part)
 
@@ -155,7 +155,7 @@ class _Walk:
         return walk.digest.hexdigest()
 
     def _was_visited(self, value: object) -> bool:
-        """Tell whether a value was hashed before; hash a reference to it if so."""
+        """Return whether a value was hashed before; if so, hash a reference to it."""
         key = value if isinstance(value, str) else id(value)
         if key in self._visited:
             self._say("met", str(self._visited[key]))
@@ -172,26 +172,26 @@ class _Walk:
 
 
 def _is_tensor(value: object) -> bool:
-    """Tell whether a value is a torch tensor, whose pickle depends on its memory address."""
+    """Return whether a value is a torch tensor, whose pickle depends on its memory address."""
     torch: Any = sys.modules.get("torch")
     return torch is not None and isinstance(value, torch.Tensor)
 
 
 def _is_imported(value: Any) -> bool:
-    """Tell whether a class or function can be imported by name from a module, not a notebook."""
-    if value.__module__ == "builtins":  # not all of them are attributes of the module
+    """Return whether a class or function can be imported by name; false for notebook code."""
+    if value.__module__ == "builtins":  # some built-ins are not attributes of the module
         return True
     if value.__module__ in (None, "__main__"):
         return False
-    found: object = sys.modules.get(value.__module__)
+    target: object = sys.modules.get(value.__module__)
     for name in value.__qualname__.split("."):
-        found = getattr(found, name, None)
-    return found is value
+        target = getattr(target, name, None)
+    return target is value
 
 
 def _names_in(code: CodeType) -> set[str]:
     """Return the global names that code uses, including its nested functions."""
-    names = {item.argval for item in dis.get_instructions(code) if item.opname in _LOOKS_UP}
+    names = {item.argval for item in dis.get_instructions(code) if item.opname in _GLOBAL_OPCODES}
     inner = [part for part in code.co_consts if isinstance(part, CodeType)]
     return names.union(*map(_names_in, inner))
 
@@ -206,24 +206,24 @@ def _content(cell: CellType) -> object:
 def _parts_of(value: object) -> tuple[object, ...]:
     """Return the parts from which pickle would rebuild an object."""
     try:
-        made = value.__reduce_ex__(4)
+        reduced = value.__reduce_ex__(4)
     except TypeError:
         return (type(value), getattr(value, "__qualname__", ""), _pickled(value))
-    if isinstance(made, str):
-        return (type(value), made)
-    return tuple(list(part) if isinstance(part, Iterator) else part for part in made)
+    if isinstance(reduced, str):
+        return (type(value), reduced)
+    return tuple(list(part) if isinstance(part, Iterator) else part for part in reduced)
 
 
 def _pickled(value: object) -> bytes:
     """Return the cloudpickle of a value that pickle cannot handle; empty if that fails, too."""
     try:
         return cloudpickle.dumps(value)
-    except TypeError:  # a part of Python itself
+    except TypeError:  # an object of the interpreter, such as a generator
         return b""
 
 
 def _own_files(name: str, file: Path | None) -> set[Path]:
-    """Return the files of a module that belong to the planner, with those loaded beside it."""
+    """Return a module's files that belong to the planner, including files it loads beside it."""
     if file is None or name.partition(".")[0] in sys.stdlib_module_names:
         return set()
     if not _INSTALLED.isdisjoint(file.parts):
@@ -236,5 +236,5 @@ def _own_files(name: str, file: Path | None) -> set[Path]:
 def _content_hash(path: Path) -> str:
     try:
         return file_hash(path)
-    except OSError:  # it was removed after it was loaded
+    except OSError:  # the file was removed after loading
         return ""

@@ -27,12 +27,12 @@ class Kind(StrEnum):
 
 @dataclass(frozen=True)
 class Project:
-    """A project that has been written.
+    """A project written to disk.
 
     Attributes:
         folder: Folder of the project.
         files: Paths of its files, relative to the folder.
-        spec: Name of the planner for `load_agent`, without installation.
+        spec: Name by which `load_agent` loads the planner without installing the project.
     """
 
     folder: Path
@@ -52,29 +52,29 @@ def write_project(name: str, parent: Path, kind: Kind) -> Project:
         message = f"{folder} exists already. Choose another name, or another folder with --out."
         raise InputError(message)
     if not parent.is_dir():
-        message = f"There is no folder {parent} to put {name} in."
+        message = f"There is no folder {parent}. Create it, or choose another one with --out."
         raise InputError(message)
-    words = _words(name, kind)
+    values = _template_values(name, kind)
     with tempfile.TemporaryDirectory(dir=parent, prefix=f".{name}-") as draft:
         whole = Path(draft) / name
         for part in ("shared", kind.value):
-            _fill(TEMPLATES / part, whole, words)
+            _fill(TEMPLATES / part, whole, values)
         shutil.move(whole, folder)
     files = tuple(sorted(path.relative_to(folder) for path in folder.rglob("*") if path.is_file()))
-    return Project(folder, files, f"{folder / name / 'agent.py'}:{words['class_name']}")
+    return Project(folder, files, f"{folder / name / 'agent.py'}:{values['class_name']}")
 
 
 def check_name(name: str) -> None:
-    """Check that a name can be used for the package and the planner.
+    """Check that a name is usable for the package and the planner.
 
     Raises:
-        InputError: It cannot.
+        InputError: It is not a valid package name, or is already in use.
     """
     if not _NAME.fullmatch(name) or keyword.iskeyword(name):
         near = re.sub(r"\W+", "_", name.lower()).strip("_")
-        near = f" For instance: {near}." if _NAME.fullmatch(near) and near != name else ""
+        near = f" Try {near}." if _NAME.fullmatch(near) and near != name else ""
         message = (
-            f"'{name}' cannot be a package's name: expected lowercase letters, digits and _, "
+            f"'{name}' is not a valid package name: expected lowercase letters, digits and _, "
             f"beginning with a letter, and not a Python keyword.{near}"
         )
         raise InputError(message)
@@ -83,19 +83,22 @@ def check_name(name: str) -> None:
     if name.replace("_", "-") in AGENTS:
         message = f"'{name}' is a built-in planner. Choose another name."
         raise InputError(message)
-    found = importlib.util.find_spec(name)
-    if found is not None and found.origin is not None:
-        message = f"A package '{name}' is installed already. Choose another name."
+    module = importlib.util.find_spec(name)
+    if module is not None and module.origin is not None:
+        message = f"There is already an installed package '{name}'. Choose another name."
         raise InputError(message)
 
 
-def _words(name: str, kind: Kind) -> dict[str, str]:
+def _template_values(name: str, kind: Kind) -> dict[str, str]:
     learned = kind is Kind.TORCH
     return {
         "package": name,
         "class_name": _class_name(name),
         "more_dependencies": ', "torch", "safetensors"' if learned else "",
-        "about": "\nIts network is untrained: the module says how to save a trained one." * learned,
+        "network_note": (
+            "\nThe network is untrained; the file's docstring explains how to save trained weights."
+        )
+        * learned,
     }
 
 
@@ -111,11 +114,11 @@ def _class_name(name: str) -> str:
     return f"{camel}Planner" if taken else camel
 
 
-def _fill(template: Path, folder: Path, words: dict[str, str]) -> None:
+def _fill(template: Path, folder: Path, values: dict[str, str]) -> None:
     from plant_bench.atomic_files import write_whole_text
 
     for path in sorted(template.rglob(f"*{SUFFIX}")):
-        place = path.relative_to(template).with_suffix("")
-        parts = [words["package"] if part == PACKAGE else part for part in place.parts]
+        relative = path.relative_to(template).with_suffix("")
+        parts = [values["package"] if part == PACKAGE else part for part in relative.parts]
         target = folder.joinpath(*parts)
-        write_whole_text(target, Template(path.read_text("utf-8")).substitute(words))
+        write_whole_text(target, Template(path.read_text("utf-8")).substitute(values))

@@ -1,7 +1,8 @@
-"""Turns a planner given as name, class or object into a name that worker processes can load.
+"""Converts a planner (name, class or object) into a name that worker processes can load.
 
-A class of a module or file is named by it. An object, or a class defined in a notebook, is pickled
-with cloudpickle into a folder named after its fingerprint, beside a module that loads it.
+The name of a class in a module or file is "module:Class" or "file.py:Class". An object, or a class
+defined in a notebook, is pickled with cloudpickle into a folder named after its fingerprint, beside
+a module that loads it.
 
 reports/planners/<fingerprint>/<Class>.py      loads a fresh copy for each episode
 reports/planners/<fingerprint>/<Class>.pickle  the class or the object
@@ -22,21 +23,21 @@ from plant_bench.user_modules import forget_file
 
 PlannerLike = str | Agent | Callable[..., Agent]
 PICKLED_PLANNERS = Path("reports") / "planners"
-FINGERPRINT_LENGTH = 8  # characters shown of a fingerprint
+FINGERPRINT_LENGTH = 8  # characters of a fingerprint in file names and titles
 
-_LOADER = '''"""A planner handed over from Python; plant-bench wrote this."""
+_LOADER = '''"""Loads a planner pickled by plant-bench; generated file."""
 
 from pathlib import Path
 
 import cloudpickle
 
-FINGERPRINT = "{fingerprint}"  # of what the pickle holds: the planner's checksum covers it
+FINGERPRINT = "{fingerprint}"  # hash of the pickled planner; part of the planner's checksum
 
 
 def {name}():
-    """{about}"""
-    found = cloudpickle.loads(Path(__file__).with_suffix(".pickle").read_bytes())
-    return found() if {is_factory} else found
+    """{description}"""
+    planner = cloudpickle.loads(Path(__file__).with_suffix(".pickle").read_bytes())
+    return planner() if {is_factory} else planner
 '''
 
 
@@ -46,26 +47,26 @@ class ResolvedPlanner:
 
     Attributes:
         spec: Name for `load_agent`.
-        title: Name for its runs; empty if that is `spec`.
+        title: Name of the planner in run folders; empty if it equals `spec`.
     """
 
     spec: str
     title: str = ""
 
     def run_folder(self, request: ScoreRequest) -> Path | None:
-        """Return the default folder of a run; None if it follows from `spec`."""
+        """Return the default folder of a run; None if `spec` determines it."""
         if not self.title:
             return None
         return Path("reports") / replace(request, agent=self.title).run_name
 
 
 def resolve(planner: object) -> ResolvedPlanner:
-    """Return a planner that workers can load; write a pickle if it has no importable name.
+    """Return a planner that workers can load; pickle it if it has no importable name.
 
-    A planner file named by a string is loaded again, because it may have been edited.
+    If the argument names a file, the file is loaded again, because it may have changed.
 
     Raises:
-        InputError: It is not a planner, or cannot be pickled.
+        InputError: The argument is not a planner, or cannot be pickled.
     """
     if isinstance(planner, str):
         forget_file(PlannerSpec.parse(planner).module)
@@ -79,15 +80,15 @@ def resolve(planner: object) -> ResolvedPlanner:
 
 
 def is_planner_factory(planner: object) -> bool:
-    """Tell whether an object is a factory of planners: a class or a function."""
+    """Return whether an object creates planners when called: a class or a function."""
     return isinstance(planner, type) or (callable(planner) and not isinstance(planner, Agent))
 
 
 def check_planner(planner: object) -> Agent:
-    """Return the argument if it is a planner.
+    """Return the argument, checked to be a planner.
 
     Raises:
-        InputError: It is not.
+        InputError: It is not a planner.
     """
     if not isinstance(planner, Agent):
         message = (
@@ -99,14 +100,14 @@ def check_planner(planner: object) -> Agent:
 
 
 def spec_of(planner: PlannerLike, what: str) -> str:
-    """Return the name of a planner, where only an importable name can be stored.
+    """Return the importable name of a planner.
 
     Args:
         planner: The planner.
-        what: Name of the calling function, for the message.
+        what: Name of the calling function, for the error message.
 
     Raises:
-        InputError: It is not a planner, or has no importable name.
+        InputError: The argument is not a planner, or has no importable name.
     """
     resolved = resolve(planner)
     if resolved.title:
@@ -119,29 +120,29 @@ def spec_of(planner: PlannerLike, what: str) -> str:
 
 
 def importable_name(planner: object) -> str | None:
-    """Return the name by which another process can load a class or function; None if none can."""
+    """Return the name by which other processes load a class or function; None if they cannot."""
     module = _module_of(planner)
     name = getattr(planner, "__qualname__", "")
     if module is None or getattr(module, name, None) is not planner:
         return None
     target = f"{module.__name__}:{name}"
-    for known, ours in AGENTS.items():
-        if ours == target:
-            return known
+    for built_in, location in AGENTS.items():
+        if location == target:
+            return built_in
     if _is_importable(module.__name__):
         return target
     file = getattr(module, "__file__", None)
     return None if file is None else f"{file}:{name}"
 
 
-def _module_of(thing: object) -> ModuleType | None:
-    """Return the module of a class or function; None for a notebook."""
-    name = getattr(thing, "__module__", None)
+def _module_of(definition: object) -> ModuleType | None:
+    """Return the module of a class or function; None if a notebook defines it."""
+    name = getattr(definition, "__module__", None)
     return None if name in (None, "__main__") else sys.modules.get(name)
 
 
 def _is_importable(module: str) -> bool:
-    """Tell whether another process can import a module by its name."""
+    """Return whether another process can import a module by its name."""
     parent = module.rpartition(".")[0]
     if parent and not _is_importable(parent):
         return False
@@ -158,21 +159,21 @@ def _write_planner(planner: object, name: str) -> ResolvedPlanner:
         raise InputError(message)
     try:
         content = _pickled(planner)
-    except Exception as error:  # any attribute that cannot be pickled
+    except Exception as error:  # attributes that cannot be pickled raise various errors
         message = (
-            f"{name} cannot be sent to worker processes ({type(error).__name__}: "
-            f"{in_one_line(error)}). Create such attributes in `reset`, or put the class into a "
-            "file."
+            f"{name} cannot be sent to worker processes, because it cannot be pickled "
+            f"({type(error).__name__}: {in_one_line(error)}). Create such attributes in `reset`, "
+            "or put the class into a file."
         )
         raise InputError(message) from error
-    mark = fingerprint(planner)
-    file = PICKLED_PLANNERS / mark[:FINGERPRINT_LENGTH] / f"{name}.py"
+    digest = fingerprint(planner)
+    file = PICKLED_PLANNERS / digest[:FINGERPRINT_LENGTH] / f"{name}.py"
     is_factory = is_planner_factory(planner)
     text = _LOADER.format(
-        fingerprint=mark,
+        fingerprint=digest,
         name=name,
         is_factory=is_factory,
-        about="Return a new planner." if is_factory else "Return a copy of the planner.",
+        description="Return a new planner." if is_factory else "Return a copy of the planner.",
     )
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
@@ -181,11 +182,11 @@ def _write_planner(planner: object, name: str) -> ResolvedPlanner:
     except OSError as error:
         message = f"Cannot write {file}: {error.strerror}."
         raise InputError(message) from error
-    return ResolvedPlanner(f"{file.as_posix()}:{name}", f"{name}-{mark[:FINGERPRINT_LENGTH]}")
+    return ResolvedPlanner(f"{file.as_posix()}:{name}", f"{name}-{digest[:FINGERPRINT_LENGTH]}")
 
 
 def _pickled(planner: object) -> bytes:
-    """Pickle a planner, with its module's code if other processes cannot import the module."""
+    """Pickle a planner; include its module's code if other processes cannot import the module."""
     import cloudpickle
 
     module = _module_of(planner if is_planner_factory(planner) else type(planner))

@@ -1,4 +1,4 @@
-"""The leaderboard: find runs, read them, write its files."""
+"""Writes the leaderboard: reads runs and writes its page, tables, figures and replays."""
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -14,9 +14,9 @@ from plant_bench.reports.replay.replay_site import write_replays
 from plant_bench.runner.review.expert_queries import ask_expert
 from plant_bench.scoring.penalties import PenaltyScheme
 
-RUNS = Path("reports")  # where `plant-bench score` puts runs
+RUNS = Path("reports")  # default folder of `plant-bench score`
 PAGE = "leaderboard.html"
-FURTHER_STEPS = 3  # differences, files, page
+STEPS_AFTER_READING = 3  # differences, files, page
 
 OnStep = Callable[[str, int], None]
 OnReplay = Callable[[int, int], None]
@@ -37,18 +37,19 @@ def write_report(
     """Read runs and write the leaderboard.
 
     Args:
-        paths: Runs, folders of `plant-bench rfds`, checkpoint files; all in `RUNS` without any.
-        out: The leaderboard's folder.
-        penalties: By which infractions become scores.
-        paper: Show PlanT's own figures, too.
-        replays: Make a replay of each episode that was recorded.
-        expert: Replays show whom the expert would brake for.
-        workers: Processes that make replays.
-        on_step: Told what is begun, and how many steps there are.
-        on_replay: Told how many replays are made, and how many there will be.
+        paths: Runs, folders of `plant-bench rfds` and checkpoint files of the CARLA leaderboard;
+            if empty, all runs in `RUNS`.
+        out: Folder of the leaderboard.
+        penalties: Penalty scheme.
+        paper: Also list the results published in the PlanT paper.
+        replays: Write a replay of each recorded episode.
+        expert: Mark the actors that the expert would brake for in the replays.
+        workers: Number of processes that write replays.
+        on_step: Called at the start of each step with its name and the number of steps.
+        on_replay: Called with the number of replays written and the total.
 
     Raises:
-        InputError: There is nothing to report, or a source cannot be read.
+        InputError: There are no runs, or a source cannot be read.
         OSError: The files cannot be written.
     """
     sources = find_sources(paths, below=RUNS)
@@ -66,15 +67,15 @@ def write_report(
     write_page(leaderboard, out, replays=replays)
     if replays:
         shown = replay_sources(leaderboard, ask_expert if expert else None)
-        told = on_replay or _ignore
-        told(0, len(shown))
-        write_replays(out, shown, workers=workers, progress=told)
+        progress = on_replay or _ignore
+        progress(0, len(shown))
+        write_replays(out, shown, workers=workers, progress=progress)
     return leaderboard
 
 
 def _steps(sources: Sources) -> int:
     read = (sources.runs, sources.rankings, sources.checkpoints)
-    return sum(map(len, read)) + FURTHER_STEPS
+    return sum(map(len, read)) + STEPS_AFTER_READING
 
 
 def _ignore(done: int, count: int) -> None:

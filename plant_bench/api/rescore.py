@@ -1,4 +1,4 @@
-"""Scoring a run's recordings again, without the simulator."""
+"""Scores the recordings of a run again, without the simulator, and compares the records."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -13,13 +13,13 @@ from plant_bench.scoring.penalties import PenaltyScheme
 
 @dataclass(frozen=True)
 class RescoredRun:
-    """What came of it.
+    """Result of rescoring a run.
 
     Attributes:
         total: Number of episodes.
-        equal: Of them, those whose two records are the same.
-        absent: Of them, those without a recording.
-        summary: Of the new records; None without any.
+        equal: Number of episodes whose new record equals the original one.
+        absent: Number of episodes without a recording.
+        summary: Summary of the new records; None if there are none.
     """
 
     total: int
@@ -29,33 +29,33 @@ class RescoredRun:
 
     @property
     def agrees(self) -> bool:
-        """Whether no record differs."""
+        """Whether all new records equal the original ones."""
         return self.equal + self.absent == self.total
 
 
 def rescore_run(
     path: Path, *, penalties: PenaltyScheme, on_episode: Callable[[Rescored], None]
 ) -> RescoredRun:
-    """Score a run's recordings again, and write the records and their summary into `rescored/`.
+    """Score a run's recordings again; write the new records and their summary to `rescored/`.
 
     Args:
         path: The run's folder.
-        penalties: By which infractions become scores, in the summary.
-        on_episode: Told of each episode.
+        penalties: Penalty scheme of the summary.
+        on_episode: Called with each rescored episode.
 
     Raises:
-        InputError: There is no such run, or its suite, towns or recordings cannot be read.
+        InputError: The run does not exist, or its suite, towns or recordings cannot be read.
     """
     folder = RunFolder.open(path)
-    found = []
+    episodes = []
     for episode in rescore_folder(folder):
-        found.append(episode)
+        episodes.append(episode)
         on_episode(episode)
-    again = [episode.again for episode in found if episode.again is not None]
-    absent = len(found) - len(again)
+    again = [episode.again for episode in episodes if episode.again is not None]
+    absent = len(episodes) - len(again)
     summary = (
         write_rescored_summary(folder, again, missing=absent, penalties=penalties)
         if again
         else None
     )
-    return RescoredRun(len(found), sum(episode.equal for episode in found), absent, summary)
+    return RescoredRun(len(episodes), sum(episode.equal for episode in episodes), absent, summary)

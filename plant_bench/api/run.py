@@ -1,4 +1,4 @@
-"""A run on disk, to be looked at: its scores, its episodes, against another, and why."""
+"""Reads a run from disk: scores, episodes, comparison with another run, causes of infractions."""
 
 import os
 from dataclasses import dataclass, field
@@ -13,7 +13,7 @@ from plant_bench.scoring.metrics import Summary, summarise, summary_frame
 from plant_bench.scoring.penalties import PenaltyScheme, penalty_scheme_of
 from plant_bench.scoring.results import EpisodeResult
 
-if TYPE_CHECKING:  # both draw, which most looks at a run do not need
+if TYPE_CHECKING:  # heavy imports that most uses of a run do not need
     import pandas as pd
 
     from plant_bench.api.why import Explanation
@@ -23,20 +23,20 @@ PathLike = str | os.PathLike[str]
 
 @dataclass(frozen=True)
 class RunSummary:
-    """The headline of a run: means over all its episodes.
+    """The headline scores of a run: means over all its episodes.
 
     Attributes:
-        planner: Its name.
-        protocol: The rules it was scored under.
-        penalties: By which infractions became scores.
-        episodes: How many there are.
-        km: Kilometres driven along the routes.
-        driving_score: DS, 0 to 100.
-        route_completion: RC in percent.
-        infraction_score: IS, 0 to 1.
+        planner: Name of the planner.
+        protocol: Version of the benchmark's rules.
+        penalties: Penalty scheme.
+        episodes: Number of episodes.
+        km: Distance driven along the routes, kilometres.
+        driving_score: Driving score (DS), 0 to 100.
+        route_completion: Route completion (RC), percent.
+        infraction_score: Infraction score (IS), 0 to 1.
         vehicle_collisions: Collisions with vehicles per kilometre.
-        normalised_score: NDS, 0 to 100.
-        whole: The same with spreads, towns, infractions and all that is measured besides.
+        normalised_score: Normalised driving score (NDS), 0 to 100.
+        whole: The full summary: standard deviations, scores by town, infractions, further metrics.
     """
 
     planner: str
@@ -53,7 +53,7 @@ class RunSummary:
 
     @classmethod
     def of(cls, summary: Summary) -> "RunSummary":
-        """Return the headline of a summary."""
+        """Return the headline scores of a summary."""
         scores = summary.scores
         return cls(
             planner=summary.agent,
@@ -74,11 +74,11 @@ class RunSummary:
 class Run:
     """A run of one planner on one suite: what `score` returns and `load_run` reads.
 
-    All of it is read from the records at each look, so that it is what is on disk now.
+    Each property reads the records again and so reflects what is on disk now.
 
     Attributes:
-        path: The run's folder.
-        penalties: By which infractions become scores.
+        path: Folder of the run.
+        penalties: Penalty scheme.
     """
 
     path: Path
@@ -86,38 +86,38 @@ class Run:
 
     @property
     def results(self) -> list[EpisodeResult]:
-        """The records, by route and repetition.
+        """The records of the episodes, ordered by route and repetition.
 
         Raises:
-            InputError: One is broken.
+            InputError: A record is invalid.
         """
         return RunFolder(self.path).results()
 
     @property
     def summary(self) -> RunSummary:
-        """The scores.
+        """The headline scores.
 
         Raises:
-            InputError: There are no records, or they do not belong together.
+            InputError: There are no records, or they are not all from the same run.
         """
         results = self.results
         return RunSummary.of(summarise(results, expected=len(results), penalties=self.penalties))
 
     @property
     def episodes(self) -> "pd.DataFrame":
-        """A row for each episode: scores, infractions by kind, how it ended; as `summary.csv`."""
+        """One row per episode, as in `summary.csv`: scores, infractions by kind, final status."""
         return summary_frame(self.results, penalties=self.penalties)
 
     def compare(self, other: "Run | PathLike") -> PairedDifference:
-        """Return by how much this run's driving score is above another's.
+        """Return the paired difference in driving score, this run minus the other.
 
-        Episodes are paired by route and seed: both have driven in the same traffic.
+        Episodes are paired by route and seed, so both planners met the same initial traffic.
 
         Args:
             other: The run to compare with, or its folder.
 
         Raises:
-            InputError: They share no scenario, or are of two protocols.
+            InputError: The runs share no scenario, or their protocols differ.
         """
         base = other if isinstance(other, Run) else load_run(other)
         return paired_difference(base.results, self.results, penalties=self.penalties)
@@ -129,13 +129,13 @@ class Run:
         replays: bool = False,
         workers: int = 1,
     ) -> Path:
-        """Write a leaderboard of this run and others, and return its page.
+        """Write a leaderboard of this run and others; return the path of its page.
 
         Args:
-            others: Runs, or their folders; checkpoint files of the CARLA leaderboard.
-            out: The leaderboard's folder.
-            replays: Make a replay of each episode that was recorded.
-            workers: Processes that make them.
+            others: Runs or their folders, or checkpoint files of the CARLA leaderboard.
+            out: Folder of the leaderboard.
+            replays: Write a replay of each recorded episode.
+            workers: Number of processes that write replays.
 
         Raises:
             InputError: A run cannot be read.
@@ -149,20 +149,20 @@ class Run:
     def why(
         self, route: str | None = None, repetition: int | None = None, *, before: float = 4.0
     ) -> "list[Explanation]":
-        """Say why it went wrong: the seconds before each infraction, and what the expert would do.
+        """Explain the infractions on a route: what preceded each, and what the expert would do.
 
         The episodes are simulated again in this process, from their recordings.
 
         Args:
-            route: Id or number; the one with the lowest score without it.
-            repetition: The only one that is wanted; all of the route without it.
-            before: Seconds to look at before each infraction.
+            route: Id or number of the route. Default: the route with the lowest score.
+            repetition: Repetition of the route. Default: all of them.
+            before: Time to analyse before each infraction, seconds.
 
         Returns:
-            One for each episode of the route with infractions; `print` one to read it.
+            One explanation for each episode with infractions; `print` shows it as text.
 
         Raises:
-            InputError: There is no such episode, or no recording of it.
+            InputError: The episode or its recording does not exist.
             SimulationError: SUMO fails.
         """
         from plant_bench.api.why import explain, worst_route
@@ -170,33 +170,33 @@ class Run:
         chosen = worst_route(self.results) if route is None else route
         if chosen is None:
             return []
-        found = explain(RunFolder.open(self.path), chosen, repetition, before)
-        return [item for item in found if item.findings]
+        explanations = explain(RunFolder.open(self.path), chosen, repetition, before)
+        return [item for item in explanations if item.findings]
 
     def write_summary(self) -> Summary:
-        """Write `summary.json` and `summary.csv`, and return what is in them.
+        """Write `summary.json` and `summary.csv`; return the summary.
 
         Raises:
-            InputError: There are no records, or the folder cannot be written to.
+            InputError: There are no records, or the folder is not writable.
         """
         return write_summary(RunFolder(self.path), penalties=self.penalties)
 
 
 def load_run(path: PathLike, *, penalties: str = "lb1.0") -> Run:
-    """Return a run that `score` or `plant-bench score` has made.
+    """Return a run that `score` or `plant-bench score` has written.
 
     Args:
-        path: Its folder.
-        penalties: Makes infractions a score: "lb1.0", as Longest6, or "lb2.1".
+        path: Folder of the run.
+        penalties: Penalty scheme: "lb1.0", as in Longest6, or "lb2.1".
 
     Raises:
-        InputError: There is no run, or it has no finished episode.
+        InputError: The folder holds no run, or no episode is finished.
     """
     chosen = penalty_scheme_of(penalties)
     folder = RunFolder.open(Path(path))
     if not folder.record_files():
-        told = folder.provenance()
-        again = "" if told is None else f" ({told.command})"
-        message = f"{folder.path} has no finished episode: drive it again{again}."
+        provenance = folder.provenance()
+        command = "" if provenance is None else f": {provenance.command}"
+        message = f"{folder.path} has no finished episode. Continue the run{command}."
         raise InputError(message)
     return Run(folder.path, chosen)

@@ -1,4 +1,4 @@
-"""Scoring a planner: drive what of a run is missing, and sum up all there is."""
+"""Scores a planner on a suite: drives the episodes that have no record and writes the summary."""
 
 import logging
 import os
@@ -18,11 +18,11 @@ from plant_bench.runner.run.score_run import Run as OpenRun
 from plant_bench.runner.run.score_run import ScoreRequest, open_run
 from plant_bench.runner.workers.executors import Executor, LocalExecutor
 from plant_bench.runner.workers.isolation import Isolation, loader_of
-from plant_bench.runner.workers.preloading import loading
+from plant_bench.runner.workers.preloading import preloader
 from plant_bench.scoring.infractions import Status
 from plant_bench.scoring.penalties import PenaltyScheme, penalty_scheme_of
 
-if TYPE_CHECKING:  # summaries are of pandas, which a run that is only driven does not need
+if TYPE_CHECKING:  # loads pandas, which driving does not need
     from plant_bench.api.run import Run
 
 Listener = Callable[[SuiteEvent], None]
@@ -33,17 +33,17 @@ _log = logging.getLogger("plant_bench")
 
 
 @dataclass(frozen=True)
-class Driving:
-    """How a run is driven; its records do not depend on it.
+class ExecutionSettings:
+    """How a run is executed; its records do not depend on these settings.
 
     Attributes:
-        workers: Processes, of this machine.
-        overwrite: Drive again what is finished.
-        recordings: Keep every tick.
-        penalties: By which infractions become scores, in the summary.
-        executor: Who drives; None for processes of this machine that begin now.
-        shard: The part that is driven here; None for all of it.
-        isolation: Keeps the planner in a process of its own; None where the workers load it.
+        workers: Number of processes on this machine.
+        overwrite: Drive finished episodes again.
+        recordings: Record every tick.
+        penalties: Penalty scheme of the summary.
+        executor: Where episodes are driven; None for new processes on this machine.
+        shard: The part of the episodes to drive; None for all.
+        isolation: How the planner is isolated; None if the workers load it themselves.
     """
 
     workers: int
@@ -60,14 +60,14 @@ class Driving:
 
 @dataclass(frozen=True)
 class Failure:
-    """Episodes of a run that ended for another reason than driving.
+    """Episodes of a run that ended because the planner or the simulator crashed.
 
     Attributes:
-        status: How they ended: one of `FAILURES`.
-        count: How many.
-        episodes: Of so many.
-        route: Of the first of them.
-        reason: What the planner or the simulator said in it.
+        status: Their status, one of `FAILURES`.
+        count: Number of these episodes.
+        episodes: Number of all episodes of the run.
+        route: Route of the first of these episodes.
+        reason: Error message of the first of these episodes.
     """
 
     status: Status
@@ -103,46 +103,49 @@ def score(
     shard: str | None = None,
     on_event: Listener | None = None,
 ) -> "Run":
-    """Drive a suite and return how well, as `plant-bench score` does.
+    """Drive the routes of a suite and return the run, as `plant-bench score` does.
 
-    The same call again drives only what is missing, so that it may be interrupted at any time. An
-    episode that crashes is recorded and stays in every mean; a warning is logged.
+    The same call again continues an interrupted run: only missing episodes are driven. An episode
+    in which the planner or the simulator crashes is recorded and counts in all means; a warning is
+    logged.
 
     Args:
         planner: A name of `plant-bench agents`, "module:Class", "file.py:Class" or
             "command:PROGRAM" (weights after an "@", as in "plant@models/mine"), a class, or an
-            object. An object and a class of a notebook are handed to the workers as they are now;
-            each episode starts from a fresh copy.
+            object. An object, or a class defined in a notebook, is pickled for the workers; each
+            episode starts from a fresh copy.
         suite: A suite's name, or a folder or file of routes.
-        routes: Numbers, ranges and ids, as in "0,3-5,town02-1"; all without it.
-        repetitions: Episodes on each route.
-        seed: Base seed of the traffic; equal for all planners that are to be compared.
-        density: Of the traffic.
-        hazards: Whether the routes' hazards are played; without them it is another protocol.
-        workers: Processes; one a core without it. Scores do not depend on it.
-        out: The run's folder; `reports/PLANNER-SUITE` without it.
-        overwrite: Drive again what is finished.
-        recordings: Keep every tick, for `Run.why`, rescoring and replays.
-        penalties: Makes infractions a score: "lb1.0", as Longest6, or "lb2.1".
-        isolate: Keep the planner in a process of its own: one that hangs, leaks or crashes costs
-            its own episode. A "command:PROGRAM" always has one.
-        executor: "local" for processes of this machine, "ray" for a Ray cluster.
-        address: Of the Ray cluster: "HOST:6379" or "ray://HOST:10001"; without it the one that this
-            machine is part of.
-        shard: Drive one part of the episodes, as "1/8", of a run that several calls share.
-        on_event: Told of episodes that start, go on and end (`runner.run.suite`).
+        routes: Numbers, ranges and ids, as in "0,3-5,town02-1". Default: all routes.
+        repetitions: Number of episodes on each route.
+        seed: Base seed of the traffic; use the same one for all planners to be compared.
+        density: Traffic density.
+        hazards: Whether the routes' hazards are enabled. Runs without hazards have another protocol
+            and cannot be compared with runs that have them.
+        workers: Number of processes; does not change the scores. Default: one per core.
+        out: Folder of the run. Default: `reports/PLANNER-SUITE`.
+        overwrite: Drive finished episodes again.
+        recordings: Record every tick, for `Run.why`, rescoring and replays.
+        penalties: Penalty scheme: "lb1.0", as in Longest6, or "lb2.1".
+        isolate: Run the planner in a separate process, so that a hang, memory leak or crash ends
+            only its own episode. A "command:PROGRAM" planner is always isolated.
+        executor: "local" for processes on this machine, "ray" for a Ray cluster.
+        address: Address of the Ray cluster, "HOST:6379" or "ray://HOST:10001". Default: the cluster
+            that this machine is part of.
+        shard: Part of the episodes to drive, as in "1/8", if several calls share a run.
+        on_event: Called with each event of an episode: start, progress, end
+            (`runner.run.episode_queue`).
 
     Raises:
-        InputError: The request cannot be met, or the folder belongs to another one.
+        InputError: The request cannot be met, or the folder holds another run.
         SimulationError: Worker processes do not start.
     """
     from plant_bench.api.run import Run
 
     if repetitions < 1:
-        message = f"repetitions: expected 1 at least, got {repetitions}."
+        message = f"repetitions: expected at least 1, got {repetitions}."
         raise InputError(message)
     resolved = resolve(planner)
-    how = Driving(
+    settings = ExecutionSettings(
         cores() if workers is None else workers,
         executor=chosen_executor(executor, address, workers, _log.warning),
         shard=None if shard is None else Shard.parse(shard),
@@ -155,70 +158,76 @@ def score(
         resolved.spec, os.fspath(suite), routes, repetitions, seed, density, hazards
     )
     folder = resolved.run_folder(request) if out is None else Path(out)
-    run = drive_missing(request, folder, how, silent_monitor(on_event))
+    run = drive_missing(request, folder, settings, silent_monitor(on_event))
     for failure in failures_of(run):
         _log.warning("%s", failure)
-    found = Run(run.folder.path, how.penalties)
+    result = Run(run.folder.path, settings.penalties)
     if not run.unfinished_by_others():
-        found.write_summary()
-    return found
+        result.write_summary()
+    return result
 
 
 def drive_missing(
-    request: ScoreRequest, out: Path | None, how: Driving, monitor: RunMonitor
+    request: ScoreRequest, out: Path | None, settings: ExecutionSettings, monitor: RunMonitor
 ) -> OpenRun:
-    """Drive what of a run has no record.
+    """Drive the episodes of a run that have no record.
 
     Args:
-        request: What is asked for.
-        out: The run's folder; None for `reports/<run name>`.
-        how: Who drives it.
-        monitor: Given the run, before anything of it is driven, returns who is told how it goes,
-            as a context.
+        request: Planner and episodes.
+        out: Folder of the run; None for `reports/<run name>`.
+        settings: How the run is executed.
+        monitor: Returns, for the opened run, a context manager that yields the event listener.
 
     Raises:
-        PlantBenchError: The run cannot be started or cannot go on.
-        KeyboardInterrupt: It was stopped; what is finished is kept and summed up.
+        PlantBenchError: The run cannot start or continue.
+        KeyboardInterrupt: Ctrl-C was pressed; finished episodes are kept and summarised.
     """
     with ExitStack() as hold:
-        executor = how.executor or LocalExecutor(
-            how.workers, loading(request.agent, isolate=how.isolation is not None)
+        executor = settings.executor or LocalExecutor(
+            settings.workers, preloader(request.agent, isolate=settings.isolation is not None)
         )
-        hold.enter_context(executor.connected())  # before the run's folder is made
-        load = loader_of(how.isolation)  # this process loads planners, too
-        run = open_run(request, out, overwrite=how.overwrite, shard=how.shard, hold=hold, load=load)
+        hold.enter_context(executor.connected())  # before the run's folder is created
+        load = loader_of(settings.isolation)  # this process loads planners, too
+        run = open_run(
+            request,
+            out,
+            overwrite=settings.overwrite,
+            shard=settings.shard,
+            lock_stack=hold,
+            load=load,
+        )
         try:
             with monitor(run) as listener:
                 run_suite(
                     run.missing,
                     run.folder,
-                    workers=how.workers,
-                    recordings=how.recordings,
+                    workers=settings.workers,
+                    recordings=settings.recordings,
                     on_event=listener,
                     executor=executor,
-                    isolation=how.isolation,
+                    isolation=settings.isolation,
                 )
         except KeyboardInterrupt:
-            _keep(run, how.penalties)
+            _summarise_finished(run, settings.penalties)
             raise
-        run.sweep()
+        run.remove_partial_files()
     return run
 
 
 def failures_of(run: OpenRun) -> list[Failure]:
-    """Return which episodes failed for another reason than driving: at most one row a status."""
+    """Return the crashes of a run: at most one `Failure` for each status in `FAILURES`."""
     results = [run.folder.record(episode_name(job)) for job in run.jobs]
-    found = []
+    failures = []
     for status in FAILURES:
         failed = [result for result in results if result is not None and result.status is status]
         if failed:
             first = failed[0]
-            found.append(Failure(status, len(failed), len(run.jobs), first.route, first.reason))
-    return found
+            failures.append(Failure(status, len(failed), len(run.jobs), first.route, first.reason))
+    return failures
 
 
 def silent_monitor(on_event: Listener | None = None) -> RunMonitor:
-    """Return a monitor that shows nothing, and hands events on if anybody wants them."""
+    """Return a monitor that prints nothing and passes events to `on_event`, if given."""
 
     @contextmanager
     def monitor(run: OpenRun) -> Iterator[Listener]:
@@ -233,11 +242,11 @@ def _ignore(event: SuiteEvent) -> None:
     del event
 
 
-def _keep(run: OpenRun, penalties: PenaltyScheme) -> None:
-    """Sum up what is finished of a run that was stopped."""
+def _summarise_finished(run: OpenRun, penalties: PenaltyScheme) -> None:
+    """Write the summary of an interrupted run's finished episodes."""
     from plant_bench.runner.run.summary_files import write_summary
 
-    run.sweep()
+    run.remove_partial_files()
     left = run.unfinished()
     if left < len(run.jobs) and not run.others:
         write_summary(run.folder, missing=left, penalties=penalties)

@@ -1,4 +1,4 @@
-"""Training a planner from collected data."""
+"""Trains a planner on collected data and writes its model folder."""
 
 import os
 from collections.abc import Sequence
@@ -31,41 +31,47 @@ def train(
     overwrite: bool = False,
     on_event: "Listener | None" = None,
 ) -> Path:
-    """Train a planner to imitate what was recorded, and return the model's folder.
+    """Train a planner by imitation of recorded episodes; return the model folder.
 
-    The same call again goes on where it was interrupted, and comes to the same weights.
+    The same call again resumes an interrupted training and gives the same weights.
 
     Args:
-        learner: A name ("plant"), "package.module:Class", "file.py:Class", or a class of a module:
-            a `plant_bench.learner.Learner`.
-        data: Folders that `collect` filled.
-        out: Folder for the model; `score(f"plant@{out}")` drives with it.
-        options: The learner's own, of its `Options`; its defaults without them.
-        settings: Epochs, batch, rate and the like; the paper's without them.
-        share: Of each folder's episodes, the first.
-        start: Model to start from.
-        machine: Accelerator, processes, threads.
-        work: Folder for checkpoint and logs; `reports/training-NAME` without it.
-        overwrite: Start anew instead of going on.
-        on_event: Told of steps and epochs (`plant_bench.training.events`).
+        learner: A `plant_bench.learner.Learner`: a name ("plant"), "package.module:Class",
+            "file.py:Class", or a class of a module.
+        data: Data folders written by `collect`.
+        out: Model folder to write; `score(f"plant@{out}")` drives it.
+        options: An instance of the learner's `Options`. Default: `Options()`.
+        settings: Epochs, batch size, learning rate and so on. Default: those of the PlanT paper.
+        share: Fraction of each folder's episodes to train on, 0 to 1; the first ones are used.
+        start: Model folder with the initial weights.
+        machine: Accelerator, number of processes and threads.
+        work: Folder for checkpoints and logs. Default: `reports/training-NAME`.
+        overwrite: Start again instead of resuming.
+        on_event: Called with events such as steps and epochs (`plant_bench.training.events`).
 
     Raises:
-        InputError: Data or a folder cannot be used, or the folder holds another training.
-        KeyboardInterrupt: It was stopped; the same call goes on.
+        InputError: Data or a folder cannot be used, or the folder belongs to another training.
+        KeyboardInterrupt: Ctrl-C was pressed; the same call resumes.
     """
     from plant_bench.training.learners import learner_class
     from plant_bench.training.settings import TrainingSettings
-    from plant_bench.training.training_run import SILENT, Listeners, Machine, TrainingRun, learn
+    from plant_bench.training.training_run import (
+        SILENT,
+        Listeners,
+        Machine,
+        TrainingRun,
+        run_training,
+    )
 
     name = learner if isinstance(learner, str) else importable_name(learner)
     if name is None:
         message = (
-            f"{learner} is not found by other processes: put the class into a file, and give "
-            "'file.py:Class'."
+            f"learner: expected a name or a class of a module or file, got {learner}. Put the "
+            "class into a file and pass 'file.py:Class'."
         )
         raise InputError(message)
     folders = [data] if isinstance(data, str | os.PathLike) else data
-    course = TrainingRun(
+    run = TrainingRun(
         name,
         learner_class(name).Options() if options is None else options,
         tuple(map(Path, folders)),
@@ -77,6 +83,6 @@ def train(
         work=None if work is None else Path(work),
         overwrite=overwrite,
     )
-    if not learn(course, SILENT if on_event is None else Listeners(on_event=on_event)):
+    if not run_training(run, SILENT if on_event is None else Listeners(on_event=on_event)):
         raise KeyboardInterrupt
-    return course.out
+    return run.out

@@ -1,4 +1,4 @@
-"""Verifying a run: check its records, draw a sample, simulate it again."""
+"""Verifies a run: checks its records and simulates a random sample of episodes again."""
 
 import re
 import secrets
@@ -25,16 +25,16 @@ _SEEDS = 2**31
 
 @dataclass(frozen=True)
 class VerifyRequest:
-    """What is asked.
+    """Arguments of a verification.
 
     Attributes:
-        run: The run's folder.
-        sample: A share as in "10%", or a number.
-        seed: Of the sample; None for a new one.
-        workers: Processes.
-        agent: Who drives, None for the run's own if it is one of ours.
-        controls: Whether the recorded controls are executed instead.
-        isolation: Keeps the agent that is named in a process of its own.
+        run: Folder of the run.
+        sample: Size of the sample: a percentage as in "10%", or a number of episodes.
+        seed: Seed of the sample; None for a random one.
+        workers: Number of processes.
+        agent: The planner that drives the sample; None for the run's own if it is built in.
+        controls: Whether the recorded controls are executed instead of a planner.
+        isolation: How `agent` is isolated; None if the workers load it themselves.
     """
 
     run: Path
@@ -46,26 +46,32 @@ class VerifyRequest:
     isolation: Isolation | None = None
 
     def size(self, records: int) -> int:
-        """Return how many of so many episodes are wanted, one at least.
+        """Return the number of episodes in the sample, at least one.
+
+        Args:
+            records: Number of episodes in the run.
 
         Raises:
-            InputError: The sample is no number and no share.
+            InputError: `sample` is neither a number nor a percentage.
         """
-        found = re.fullmatch(r"(\d{1,9}(?:\.\d{1,9})?)(%?)", self.sample.strip())
-        if found is None or (not found[2] and "." in found[1]):
-            message = f"--sample {self.sample}: a share such as 10% or a number is wanted."
+        match = re.fullmatch(r"(\d{1,9}(?:\.\d{1,9})?)(%?)", self.sample.strip())
+        if match is None or (not match[2] and "." in match[1]):
+            message = (
+                f"--sample: expected a percentage such as 10% or a number of episodes, got "
+                f"{self.sample}."
+            )
             raise InputError(message)
-        wanted = round(records * float(found[1]) / 100.0) if found[2] else int(found[1])
-        return min(max(wanted, 1), records)
+        size = round(records * float(match[1]) / 100.0) if match[2] else int(match[1])
+        return min(max(size, 1), records)
 
 
 @dataclass(frozen=True)
 class Driver:
-    """Who drives again.
+    """What drives the ego vehicle when episodes are simulated again.
 
     Attributes:
         agent: The planner; None for the recorded controls.
-        note: Why it is the controls, where nobody asked for them.
+        note: Why the recorded controls are executed although they were not requested.
     """
 
     agent: str | None
@@ -75,55 +81,54 @@ class Driver:
 def read_run(
     request: VerifyRequest, *, suite: str | None, routes: str | None, repetitions: int | None
 ) -> Submission:
-    """Check all of a run that needs no simulator.
+    """Read a run and make all checks that need no simulator.
 
     Args:
-        request: What is asked.
-        suite: As `read_submission`.
-        routes: As `read_submission`, its `selection`.
-        repetitions: As `read_submission`.
+        request: Arguments of the verification.
+        suite: See `read_submission`.
+        routes: `selection` of `read_submission`.
+        repetitions: See `read_submission`.
 
     Raises:
-        InputError: It cannot be checked.
+        InputError: The run cannot be checked.
     """
-    request.size(1)  # a mistyped sample is told before anything is read
+    request.size(1)  # report an invalid sample before reading the run
     return read_submission(request.run, suite=suite, selection=routes, repetitions=repetitions)
 
 
-def choose_driver(request: VerifyRequest, told: Provenance) -> Driver:
-    """Return who drives a run again.
+def choose_driver(request: VerifyRequest, provenance: Provenance) -> Driver:
+    """Return what drives the ego vehicle when episodes are simulated again.
 
     Raises:
-        InputError: The agent that was named is another one than the run's.
+        InputError: The requested planner is not the one of the run.
     """
     if request.controls and request.agent is not None:
-        message = "--controls and --agent exclude each other: who is to drive?"
+        message = "--controls and --agent exclude each other: leave out one of them."
         raise InputError(message)
     if request.controls:
         return Driver(None)
     if request.agent is not None:
-        if (
-            here := agent_checksum(request.agent, loader_of(request.isolation))
-        ) != told.agent_checksum:
+        checksum = agent_checksum(request.agent, loader_of(request.isolation))
+        if checksum != provenance.agent_checksum:
             message = (
-                f"'{request.agent}' is not the agent of this run (checksum {here[:12]}, the run's "
-                f"is {told.agent_checksum[:12]}). Without --agent, or with --controls, the "
-                "recorded controls are executed."
+                f"'{request.agent}' is not the agent of this run: expected checksum "
+                f"{provenance.agent_checksum[:12]}, got {checksum[:12]}. Without --agent, or with "
+                "--controls, the recorded controls are executed."
             )
             raise InputError(message)
         return Driver(request.agent)
-    if told.agent in AGENTS and agent_checksum(told.agent) == told.agent_checksum:
-        return Driver(told.agent)
-    why = "is another version here" if told.agent in AGENTS else "is not plant-bench's own"
+    if provenance.agent in AGENTS and agent_checksum(provenance.agent) == provenance.agent_checksum:
+        return Driver(provenance.agent)
+    why = "has another version here" if provenance.agent in AGENTS else "is not built in"
     return Driver(
         None,
-        f"The agent {why}: the recorded controls are executed. They show that the scores follow "
-        "from the driving, not who drove (--agent does).",
+        f"The agent {why}, so the recorded controls are executed. They prove that the scores "
+        "follow from the driving, not which planner drove; use --agent to check that, too.",
     )
 
 
 def choose_sample(request: VerifyRequest, run: Submission) -> tuple[list[str], int]:
-    """Return the names of the episodes that are simulated again, and the seed that drew them."""
+    """Return the names of the sampled episodes and the seed of the sample."""
     seed = secrets.randbelow(_SEEDS) if request.seed is None else request.seed
     if not run.records:
         return [], seed
@@ -137,10 +142,10 @@ def simulate_sample(
     sample: tuple[list[str], int],
     on_share: OnShare,
 ) -> Verification:
-    """Simulate a sample of a run again, and return all that was found.
+    """Simulate a sample of a run again; return the result of the verification.
 
     Raises:
-        InputError: An episode cannot be driven here.
+        InputError: An episode cannot be driven on this machine.
         SimulationError: Worker processes do not start.
     """
     names, seed = sample

@@ -1,4 +1,4 @@
-"""Why a run's episodes went wrong: look at them again, and draw what was found."""
+"""Explains the infractions of a run: simulates its episodes again and draws each incident."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -29,13 +29,13 @@ OnShare = Callable[[EpisodeResult, float], None]
 
 @dataclass(frozen=True)
 class Explanation:
-    """What went wrong in one episode, infraction by infraction; `print` it to read it.
+    """Explanation of each infraction of one episode; `print` shows it as text.
 
     Attributes:
-        name: Of the episode's files.
-        result: Its record.
-        findings: One for each infraction: the seconds before it, and what the expert would do.
-        postmortem: What was seen when it was simulated again; None without an infraction.
+        name: Name of the episode's files.
+        result: Record of the episode.
+        findings: One for each infraction: what preceded it, and what the expert would do.
+        postmortem: Data from simulating the episode again; None without an infraction.
     """
 
     name: str
@@ -53,14 +53,15 @@ class Explanation:
         return "\n".join(lines)
 
     def save_pictures(self, out: Path | str, *, tagged: bool = False) -> list[Path]:
-        """Draw each infraction and its last seconds; return where.
+        """Draw each infraction and the seconds before it; return the paths of the pictures.
 
         Args:
             out: A folder, or a PNG file.
-            tagged: Put the episode's name into those of PNG files: others go to the same place.
+            tagged: Whether to add the episode's name to the name of the PNG file, because other
+                episodes use the same one.
 
         Raises:
-            OSError: They cannot be written.
+            OSError: A picture cannot be written.
         """
         if self.postmortem is None:
             return []
@@ -77,17 +78,17 @@ def explain(
     before: float,
     on_share: OnShare | None = None,
 ) -> Iterator[Explanation]:
-    """Explain a route's episodes, one after the other.
+    """Yield an explanation for each episode on a route.
 
     Args:
         folder: The run.
         route: Id or number of the route.
-        repetition: The only one that is wanted; None for all.
-        before: Seconds to look at before each infraction.
-        on_share: Told the share of an episode that has been looked at, now and then.
+        repetition: Repetition of the route; None for all.
+        before: Time to analyse before each infraction, seconds.
+        on_share: Called repeatedly with the fraction of an episode that has been analysed.
 
     Raises:
-        InputError: There is no such episode, or no recording of it.
+        InputError: The episode or its recording does not exist.
         SimulationError: SUMO fails.
     """
     for name, result in episodes_of(folder, route, repetition):
@@ -96,26 +97,26 @@ def explain(
             continue
         recording = _recording(folder, name)
         check_recorded(result, len(recording))
-        found = incidents(result, before)
+        to_review = incidents(result, before)
         postmortem = review_episode(
             recording,
             result,
             _route_of(folder, result),
-            [item.window for item in found],
+            [item.window for item in to_review],
             None if on_share is None else lambda share, of=result: on_share(of, share),
         )
         if on_share is not None:
             on_share(result, 1.0)
-        yield Explanation(name, result, [find(item, postmortem) for item in found], postmortem)
+        yield Explanation(name, result, [find(item, postmortem) for item in to_review], postmortem)
 
 
 def worst_route(results: Sequence[EpisodeResult]) -> str | None:
-    """Return the route with the lowest score, of those with an infraction; None without any."""
+    """Return the route with the lowest score that has an infraction; None if there is none."""
     return next((item.route for item in worst_first(results) if item.infractions), None)
 
 
 def picture_paths(out: Path, name: str, findings: Sequence[Finding], *, tagged: bool) -> list[Path]:
-    """Return where each picture goes."""
+    """Return the path of each infraction's picture."""
     if out.suffix.lower() != ".png":
         return [
             out / f"{name}_{item.incident.number}_{item.incident.infraction.kind.value}.png"
@@ -131,18 +132,18 @@ def _recording(folder: RunFolder, name: str) -> Recording:
     path = folder.recording_path(name)
     if not path.is_file():
         message = (
-            f"{folder.path} has no recording of {name}: nothing can be seen of it. Score the run "
-            "again, with --recordings."
+            f"{folder.path} has no recording of {name}. Score the run again with --recordings and "
+            "--overwrite."
         )
         raise InputError(message)
     return Recording.load(path)
 
 
 def _route_of(folder: RunFolder, result: EpisodeResult) -> Route:
-    told = folder.provenance()
-    suite = "" if told is None else told.suite
-    found = [route for route in load_suite(suite) if route.id == result.route]
-    if not found:
-        message = f"The suite {suite} has no route {result.route} any more."
+    provenance = folder.provenance()
+    suite = "" if provenance is None else provenance.suite
+    routes = [route for route in load_suite(suite) if route.id == result.route]
+    if not routes:
+        message = f"The suite {suite} no longer has a route {result.route}."
         raise InputError(message)
-    return found[0]
+    return routes[0]

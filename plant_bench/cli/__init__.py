@@ -98,9 +98,9 @@ def main() -> None:
         sys.stderr.close()
         sys.exit(EXIT_FAILED)
     except OSError as error:
-        where = "" if error.filename is None else f" {error.filename}"
+        where = "a file" if error.filename is None else error.filename
         typer.secho(
-            f"plant-bench: Cannot use{where}: {error.strerror}. Choose another path.",
+            f"plant-bench: Cannot use {where}: {error.strerror}. Choose another path.",
             err=True,
             fg=typer.colors.RED,
         )

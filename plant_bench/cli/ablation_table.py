@@ -7,7 +7,7 @@ from pathlib import Path
 
 import typer
 
-from plant_bench.api.score import Driving
+from plant_bench.api.score import ExecutionSettings
 from plant_bench.cli.options import EXIT_INTERRUPTED, print_note
 from plant_bench.cli.run_progress import drive_missing, print_failures
 from plant_bench.cli.training_progress import train_with_progress
@@ -23,10 +23,10 @@ from plant_bench.runner.run.folder import RunFolder
 from plant_bench.runner.run.score_run import Run, ScoreRequest
 from plant_bench.runner.run.speed import read_timings, speed_of
 from plant_bench.training.ablation_run import (
+    AblationCallbacks,
     AblationRequest,
-    Helpers,
     Runs,
-    recordings_of,
+    recordings_in_all,
     run_ablations,
 )
 from plant_bench.training.ablation_variants import Variant, variants_of
@@ -38,19 +38,19 @@ def ablate(request: AblationRequest) -> int:
     """Train and score every variant, and write the table.
 
     Returns:
-        The exit code, as of `plant-bench score`.
+        The exit code, as for `plant-bench score`.
 
     Raises:
         PlantBenchError: A training or a run cannot start or continue.
     """
 
     def drive(score_request: ScoreRequest, out: Path) -> Run | None:
-        driving = Driving(
+        settings = ExecutionSettings(
             workers=request.machine.workers, overwrite=request.overwrite, recordings=False
         )
-        return drive_missing(score_request, out, driving)
+        return drive_missing(score_request, out, settings)
 
-    runs = run_ablations(request, Helpers(train_with_progress, drive, print_note))
+    runs = run_ablations(request, AblationCallbacks(train_with_progress, drive, print_note))
     if runs is None:
         return EXIT_INTERRUPTED
     folder = RunFolder(request.out)
@@ -60,7 +60,7 @@ def ablate(request: AblationRequest) -> int:
     folder.write(CSV, ablation_csv(rows))
     typer.echo((request.out / TABLE).read_text(encoding="utf-8"))
     typer.echo(f"Table: {request.out / TABLE}")
-    return max(print_failures(run) for some in runs.values() for run in some)
+    return max(print_failures(run) for group in runs.values() for run in group)
 
 
 def _row(variant: Variant, runs: list[Run]) -> AblationRow:
@@ -93,12 +93,12 @@ def _timings(run: Run) -> list[Timing]:
 def _facts(request: AblationRequest, runs: Runs) -> dict[str, str]:
     """Return the settings that all variants share, by their heading in the table."""
     base, drives = request.base, request.drives
-    all_runs = [run for some in runs.values() for run in some]
+    all_runs = [run for group in runs.values() for run in group]
     processors = speed_of([timing for run in all_runs for timing in _timings(run)]).processors
     routes = len({job.route.id for job in all_runs[0].jobs})
     return {
-        "base": f"{base.student.learner().title}, {base.settings.epochs} epochs",
-        "data": f"{len(recordings_of(request.data, base.share))} episodes",
+        "base": f"{base.learner.build().title}, {base.settings.epochs} epochs",
+        "data": f"{len(recordings_in_all(request.data, base.share))} episodes",
         "driven": f"{routes} routes of {drives.suite}, {drives.repetitions} repetitions, "
         f"{drives.density} traffic",
         "training seeds": str(request.seeds),

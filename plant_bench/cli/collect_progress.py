@@ -4,7 +4,13 @@ import typer
 from rich.progress import TaskID, TextColumn
 
 from plant_bench.cli.progress import progress_bars
-from plant_bench.runner.collect.collection import Began, CollectEvent, Ended, TownsPrepared, Went
+from plant_bench.runner.collect.collection import (
+    CollectEvent,
+    DriveEnded,
+    DriveProgressed,
+    DriveStarted,
+    TownsPrepared,
+)
 
 
 class CollectProgress:
@@ -32,11 +38,11 @@ class CollectProgress:
         match event:
             case TownsPrepared():
                 self.bars.console.print(f"{event.count} towns are ready.", highlight=False)
-            case Began():
+            case DriveStarted():
                 self._begin(event.worker, f"worker {event.worker}: {event.name}")
-            case Went():
+            case DriveProgressed():
                 self.bars.update(self._workers[event.worker], completed=event.share)
-            case Ended():
+            case DriveEnded():
                 self._end(event)
 
     def print_speed(self, wall_s: float, workers: int) -> None:
@@ -56,7 +62,7 @@ class CollectProgress:
         else:
             self._workers[worker] = self.bars.add_task(text, total=1.0, count="")
 
-    def _end(self, event: Ended) -> None:
+    def _end(self, event: DriveEnded) -> None:
         note, timing = event.note, event.timing
         self.frames += 0 if note.left_out else note.frames
         self._failed += bool(note.left_out)

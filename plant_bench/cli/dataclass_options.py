@@ -94,8 +94,8 @@ def option_fields(
     Raises:
         InputError: A field's type cannot be an option, or two options have the same name.
     """
-    found = list(_fields(kind, inside or {}, without, (), REQUIRED))
-    names = [item.name for item in found]
+    options = list(_fields(kind, inside or {}, without, (), REQUIRED))
+    names = [item.name for item in options]
     duplicates = sorted({name for name in names if names.count(name) > 1})
     if duplicates:
         message = (
@@ -103,7 +103,7 @@ def option_fields(
             'metadata={"option": "another_name"}.'
         )
         raise InputError(message)
-    return found
+    return options
 
 
 def build_dataclass(kind: type, values: Mapping[tuple[str, ...], Any], base: Any = REQUIRED) -> Any:
@@ -112,7 +112,7 @@ def build_dataclass(kind: type, values: Mapping[tuple[str, ...], Any], base: Any
     Args:
         kind: The dataclass.
         values: Field values by field path; missing fields are taken from `base`.
-        base: Instance that supplies the missing values; without it the fields' defaults do.
+        base: Instance that supplies the missing values. Default: the fields' defaults.
     """
     arguments: dict[str, Any] = {}
     for item in fields(kind):
@@ -120,12 +120,14 @@ def build_dataclass(kind: type, values: Mapping[tuple[str, ...], Any], base: Any
         if () in inner:
             arguments[item.name] = inner[()]
             continue
-        found = _default(item, base)
+        default = _default(item, base)
         if inner:
-            inner_kind = type(found) if found is not REQUIRED else get_type_hints(kind)[item.name]
-            arguments[item.name] = build_dataclass(inner_kind, inner, found)
-        elif found is not REQUIRED:
-            arguments[item.name] = found
+            inner_kind = (
+                type(default) if default is not REQUIRED else get_type_hints(kind)[item.name]
+            )
+            arguments[item.name] = build_dataclass(inner_kind, inner, default)
+        elif default is not REQUIRED:
+            arguments[item.name] = default
     return kind(**arguments)
 
 
@@ -157,10 +159,10 @@ def attributes_of(kind: type) -> dict[str, str]:
     for line in section.splitlines():
         if line and not line.startswith(" "):
             break
-        found = _ATTRIBUTE.fullmatch(line.removeprefix("    "))
-        if found and not line.startswith("     "):
-            name = found[1]
-            texts[name] = found[2].strip()
+        match = _ATTRIBUTE.fullmatch(line.removeprefix("    "))
+        if match and not line.startswith("     "):
+            name = match[1]
+            texts[name] = match[2].strip()
         elif name and line.strip():
             texts[name] += f" {line.strip()}"
     return texts
@@ -196,7 +198,7 @@ def _default(item: Field, base: Any) -> Any:
 
 
 def _check(of: Any, kind: type, name: str) -> None:
-    """Check that a type can be an option's."""
+    """Check that an option can have this type."""
     if not all(_is_scalar(part) for part in _parts(of)):
         message = (
             f"{kind.__name__}.{name} has type {of}: expected a number, text, path, choice or a "
@@ -220,7 +222,7 @@ def _is_scalar(of: Any) -> bool:
 
 
 def _command_line_type(of: Any) -> Any:
-    """Return the type for typer: choices as text, since it takes no numbers as choices."""
+    """Return the type for typer: choices as text, since typer does not support other choices."""
     if get_origin(of) is Literal:
         return Literal[tuple(str(item) for item in get_args(of))]
     if get_origin(of) is tuple and Ellipsis in get_args(of):

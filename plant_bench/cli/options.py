@@ -25,7 +25,10 @@ RoutesOption = Annotated[
 ]
 HazardsOption = Annotated[
     bool,
-    typer.Option(help="Enable the routes' hazards; without them it is another protocol."),
+    typer.Option(
+        help="Enable the routes' hazards. Scores without hazards belong to another protocol and "
+        "are not comparable."
+    ),
 ]
 RepetitionsOption = Annotated[int, typer.Option(help="Episodes per route.", min=1)]
 DensityOption = Annotated[str, typer.Option(help=f"Traffic density: {', '.join(DENSITIES)}.")]
@@ -100,7 +103,7 @@ def check_build_options(seed: int | None, out: Path | None, *, check: bool) -> N
         InputError: The options contradict each other.
     """
     if check and (seed is not None or out is not None):
-        message = "--check checks the existing files: do not combine it with --seed or --out."
+        message = "--check cannot be combined with --seed or --out: it checks the existing files."
         raise InputError(message)
     if seed is not None and out is None:
         message = "--seed requires --out: another seed must not replace the benchmark's own files."

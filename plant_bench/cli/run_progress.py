@@ -1,4 +1,4 @@
-"""Terminal output while a run is driven: progress bars, failures, and what Ctrl-C leaves."""
+"""Terminal output while a run is driven: progress bars, failures, and the message after Ctrl-C."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -8,7 +8,7 @@ import typer
 from rich.progress import TaskID, TextColumn
 
 from plant_bench.api import score
-from plant_bench.api.score import Driving, Listener, failures_of
+from plant_bench.api.score import ExecutionSettings, Listener, failures_of
 from plant_bench.cli.options import EXIT_FAILED, EXIT_INPUT, EXIT_INTERRUPTED
 from plant_bench.cli.progress import progress_bars
 from plant_bench.runner.episode.jobs import Job
@@ -142,15 +142,17 @@ class RunMonitor:
             raise typer.Exit(EXIT_INTERRUPTED) from None
 
 
-def drive_missing(request: ScoreRequest, out: Path | None, how: Driving) -> Run | None:
+def drive_missing(
+    request: ScoreRequest, out: Path | None, settings: ExecutionSettings
+) -> Run | None:
     """Drive the episodes of a run that have no record, with progress bars; None after Ctrl-C.
 
     Raises:
         PlantBenchError: The run cannot start or continue.
     """
-    monitor = RunMonitor(how.penalties)
+    monitor = RunMonitor(settings.penalties)
     try:
-        return score.drive_missing(request, out, how, monitor)
+        return score.drive_missing(request, out, settings, monitor)
     except KeyboardInterrupt:
         if monitor.run is None:
             raise

@@ -7,7 +7,7 @@ from plant_bench.cli.progress import progress_bars
 from plant_bench.training.batches import Split
 from plant_bench.training.events import Driving, EpochEnded, StepEnded, TrainingEvent
 from plant_bench.training.history import NO_TENSORBOARD, has_tensorboard
-from plant_bench.training.training_run import Listeners, TrainingRun, learn
+from plant_bench.training.training_run import Listeners, TrainingRun, run_training
 
 SMOOTHING = 0.98  # exponential smoothing of the displayed loss
 
@@ -25,7 +25,7 @@ class EpisodesProgress:
         self._task: TaskID | None = None
 
     def __call__(self, done: int, total: int) -> None:
-        """Show how many episodes are done."""
+        """Show the number of finished episodes."""
         if self._task is None:
             self._task = self._bars.add_task(self._description, total=total)
         self._bars.update(self._task, completed=done)
@@ -85,26 +85,26 @@ def bars() -> Progress:
     return progress_bars(34, MofNCompleteColumn())
 
 
-def train_with_progress(course: TrainingRun) -> bool:
+def train_with_progress(run: TrainingRun) -> bool:
     """Train with progress bars; return False if Ctrl-C ended the training.
 
     Raises:
-        InputError: Data or a folder cannot be used, or the folder holds another training.
+        InputError: Data or a folder cannot be used, or the folder belongs to another training.
     """
     with bars() as shown:
-        finished = learn(
-            course,
+        finished = run_training(
+            run,
             Listeners(
                 on_frames=EpisodesProgress(shown, "episodes converted to frames"),
                 on_encodings=EpisodesProgress(shown, "episodes encoded"),
                 on_split=print_split,
-                on_event=TrainingProgress(shown, course.settings.epochs),
+                on_event=TrainingProgress(shown, run.settings.epochs),
             ),
         )
     if not finished:
         typer.echo("Stopped. Run the same command again to continue.", err=True)
     else:
-        typer.echo(f"Model: {course.out}")
+        typer.echo(f"Model: {run.out}")
     return finished
 
 

@@ -1,6 +1,6 @@
 """Parses the footer of a Parquet file in Python, since Arrow aborts on some malformed files.
 
-The footer is a struct in Thrift's compact protocol; a struct is read as its values by field number.
+The footer is a struct in Thrift's compact protocol; structs are parsed to dicts by field number.
 """
 
 import struct
@@ -8,14 +8,14 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-LONGEST_FOOTER = 4_000_000  # bytes; a recording's has 10 thousand
-DEEPEST = 16  # structs and lists inside each other
+LONGEST_FOOTER = 4_000_000  # bytes; that of a recording has about 10 thousand
+DEEPEST = 16  # maximum nesting of structs and lists
 MAGIC = b"PAR1"
-_ROW_GROUPS, _COLUMNS, _COLUMN, _NUM_VALUES = 4, 1, 3, 5  # numbers of fields, from format's schema
+_ROW_GROUPS, _COLUMNS, _COLUMN, _NUM_VALUES = 4, 1, 3, 5  # field numbers in parquet.thrift
 
 
 def value_counts(path: Path) -> list[int]:
-    """Return the number of values that the footer states for each column of each row group.
+    """Return the number of values of each column of each row group, as stated in the footer.
 
     Raises:
         OSError: It cannot be read.
@@ -27,7 +27,7 @@ def value_counts(path: Path) -> list[int]:
         if any(type(count) is not int for count in counts):
             raise TypeError
     except (IndexError, KeyError, TypeError, struct.error) as error:
-        message = "the footer of the file is broken"
+        message = "the Parquet footer is broken"
         raise ValueError(message) from error
     return counts
 
@@ -38,7 +38,7 @@ def _footer(path: Path) -> bytes:
         file.seek(max(size - 8, 0))
         length, magic = struct.unpack("<I4s", file.read(8))
         if magic != MAGIC or length > min(size - 8, LONGEST_FOOTER):
-            message = "it has no footer of a Parquet file"
+            message = "it has no Parquet footer"
             raise ValueError(message)
         file.seek(size - 8 - length)
         return file.read(length)
@@ -53,23 +53,23 @@ class _Reader:
             1: lambda: True,
             2: lambda: False,
             3: self._byte,
-            4: self._whole,
-            5: self._whole,
-            6: self._whole,
+            4: self._signed_varint,
+            5: self._signed_varint,
+            6: self._signed_varint,
             7: lambda: self._take(8),
             8: lambda: self._take(self._varint()),
             9: self._list,
             10: self._list,
             12: self.struct,
-        }  # 11, maps, are in no footer
+        }  # 11 (map) does not occur in Parquet's schema
 
     def struct(self) -> dict[int, Any]:
-        """Return a struct's values by the numbers of its fields."""
+        """Parse a struct; return its values by field number."""
         self._go_deeper()
         found: dict[int, Any] = {}
         number = 0
         while head := self._byte():
-            number = _short(number + (head >> 4) if head >> 4 else self._whole())
+            number = _short(number + (head >> 4) if head >> 4 else self._signed_varint())
             found[number] = self._readers[head & 15]()
         self._depth -= 1
         return found
@@ -79,7 +79,7 @@ class _Reader:
         head = self._byte()
         count = self._varint() if head >> 4 == 15 else head >> 4
         read = self._byte if head & 15 in (1, 2) else self._readers[head & 15]
-        if count > len(self._data) - self._at:  # each takes a byte at least
+        if count > len(self._data) - self._at:  # each item takes at least a byte
             raise IndexError
         found = [read() for _ in range(count)]
         self._depth -= 1
@@ -109,11 +109,11 @@ class _Reader:
                 return value & (2**64 - 1)
         raise IndexError
 
-    def _whole(self) -> int:
+    def _signed_varint(self) -> int:
         value = self._varint()
         return (value >> 1) ^ -(value & 1)
 
 
 def _short(number: int) -> int:
-    """Return a field's number as a reader with 16 bits has it."""
+    """Wrap a field number to a signed 16-bit integer, as Thrift's own readers do."""
     return (number + 2**15) % 2**16 - 2**15

@@ -15,7 +15,7 @@ class Recorder:
 
     Args:
         path: Path of the file, for instance `episode.parquet`.
-        metadata: What is known of the episode before it starts, as JSON values.
+        metadata: Metadata known before the episode starts, as JSON values.
         every: Ticks between rows with actors and lights; more than 1 thins the recording.
     """
 
@@ -52,7 +52,7 @@ class Recorder:
         """Write the file atomically.
 
         Args:
-            outcome: More metadata, known only at the end: why the agent crashed.
+            outcome: Further metadata, known only at the end, e.g. why the planner crashed.
         """
         from plant_bench.data.recording_writer import write_recording
 

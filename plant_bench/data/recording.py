@@ -1,7 +1,7 @@
 """A recording: every scene and action of one episode, in one Parquet file.
 
-One row per tick. Equal episodes give equal bytes: the file contains no times and nothing about the
-machine. Values are stored exactly, so that the referee gives the same result again.
+It has one row per tick. Equal episodes give equal bytes: the file contains no wall-clock times and
+nothing about the machine. Values are stored exactly, so rescoring gives the same result.
 
 A thinned recording, as written by `plant-bench collect`, has the ego at every tick, but actors and
 lights only at every n-th: their columns are null in between. It also has a column for ticks with a
@@ -24,17 +24,17 @@ from plant_bench.world.scene import Actors, EgoState, Scene
 class Recording:
     """The scenes of one episode, in order.
 
-    A thinned recording has scenes only for the rows in `whole`.
+    A thinned recording has scenes only for the rows in `complete_rows`.
 
     Attributes:
         metadata: The metadata passed to the recorder.
         egos: The ego at each tick, thinned or not; columns as `EGO_COLUMNS`.
-        whole: Rows with complete scenes: all rows, or those left by thinning.
+        complete_rows: Rows with actors and lights: all rows, or those left by thinning.
         disturbed: For each row, whether another action than the agent's was executed.
 
     Args:
-        table: As `Recorder` writes it.
-        metadata: As above.
+        table: The table that `Recorder` writes.
+        metadata: The metadata, as above.
     """
 
     def __init__(self, table: pa.Table, metadata: dict[str, object]) -> None:
@@ -43,10 +43,10 @@ class Recording:
         self._egos = list(zip(*(table[name].to_pylist() for name in EGO_COLUMNS), strict=True))
         self.egos = np.array(self._egos, float).reshape(-1, len(EGO_COLUMNS))
         present = table["actor_id"].is_valid().to_numpy()
-        self.whole: list[int] = np.flatnonzero(present).tolist()
-        self._hollow = len(self.whole) < len(self._ticks)
-        told = "disturbed" in table.column_names
-        self.disturbed = table["disturbed"].to_numpy() if told else np.zeros(len(present), bool)
+        self.complete_rows: list[int] = np.flatnonzero(present).tolist()
+        self._thinned = len(self.complete_rows) < len(self._ticks)
+        thinned = "disturbed" in table.column_names
+        self.disturbed = table["disturbed"].to_numpy() if thinned else np.zeros(len(present), bool)
         self._present = present
         self._starts, ids = _flat(table["actor_id"])
         floats = {name: _flat(table[f"actor_{name}"])[1] for name in ACTOR_COLUMNS}
@@ -83,10 +83,10 @@ class Recording:
 
     def __getitem__(self, row: int) -> Scene:
         row = range(len(self))[row]
-        if self._hollow and not self._present[row]:
+        if self._thinned and not self._present[row]:
             message = (
-                f"Tick {self._ticks[row]} of a thinned recording has no actors: use the rows in "
-                "`whole`, and `egos` for the ego between. It cannot be scored again or replayed."
+                f"Tick {self._ticks[row]} of a thinned recording has no actors, so it cannot be "
+                "rescored or replayed. Use the rows in `complete_rows`, and `egos` for the ego."
             )
             raise InputError(message)
         actors = self._actors

@@ -21,12 +21,12 @@ ACTOR_COLUMNS = ("x", "y", "yaw", "speed", "length", "width")
 REASON_COLUMNS = ("reason", "reason_actor")  # a `Cause`, and an actor's id
 FORMAT_KEY, METADATA_KEY = b"plant_bench.recording", b"plant_bench.metadata"
 LARGEST_FILE = 200_000_000  # bytes; an episode has about 1 million
-LARGEST_UNPACKED = 400_000_000  # bytes of all columns; an episode has about 7 million
-MOST_VALUES = 100_000_000  # of all columns
+LARGEST_UNPACKED = 400_000_000  # bytes of all columns, uncompressed; an episode has about 7 million
+MOST_VALUES = 100_000_000  # total of all columns
 MOST_TICKS = 200_000  # nearly three hours; an episode times out long before
 
 _EGO = dict.fromkeys(EGO_COLUMNS, pa.float64())
-_ASKED = {
+_REQUESTED = {
     "acceleration_asked": pa.float64(),
     "steering_asked": pa.float64(),
     "plan": pa.list_(pa.float64()),
@@ -37,7 +37,7 @@ _ACTORS = {
     "actor_kind": pa.list_(pa.uint8()),
 }
 _LIGHTS = {"lights": pa.list_(pa.uint8())}
-_WANTED = {"tick": pa.int32(), **_EGO, **_ASKED, **_ACTORS, **_LIGHTS}
+_REQUIRED = {"tick": pa.int32(), **_EGO, **_REQUESTED, **_ACTORS, **_LIGHTS}
 _OPTIONAL = {"reason": pa.int8(), "reason_actor": pa.int64(), "disturbed": pa.bool_()}
 
 
@@ -46,7 +46,7 @@ def read_table(path: Path) -> tuple[pa.Table, dict[str, Any]]:
 
     Raises:
         OSError: It cannot be read.
-        ValueError: It is not a valid recording; Arrow's errors are subclasses.
+        ValueError: It is not a valid recording; includes Arrow's errors, which are subclasses.
     """
     check_file(path, largest=LARGEST_FILE)
     _check_counts(value_counts(path))
@@ -58,12 +58,12 @@ def read_table(path: Path) -> tuple[pa.Table, dict[str, Any]]:
             raise ValueError(message)
         _check_types(file.schema_arrow)
         metadata = parse_json(keys.get(METADATA_KEY, b"").decode())
-        _refuse(not isinstance(metadata, dict), "its metadata is no JSON object")
+        _fail_if(not isinstance(metadata, dict), "expected a JSON object as metadata")
         table = file.read(use_threads=False)
     table.validate(full=True)
     _check_ego(table)
     _check_actors(table)
-    _check_answers(table)
+    _check_actions(table)
     return table, metadata
 
 
@@ -73,63 +73,70 @@ def _check_size(facts: pq.FileMetaData) -> None:
     parts = [group.total_byte_size for group in groups]
     size = -1 if min(parts, default=0) < 0 else sum(parts)
     fits = facts.num_rows <= MOST_TICKS and 0 <= size <= LARGEST_UNPACKED
-    _refuse(not fits, f"{facts.num_rows:,} ticks of {size:,} bytes")
+    _fail_if(not fits, f"too large: {facts.num_rows:,} ticks, {size:,} bytes")
 
 
 def _check_counts(counts: list[int]) -> None:
     """Check the number of values, since a billion equal ones compress to a few bytes."""
     fits = min(counts, default=0) >= 0 and sum(counts) <= MOST_VALUES
-    _refuse(not fits, f"{sum(counts):,} values")
+    _fail_if(not fits, f"too large: {sum(counts):,} values")
 
 
 def _check_types(schema: pa.Schema) -> None:
     found = {field.name: field.type for field in schema}
-    _refuse(len(found) < len(schema), "a column occurs twice")
-    wanted = _WANTED | {name: kind for name, kind in _OPTIONAL.items() if name in found}
-    _refuse(("reason" in found) != ("reason_actor" in found), "half of a reason")
-    for name, kind in wanted.items():
-        told = found.get(name, pa.null())
-        _refuse(not told.equals(kind), f"column {name}: {told} found, {kind} wanted")
+    _fail_if(len(found) < len(schema), "a column occurs twice")
+    expected = _REQUIRED | {name: kind for name, kind in _OPTIONAL.items() if name in found}
+    both = ("reason" in found) == ("reason_actor" in found)
+    _fail_if(not both, "only one of the columns reason and reason_actor")
+    for name, kind in expected.items():
+        actual = found.get(name, pa.null())
+        _fail_if(not actual.equals(kind), f"column {name}: expected {kind}, got {actual}")
 
 
 def _check_ego(table: pa.Table) -> None:
     for name in ("tick", *_EGO, *(name for name in ("disturbed",) if name in table.column_names)):
-        _refuse(table[name].null_count, f"column {name} has gaps")
+        _fail_if(table[name].null_count, f"column {name} has null values")
     for name in _EGO:
-        _refuse(not np.isfinite(table[name].to_numpy()).all(), f"column {name} is not finite")
+        _fail_if(
+            not np.isfinite(table[name].to_numpy()).all(),
+            f"column {name} has values that are not finite",
+        )
     ticks = np.diff(table["tick"].to_numpy().astype(np.int64))
-    _refuse((ticks <= 0).any(), "ticks that do not rise")
+    _fail_if((ticks <= 0).any(), "ticks are not ascending")
 
 
 def _check_actors(table: pa.Table) -> None:
-    """Check that all columns have the same number of actors, and lights at the same ticks."""
+    """Check that all actor columns have equal lengths, and that lights are at the same ticks."""
     counts = table["actor_id"].combine_chunks().value_lengths()
     for name in (*_ACTORS, *_LIGHTS):
         inside = table[name].combine_chunks().flatten()
-        _refuse(inside.null_count, f"column {name} has gaps")
+        _fail_if(inside.null_count, f"column {name} has null values")
         if name in _ACTORS:
             equal = table[name].combine_chunks().value_lengths().equals(counts)
-            _refuse(not equal, f"column {name} is of other actors")
+            _fail_if(not equal, f"column {name} has other numbers of actors than actor_id")
         if pa.types.is_floating(inside.type):
-            _refuse(not np.isfinite(inside.to_numpy()).all(), f"column {name} is not finite")
+            _fail_if(
+                not np.isfinite(inside.to_numpy()).all(),
+                f"column {name} has values that are not finite",
+            )
     equal = table["lights"].is_valid().equals(table["actor_id"].is_valid())
-    _refuse(not equal, "lights and actors of different ticks")
+    _fail_if(not equal, "lights and actors are at different ticks")
 
 
-def _check_answers(table: pa.Table) -> None:
+def _check_actions(table: pa.Table) -> None:
     one, other = (table[name].is_valid() for name in ("acceleration_asked", "steering_asked"))
-    _refuse(not one.equals(other), "half of a control")
+    _fail_if(not one.equals(other), "a control without acceleration or without steering")
     numbers = table["plan"].combine_chunks().value_lengths().drop_null().to_numpy()
-    _refuse((numbers % 2 != 0).any(), "half of a waypoint")
-    _refuse(table["plan"].combine_chunks().flatten().null_count, "a plan with gaps")
+    _fail_if((numbers % 2 != 0).any(), "a plan with an odd number of coordinates")
+    _fail_if(table["plan"].combine_chunks().flatten().null_count, "a plan with null values")
     if "reason" in table.column_names:
-        told = set(table["reason"].unique().drop_null().to_pylist())
+        causes = set(table["reason"].unique().drop_null().to_pylist())
         equal = table["reason"].is_valid().equals(table["reason_actor"].is_valid())
-        _refuse(not equal, "half of a reason")
-        _refuse(told - {int(cause) for cause in Cause}, "a reason that is none")
+        _fail_if(not equal, "reason and reason_actor are at different ticks")
+        _fail_if(causes - {int(cause) for cause in Cause}, "an unknown reason")
 
 
-def _refuse(fault: object, message: str) -> None:
+def _fail_if(fault: object, message: str) -> None:
     """Raise an error if a condition holds."""
     if fault:
         raise ValueError(message)

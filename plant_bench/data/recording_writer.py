@@ -30,7 +30,7 @@ def write_recording(path: Path, ticks: Ticks, metadata: Mapping[str, object]) ->
     Args:
         path: Path of the file.
         ticks: The recorded ticks.
-        metadata: What is known of the episode, as JSON values.
+        metadata: The episode's metadata, as JSON values.
     """
     table = _table(ticks.scenes, ticks.actions, ticks.reasons)
     number = RECORDING_FORMAT

@@ -14,7 +14,7 @@ from plant_bench.data.recording_file import read_table
 from plant_bench.errors import InputError, in_one_line
 from plant_bench.world.route import Route, load_suite
 
-STANDING = 0.1  # m/s below which the ego stands (leaderboard's blocked rule)
+STATIONARY_SPEED = 0.1  # m/s below which the ego is stationary (leaderboard's blocked rule)
 NEARBY = 30.0  # m: D_max of PlanT
 SPEED_STEP, SPEED_BINS = 5.0, 16  # km/h; the last bin is open
 MOST_NEARBY = 40  # actors; the last bin is open
@@ -67,8 +67,8 @@ class _Hazard(BaseModel):
     phase: str
 
 
-class _Told(BaseModel):
-    """The metadata of a recording that is counted."""
+class _Metadata(BaseModel):
+    """The metadata of a recording that the statistics use."""
 
     route: str
     town: str
@@ -77,7 +77,7 @@ class _Told(BaseModel):
 
 @dataclass(frozen=True, eq=False)
 class _Episode:
-    told: _Told
+    metadata: _Metadata
     km: float
     speeds: np.ndarray  # m/s of each frame
     nearby: np.ndarray  # actors of each frame
@@ -85,7 +85,7 @@ class _Episode:
 
 
 def route_kind(route_id: str) -> str:
-    """Return the kind in a training route's id; "other" for routes of other origin.
+    """Return the kind of route from a training route's id; "other" for other ids.
 
     >>> route_kind("town01-b-left_signal-3")
     'left_signal'
@@ -95,7 +95,7 @@ def route_kind(route_id: str) -> str:
 
 
 def episode_files(folder: Path) -> list[Path]:
-    """Return the recordings of a folder of data, by name.
+    """Return the recordings of a data folder, sorted by name.
 
     Raises:
         InputError: There are none.
@@ -103,16 +103,16 @@ def episode_files(folder: Path) -> list[Path]:
     files = sorted((folder / "episodes").glob("*.parquet"))
     if not files:
         message = (
-            f"There is no data in {folder}. No recordings found in {folder / 'episodes'}: a folder "
-            "of data, as `plant-bench collect --out` fills it, holds episodes/*.parquet and "
-            "routes/*.json, the routes they were driven on."
+            f"There is no data in {folder}. No recordings found in {folder / 'episodes'}: expected "
+            "a data folder as written by `plant-bench collect --out`, with recordings in "
+            "episodes/*.parquet and their routes in routes/*.json."
         )
         raise InputError(message)
     return files
 
 
 def data_routes(folder: Path) -> dict[str, Route]:
-    """Return the routes of a folder of data by id.
+    """Return the routes of a data folder by id.
 
     Raises:
         InputError: They are missing or broken.
@@ -125,7 +125,7 @@ def data_routes(folder: Path) -> dict[str, Route]:
 
 
 def describe_data(folder: Path) -> DataStatistics:
-    """Compute the statistics of a folder of data.
+    """Compute the statistics of a data folder.
 
     Raises:
         InputError: It is empty, or a file of it is broken.
@@ -136,21 +136,21 @@ def describe_data(folder: Path) -> DataStatistics:
     frames = standing = near = disturbed = perturbed = 0
     km = 0.0
     for episode in map(_read, files):
-        name, count = episode.told.route, len(episode.speeds)
+        name, count = episode.metadata.route, len(episode.speeds)
         if name not in routes:
-            message = f"{folder}: an episode's route {name} is in none of routes/*.json."
+            message = f"{folder}: the route {name} of an episode is missing in routes/*.json."
             raise InputError(message)
         frames, km = frames + count, km + episode.km
         bins = (episode.speeds * 3.6 / SPEED_STEP).clip(0, SPEED_BINS - 1).astype(int)
         speeds += np.bincount(bins, minlength=SPEED_BINS)
         nearby += np.bincount(episode.nearby.clip(max=MOST_NEARBY), minlength=MOST_NEARBY + 1)
-        standing += int((episode.speeds < STANDING).sum())
+        standing += int((episode.speeds < STATIONARY_SPEED).sum())
         near += int(episode.nearby.sum())
         disturbed += int(episode.disturbed.sum())
         perturbed += int(episode.disturbed.any())
         turns.update(routes[name].manoeuvres)
-        hazards.update(item.kind for item in episode.told.hazards if item.phase == "done")
-        towns[episode.told.town] += count
+        hazards.update(item.kind for item in episode.metadata.hazards if item.phase == "done")
+        towns[episode.metadata.town] += count
         kinds[route_kind(name)] += count
     return DataStatistics(
         episodes=len(files),
@@ -172,7 +172,7 @@ def describe_data(folder: Path) -> DataStatistics:
 
 
 def find_data_faults(folder: Path) -> list[str]:
-    """Read every file of a folder of data completely, and return the problems found.
+    """Read every file of a data folder completely, and return the problems found.
 
     Raises:
         InputError: It is empty, or its routes cannot be read.
@@ -186,34 +186,34 @@ def _faults(path: Path, routes: dict[str, Route]) -> Iterator[str]:
         recording = Recording.load(path)
         name = str(recording.metadata.get("route"))
         if name not in routes:
-            yield f"{path}: its route {name} is in none of routes/*.json."
+            yield f"{path}: its route {name} is missing in routes/*.json."
         else:
-            _ = routes[name].town_dir  # raises where there is none
-        if not recording.whole:
+            _ = routes[name].town_dir  # raises InputError if the town is missing
+        if not recording.complete_rows:
             yield f"{path}: it has no frames."
     except InputError as error:
         yield str(error)
 
 
 def _read(path: Path) -> _Episode:
-    """Read the columns of an episode that are counted."""
+    """Read the columns of an episode that the statistics use."""
     try:
         table, metadata = read_table(path)
         marks = "disturbed" in table.column_names
         path_driven = np.hypot(np.diff(table["x"].to_numpy()), np.diff(table["y"].to_numpy()))
         marked = table["disturbed"].to_numpy() if marks else np.zeros(len(table), bool)
-        whole = table["actor_x"].is_valid().to_numpy()
+        complete = table["actor_x"].is_valid().to_numpy()
         return _Episode(
-            _Told.model_validate(metadata),
+            _Metadata.model_validate(metadata),
             float(path_driven.sum()) / 1000.0,
-            table["speed"].to_numpy()[whole],
-            _nearby(table.filter(pa.array(whole))),
-            marked[whole],
+            table["speed"].to_numpy()[complete],
+            _nearby(table.filter(pa.array(complete))),
+            marked[complete],
         )
     except (OSError, pa.ArrowException, KeyError, ValueError) as error:
         message = (
             f"Not a recording: {path} ({in_one_line(error)}). Remove it, and run the same "
-            "`plant-bench collect` again: it drives what is missing."
+            "`plant-bench collect` command again: it drives missing episodes."
         )
         raise InputError(message) from error
 

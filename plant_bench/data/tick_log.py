@@ -17,7 +17,7 @@ class Ticks:
         scenes: The scenes.
         actions: The agent's actions; None if it made no decision.
         reasons: The agent's reasons; None if it gave none.
-        disturbed: Whether another action than the agent's was executed.
+        disturbed: Whether an action other than the agent's was executed.
     """
 
     every: int = 1

@@ -1,1 +1,1 @@
-"""Poses, boxes and polylines: numpy only, no state. Frames, units: docs/notes/conventions.md."""
+"""Geometry of poses, oriented boxes and polylines; frames and units: docs/notes/conventions.md."""

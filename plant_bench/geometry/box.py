@@ -26,7 +26,7 @@ def overlap(
     poses_b: Float[np.ndarray, "pairs 3"],
     extents_b: Float[np.ndarray, "pairs 2"],
 ) -> Bool[np.ndarray, " pairs"]:
-    """Return for each pair whether the boxes overlap (separating axes; touching is no overlap)."""
+    """Return whether the boxes of each pair overlap (separating axes; touching does not count)."""
     dx, dy = poses_b[:, 0] - poses_a[:, 0], poses_b[:, 1] - poses_a[:, 1]
     turn = poses_b[:, 2] - poses_a[:, 2]
     cos, sin = np.abs(np.cos(turn)), np.abs(np.sin(turn))
@@ -54,7 +54,7 @@ def overlap_one(
     poses: Float[np.ndarray, "boxes 3"],
     extents: Float[np.ndarray, "boxes 2"],
 ) -> Bool[np.ndarray, " boxes"]:
-    """Return which boxes overlap one box; a radius test comes first, since most are far away."""
+    """Return a mask of the boxes that overlap one box, with a fast radius test for distant ones."""
     hit = np.zeros(len(poses), dtype=bool)
     if len(poses) == 0:
         return hit

@@ -9,7 +9,7 @@ from jaxtyping import Float
 
 
 def arc_lengths(points: Float[np.ndarray, "points 2"]) -> Float[np.ndarray, " points"]:
-    """Return the distance along the line of each point, from 0."""
+    """Return the arc length of each point, starting at 0."""
     steps = np.hypot(np.diff(points[:, 0]), np.diff(points[:, 1]))
     return np.concatenate(([0.0], np.cumsum(steps)))
 
@@ -21,7 +21,7 @@ def without_repeats(points: Float[np.ndarray, "points 2"]) -> Float[np.ndarray, 
 
 
 def headings(points: Float[np.ndarray, "points 2"]) -> Float[np.ndarray, " points"]:
-    """Return the heading at each point, unwrapped: that of its segment, the last one repeated."""
+    """Return the unwrapped heading of the segment at each point; the last one is repeated."""
     delta = np.diff(points, axis=0)
     yaw = np.unwrap(np.arctan2(delta[:, 1], delta[:, 0]))
     return np.concatenate((yaw, yaw[-1:]))
@@ -30,9 +30,9 @@ def headings(points: Float[np.ndarray, "points 2"]) -> Float[np.ndarray, " point
 def resample(
     points: Float[np.ndarray, "points dims"], spacing: float
 ) -> Float[np.ndarray, "samples dims"]:
-    """Return points every `spacing` metres (of x and y), the two ends kept.
+    """Return points every `spacing` metres in the plane, including both ends.
 
-    The spacing is stretched a little so that it divides the length.
+    The spacing is adjusted slightly, to divide the length evenly.
     """
     along = arc_lengths(points[:, :2])
     count = max(1, round(along[-1] / spacing))
@@ -43,7 +43,7 @@ def resample(
 def curvatures(points: Float[np.ndarray, "points 2"]) -> Float[np.ndarray, " points"]:
     """Return the signed curvature at each point in 1/m, positive to the left.
 
-    Central differences over the two neighbours; the ends repeat their neighbour's value.
+    Computed by central differences; the two ends repeat their neighbour's value.
     """
     if len(points) < 3:
         return np.zeros(len(points))
@@ -58,12 +58,12 @@ def curvatures(points: Float[np.ndarray, "points 2"]) -> Float[np.ndarray, " poi
 def value_at(at: float, along: Sequence[float], values: Sequence[float]) -> float:
     """Return the value at an arc length by linear interpolation; equals `numpy.interp` exactly.
 
-    More than twice as fast as numpy for a single position. Beyond the ends, the end values hold.
+    More than twice as fast as numpy for a single position; constant beyond the ends.
 
     Args:
         at: Arc length to interpolate at.
         along: Arc length of each point, ascending.
-        values: At each point.
+        values: Value at each point.
     """
     after = bisect_right(along, at)
     if after == 0:
@@ -76,13 +76,13 @@ def value_at(at: float, along: Sequence[float], values: Sequence[float]) -> floa
 
 
 class Cursor:
-    """A position on a polyline that `advance` moves forward only; mutable.
+    """A position on a polyline, which `advance` only moves forward; mutable.
 
-    The search is plain Python on purpose: a step forward visits one or two segments, which is
-    faster than any numpy call, and it runs at every tick.
+    The search is plain Python, since it runs at every tick and usually visits one or two segments,
+    which is faster than any numpy call.
 
     Args:
-        points: The polyline, any spacing.
+        points: The polyline, with any spacing.
     """
 
     def __init__(self, points: Float[np.ndarray, "points 2"]) -> None:
@@ -95,25 +95,26 @@ class Cursor:
 
     @property
     def length(self) -> float:
-        """The length of the whole line in metres."""
+        """Length of the line, metres."""
         return self._along[-1]
 
     @property
     def heading(self) -> float:
-        """The heading of the segment the cursor is on."""
+        """Heading of the current segment, radians."""
         i = self.index
         return math.atan2(self._y[i + 1] - self._y[i], self._x[i + 1] - self._x[i])
 
     def place(self, at: float) -> None:
-        """Move to an arc length, forward or back."""
+        """Move to an arc length, forward or backward."""
         at = min(max(at, 0.0), self.length)
         self.index = min(bisect_right(self._along, at) - 1, len(self._x) - 2)
         self.progress, self.offset = at, 0.0
 
     def advance(self, x: float, y: float, *, most: int = 8) -> None:
-        """Follow a point forward by at most `most` segments, and set `progress` and `offset`.
+        """Move to the projection of a point, forward by at most `most` segments.
 
-        `offset` is the lateral distance of the point from the line, positive to the left.
+        Sets `progress`, the arc length, and `offset`, the lateral distance of the point from the
+        line, positive to the left; both in metres.
         """
         last = len(self._x) - 2
         for _ in range(most + 1):

@@ -10,8 +10,8 @@ from plant_bench.agent import PLAN_STEPS, Control, Plan
 from plant_bench.errors import InputError
 from plant_bench.sim.ego import ACCELERATION_LIMIT, BRAKING_LIMIT, STEERING_LIMIT
 
-FARTHEST, ASIDE = 60.0, 30.0  # m: two seconds at 30 m/s, and to either side
-BACKWARDS = -5.0  # m
+MAX_FORWARD, MAX_LATERAL = 60.0, 30.0  # m: two seconds at 30 m/s; to either side
+MIN_FORWARD = -5.0  # m
 
 
 @runtime_checkable
@@ -29,13 +29,13 @@ class ActionKind(Protocol):
 
 
 class ControlAction:
-    """Acceleration and steering, each -1 to 1, as shares of the vehicle's limits."""
+    """Acceleration and steering as fractions of the vehicle's limits, each -1 to 1."""
 
     def __init__(self) -> None:
         self.space = spaces.Box(-1.0, 1.0, (2,), np.float32)
 
     def decode(self, action: Float[np.ndarray, "..."]) -> Control:
-        """Return the control; 0 is no acceleration, and straight on."""
+        """Return the control; (0, 0) means no acceleration and no steering."""
         pedal, wheel = action.tolist()
         limit = BRAKING_LIMIT if pedal < 0.0 else ACCELERATION_LIMIT
         return Control(pedal * limit, wheel * STEERING_LIMIT)
@@ -51,8 +51,8 @@ class PlanAction:
     """Waypoints in the ego frame at 0.5, 1.0, 1.5 and 2.0 s, metres; `follow_plan` drives them."""
 
     def __init__(self) -> None:
-        low = np.tile(np.array([BACKWARDS, -ASIDE], np.float32), (PLAN_STEPS, 1))
-        high = np.tile(np.array([FARTHEST, ASIDE], np.float32), (PLAN_STEPS, 1))
+        low = np.tile(np.array([MIN_FORWARD, -MAX_LATERAL], np.float32), (PLAN_STEPS, 1))
+        high = np.tile(np.array([MAX_FORWARD, MAX_LATERAL], np.float32), (PLAN_STEPS, 1))
         self.space = spaces.Box(low, high, dtype=np.float32)
 
     def decode(self, action: Float[np.ndarray, "..."]) -> Plan:
@@ -70,7 +70,7 @@ def action_kind(name: str) -> ActionKind:
     """Return a kind of action by its name.
 
     Raises:
-        InputError: There is none of this name.
+        InputError: There is no kind of this name.
     """
     if name not in ACTIONS:
         message = f"There is no action kind {name!r}. Kinds: {', '.join(ACTIONS)}."
@@ -85,11 +85,14 @@ def inside(action: object, space: spaces.Box[Any]) -> Float[np.ndarray, "..."]:
         InputError: It has another shape, or values that are not finite.
     """
     try:
-        given = np.asarray(action, dtype=space.dtype)
+        values = np.asarray(action, dtype=space.dtype)
     except (TypeError, ValueError) as error:
         message = f"Action: expected numbers of shape {space.shape}, got {action!r}."
         raise InputError(message) from error
-    if given.shape != space.shape or not np.isfinite(given).all():
+    if values.shape != space.shape:
+        message = f"Action: expected finite numbers of shape {space.shape}, got {values.shape}."
+        raise InputError(message)
+    if not np.isfinite(values).all():
         message = f"Action: expected finite numbers of shape {space.shape}, got {action!r}."
         raise InputError(message)
-    return np.clip(given, space.low, space.high)
+    return np.clip(values, space.low, space.high)

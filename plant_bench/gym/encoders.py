@@ -38,10 +38,10 @@ class Encoder(Protocol):
 
 
 class RasterEncoder:
-    """The bird's-eye view.
+    """The bird's-eye view as an image with one channel per layer.
 
     Args:
-        spec: What is drawn.
+        spec: Size, scale and channels. Default: `RasterSpec()`.
     """
 
     def __init__(self, spec: RasterSpec | None = None) -> None:
@@ -58,7 +58,7 @@ class RasterEncoder:
         """Return the raster.
 
         Raises:
-            InputError: There was no reset.
+            InputError: `reset` has not been called.
         """
         if self._rasteriser is None:
             message = "The raster encoder has no town: call reset(town) first."
@@ -74,10 +74,10 @@ ENCODERS: dict[str, type[TokenEncoder] | type[ObjectEncoder] | type[RasterEncode
 
 
 def encoder_of(encoder: object) -> Encoder:
-    """Return an encoder by its name, or the given encoder.
+    """Return an encoder by its name; an encoder object is returned as it is.
 
     Raises:
-        InputError: There is none of this name, or the object is not an encoder.
+        InputError: There is no encoder of this name, or the object is not an encoder.
     """
     if isinstance(encoder, str):
         if encoder not in ENCODERS:
@@ -89,12 +89,13 @@ def encoder_of(encoder: object) -> Encoder:
         raise InputError(message)
     if refused := encoder_inputs(encoder) & DRIVER_ONLY:
         message = (
-            f"{encoder!r} declares {' and '.join(sorted(refused))}: expected no privileged inputs."
+            f"Observation: expected an encoder without privileged inputs, got {encoder!r}, which "
+            f"declares {' and '.join(sorted(refused))}."
         )
         raise InputError(message)
     return encoder
 
 
 def encoder_inputs(encoder: Encoder) -> frozenset[str]:
-    """Return an encoder's inputs."""
+    """Return the inputs that an encoder declares, or the default."""
     return frozenset(getattr(encoder, "inputs", PERCEIVED))

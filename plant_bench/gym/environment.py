@@ -34,7 +34,7 @@ class PlantBenchEnv(gymnasium.Env[Any, np.ndarray], EzPickle):
     Args:
         suite: A suite's name, or a folder or file of routes.
         town: Only routes in this town.
-        routes: Only these of them: numbers, ranges and ids, as in `plant-bench score --routes`.
+        routes: Only these routes: numbers, ranges and ids, as in `plant-bench score --routes`.
         observation: "tokens", "objects", "raster", or an `Encoder`.
         action: "control" or "plan".
         density: Traffic density.
@@ -44,7 +44,7 @@ class PlantBenchEnv(gymnasium.Env[Any, np.ndarray], EzPickle):
         render_mode: None or "rgb_array".
 
     Raises:
-        InputError: A value is none of these.
+        InputError: An argument has another value.
     """
 
     metadata: dict[str, Any] = {"render_modes": RENDER_MODES, "render_fps": 10}  # noqa: RUF012
@@ -89,12 +89,13 @@ class PlantBenchEnv(gymnasium.Env[Any, np.ndarray], EzPickle):
         """Start an episode.
 
         Args:
-            seed: Seeds the choice of routes and of scenarios from here on.
-            options: "route": an id, instead of one by chance. "repetition": drive the scenario
-                that `plant-bench score --seed 0` drives on the route in this repetition.
+            seed: Seed of the random choice of routes and scenarios from now on.
+            options: "route": id of the route. Default: a random one. "repetition": drive the
+                scenario that `plant-bench score --seed 0` drives in this repetition.
 
         Raises:
-            InputError: An option is unknown, or another environment of this process is driving.
+            InputError: An option is unknown, or another environment's episode is running in this
+                process.
             SimulationError: SUMO fails.
         """
         super().reset(seed=seed)
@@ -115,12 +116,12 @@ class PlantBenchEnv(gymnasium.Env[Any, np.ndarray], EzPickle):
         """
         episode = self._episode
         if episode is None or not episode.open:
-            message = "No episode is open: reset() first."
+            message = "There is no running episode: call reset() first."
             if episode is not None and episode.referee.status is None:
                 message = f"Another environment of this process has started an episode. {ADVICE}"
             raise InputError(message)
-        asked = self._action.decode(inside(action, self._action.space))
-        transition = episode.drive(asked, self._frame_skip)
+        planned = self._action.decode(inside(action, self._action.space))
+        transition = episode.drive(planned, self._frame_skip)
         terms = {name: float(value) for name, value in self._reward(transition).items()}
         info = {"reward_terms": terms, **self._facts(episode)}
         if episode.result is not None:
@@ -131,21 +132,21 @@ class PlantBenchEnv(gymnasium.Env[Any, np.ndarray], EzPickle):
         return encoded, sum(terms.values()), terminated, truncated, info
 
     def render(self) -> Any:
-        """Return the scene from above as (height, width, 3), or None without a render mode.
+        """Return a top view as an array (height, width, 3); None without a render mode.
 
         Raises:
-            InputError: There was no reset.
+            InputError: `reset` has not been called.
         """
         if self.render_mode is None:
-            logger.warn("render() draws nothing: make the environment with render_mode='rgb_array'")
+            logger.warn("render() returns None: the environment has no render_mode='rgb_array'.")
             return None
         if self._episode is None:
-            message = "There is nothing to draw: reset() first."
+            message = "There is nothing to draw: call reset() first."
             raise InputError(message)
         return picture(self._episode.town, self._episode.observation)
 
     def close(self) -> None:
-        """End the simulation: another environment of this process may drive then."""
+        """End the simulation, so that another environment of this process can drive."""
         self.leave()
         self._episode = None
 
@@ -161,19 +162,19 @@ class PlantBenchEnv(gymnasium.Env[Any, np.ndarray], EzPickle):
 
     @property
     def observation(self) -> Observation:
-        """The present observation for a planner of `plant_bench.agent`, to drive or compare it.
+        """The current observation, unencoded: the input of a planner of `plant_bench.agent`.
 
         Raises:
-            InputError: There was no reset.
+            InputError: `reset` has not been called.
         """
         if self._episode is None:
-            message = "There is nothing to observe: reset() first."
+            message = "There is no observation: call reset() first."
             raise InputError(message)
         return self._episode.observation
 
     @property
     def result(self) -> EpisodeResult | None:
-        """The record of the episode, None before its end."""
+        """The record of the episode; None before its end."""
         return None if self._episode is None else self._episode.result
 
     def _job(self, options: dict[str, Any]) -> Job:
@@ -196,12 +197,12 @@ class PlantBenchEnv(gymnasium.Env[Any, np.ndarray], EzPickle):
 
     def _facts(self, episode: DrivenEpisode) -> dict[str, Any]:
         referee = episode.referee
-        noted = [item.kind for item in referee.infractions]
+        kinds = [item.kind for item in referee.infractions]
         return {
             "time": referee.time,
             "progress": referee.progress,
             "completion": referee.completion,
-            "infractions": {kind.value: noted.count(kind) for kind in InfractionKind},
+            "infractions": {kind.value: kinds.count(kind) for kind in InfractionKind},
         }
 
 

@@ -1,4 +1,4 @@
-"""One episode of the environment: the loop of `runner.episode`, one decision per call."""
+"""One episode of the environment, driven one decision per call instead of in a loop."""
 
 from collections.abc import Iterable
 
@@ -22,7 +22,7 @@ class DrivenEpisode:
 
     Attributes:
         referee: Scores each tick.
-        observation: The present observation.
+        observation: The current observation.
         open: Whether the episode is still running.
 
     Raises:
@@ -62,7 +62,7 @@ class DrivenEpisode:
             raise RuntimeError(message)
         episode, referee = self._episode, self.referee
         before, last_control = episode.scene, self._control
-        noted, progress = len(referee.infractions), referee.progress
+        earlier, progress = len(referee.infractions), referee.progress
         outside = referee.outside_distance
         self._control = control_of(action, before.ego)
         for _ in range(ticks):
@@ -78,7 +78,7 @@ class DrivenEpisode:
             last_control=last_control,
             progress=referee.progress - progress,
             outside=referee.outside_distance - outside,
-            infractions=tuple(referee.infractions[noted:]),
+            infractions=tuple(referee.infractions[earlier:]),
             status=referee.status,
         )
         if episode.over:

@@ -13,7 +13,7 @@ from plant_bench.sim.traffic import SIGHT
 from plant_bench.world.scene import EGO_LENGTH, ActorKind, Light
 from plant_bench.world.town import Town
 
-MOST_ACTORS = 48  # the nearest
+MOST_ACTORS = 48
 
 
 class ObjectEncoder:
@@ -78,14 +78,14 @@ class ObjectEncoder:
         ego, actors = observation.ego, observation.actors
         if actors is None:
             return rows, kinds, mask
-        away = np.hypot(actors.poses[:, 0] - ego.x, actors.poses[:, 1] - ego.y)
-        shown = actors.only(away.argsort(kind="stable")[: self._most])
-        count = len(shown)
-        rows[:count, :2] = to_frame(shown.poses[:, :2].astype(float), *ego.pose)
-        rows[:count, 2] = wrap_angles(shown.poses[:, 2].astype(float) - ego.yaw)
-        rows[:count, 3] = shown.speeds
-        rows[:count, 4:] = shown.extents
-        kinds[:count] = shown.kinds
+        distances = np.hypot(actors.poses[:, 0] - ego.x, actors.poses[:, 1] - ego.y)
+        nearest = actors.only(distances.argsort(kind="stable")[: self._most])
+        count = len(nearest)
+        rows[:count, :2] = to_frame(nearest.poses[:, :2].astype(float), *ego.pose)
+        rows[:count, 2] = wrap_angles(nearest.poses[:, 2].astype(float) - ego.yaw)
+        rows[:count, 3] = nearest.speeds
+        rows[:count, 4:] = nearest.extents
+        kinds[:count] = nearest.kinds
         mask[:count] = 1
         return rows, kinds, mask
 

@@ -1,4 +1,4 @@
-"""Finite bounds of observation spaces, beyond all values that occur."""
+"""Finite bounds of observation spaces, larger than all values that occur."""
 
 from typing import Any
 
@@ -7,9 +7,9 @@ from gymnasium import spaces
 
 from plant_bench.agent import ROUTE_AHEAD
 
-FASTEST = 60.0  # m/s, beyond any speed limit
-LONGEST = 30.0  # m, beyond any vehicle
-ROUTE_REACH = float(ROUTE_AHEAD + 40)  # m: the ego may be 30 m beside the route
+FASTEST = 60.0  # m/s, above any speed limit
+LONGEST = 30.0  # m, longer than any vehicle
+ROUTE_REACH = float(ROUTE_AHEAD + 40)  # m: the ego may be up to 30 m away from the route
 
 
 def box(low: float, high: float, size: int) -> spaces.Box:

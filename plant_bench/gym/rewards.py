@@ -1,4 +1,4 @@
-"""The environment's rewards by name; docs/reference/gymnasium.md has the table."""
+"""The table of rewards by name, and the progress reward. See docs/reference/gymnasium.md."""
 
 from plant_bench.errors import InputError
 from plant_bench.gym.roach import RoachReward
@@ -6,11 +6,12 @@ from plant_bench.gym.transition import Reward, Transition
 
 
 class ProgressReward:
-    """Metres of route driven, less the costs of infractions, as in the driving score.
+    """Route progress in metres minus the cost of infractions, similar to the driving score.
 
     Args:
-        lost: Cost of an infraction in metres, to be multiplied by one minus its factor
-            (`plant_bench.scoring.infractions.PENALTIES`): 0.5 for hitting a pedestrian.
+        lost: Cost in metres of an infraction with penalty factor 0. An infraction costs `lost`
+            times one minus its factor (`plant_bench.scoring.infractions.PENALTIES`): half of `lost`
+            for a collision with a pedestrian.
     """
 
     def __init__(self, lost: float = 100.0) -> None:
@@ -33,10 +34,10 @@ REWARDS: dict[str, type[RoachReward] | type[ProgressReward]] = {
 
 
 def reward_of(reward: object) -> Reward:
-    """Return a reward by its name, or the given reward.
+    """Return a reward by its name; a reward object is returned as it is.
 
     Raises:
-        InputError: There is none of this name, or it cannot be called.
+        InputError: There is no reward of this name, or the object is not callable.
     """
     if isinstance(reward, str):
         if reward not in REWARDS:

@@ -1,10 +1,13 @@
-"""Roach's reward (Zhang et al., ICCV 2021): drive as fast as what is near allows, on the route.
+"""The reward of Roach (Zhang et al., ICCV 2021): desired speed, route following, smooth control.
 
-Constants are of zhejz/carla-roach, carla_gym/core/task_actor/ego_vehicle/reward/valeo_action.py,
-terminal/valeo_no_det_px.py and carla_gym/utils/hazard_actor.py. What differs: Roach ends an episode
-at a collision or a red light, here it goes on and each one costs; it knows who walks on a sidewalk,
-here walkers beside the route are left out; parked cars beside the route, which its towns have not,
-are left out as well, or standing beside them would be best.
+The constants are from zhejz/carla-roach: carla_gym/core/task_actor/ego_vehicle/reward/
+valeo_action.py, terminal/valeo_no_det_px.py and carla_gym/utils/hazard_actor.py. Differences:
+
+- Roach ends an episode at a collision or a red light. Here the episode continues, and each
+  infraction has a cost.
+- Roach ignores pedestrians on sidewalks. Here those away from the route are ignored.
+- Parked cars away from the route are ignored, too (Roach's towns have none); otherwise stopping
+  beside them would maximise the reward.
 """
 
 import math
@@ -24,19 +27,19 @@ from plant_bench.world.scene import EGO_LENGTH, ActorKind, Actors
 TOP_SPEED = 6.0  # m/s (_maxium_speed)
 HAZARD_RANGE = 9.5  # m between centres (proximity_threshold)
 VEHICLE_ANGLE = math.radians(45.0)  # to either side of the ego's heading (up_angle_th)
-ONCOMING = math.radians(150.0)  # of relative heading, beyond which a vehicle is no hazard
+ONCOMING = math.radians(150.0)  # relative heading beyond which a vehicle is no hazard
 WALKER_CONE, WALKER_NEAR, WALKER_FAR = 162.0, 1.5, 10.5  # degrees x m; m (lbc_hazard_walker)
-WALKER_EXTRA = 0.3  # m added to the distance there
+WALKER_EXTRA = 0.3  # m added to the distance in the cone's formula
 LIGHT_AHEAD = 18.0  # m (dist_threshold)
 STOP_AT = {"vehicle": 8.0, "walker": 6.0, "light": 5.0}  # m from the ego's centre
 RAMP = 5.0  # m over which the desired speed falls to 0
-SMOOTH = 0.01  # of the steering range, a change that is not held against the driver
-ROUGH = -0.1  # for a greater one
-POSITION = 2.0  # m beside the route that cost 1
-TERMINAL = -1.0  # for what would end Roach's episode
-BESIDE = 2.0  # m from the route: own choice, see above
+STEERING_TOLERANCE = 0.01  # fraction of the steering range: smaller changes cost nothing
+STEERING_COST = -0.1  # reward of a larger change
+POSITION = 2.0  # m of lateral offset that cost 1
+TERMINAL = -1.0  # reward of an event that would end Roach's episode
+RELEVANT_DISTANCE = 2.0  # m from the route, for pedestrians and parked cars; not from Roach
 
-FATAL = frozenset(  # cost the speed as well
+FATAL = frozenset(  # cost 1 plus the ego's speed in m/s
     {
         InfractionKind.COLLISION_PEDESTRIAN,
         InfractionKind.COLLISION_VEHICLE,
@@ -51,14 +54,15 @@ class RoachReward:
     """Speed, position, rotation, action and terminal terms.
 
     Args:
-        top_speed: m/s wanted on a free road. Roach's 6; limits here are 8 to 25.
+        top_speed: Desired speed on a free road, m/s. Default: Roach's 6; speed limits here are 8 to
+            25.
     """
 
     def __init__(self, top_speed: float = TOP_SPEED) -> None:
         self._top = top_speed
 
     def __call__(self, transition: Transition) -> dict[str, float]:
-        """Return the five terms."""
+        """Return the five terms by name."""
         ego, route = transition.after.ego, transition.observation.route
         speed_error = abs(ego.speed - desired_speed(transition.observation, self._top))
         turned = abs(transition.control.steering - transition.last_control.steering)
@@ -66,7 +70,7 @@ class RoachReward:
             "speed": 1.0 - speed_error / self._top,
             "position": 0.0 if route is None else -abs(route.offset) / POSITION,
             "rotation": 0.0 if route is None else -abs(wrap_angle(ego.yaw - route.headings[0])),
-            "action": ROUGH if turned > SMOOTH * STEERING_LIMIT else 0.0,
+            "action": STEERING_COST if turned > STEERING_TOLERANCE * STEERING_LIMIT else 0.0,
             "terminal": _terminal(transition),
         }
 
@@ -74,50 +78,51 @@ class RoachReward:
 def desired_speed(observation: Observation, top_speed: float) -> float:
     """Return the speed that vehicles, walkers and the next light allow, m/s."""
     actors, route = observation.actors, observation.route
-    rooms = [_light_room(observation.light)]
+    gaps = [_light_gap(observation.light)]
     if actors is not None and route is not None and len(actors):
-        rooms += _hazard_rooms(observation, actors, route)
-    return top_speed * min(max(min(rooms), 0.0), RAMP) / RAMP
+        gaps += _hazard_gaps(observation, actors, route)
+    return top_speed * min(max(min(gaps), 0.0), RAMP) / RAMP
 
 
-def _light_room(light: NextLight | None) -> float:
-    """Return the metres to where the ego's centre should stop."""
+def _light_gap(light: NextLight | None) -> float:
+    """Return the distance from the ego's centre to its stopping point at a light, metres."""
     if light is None or light.state not in STOPS or light.distance < -CROSSED:
         return math.inf
     distance = light.distance + 0.5 * EGO_LENGTH
     return distance - STOP_AT["light"] if distance < LIGHT_AHEAD else math.inf
 
 
-def _hazard_rooms(observation: Observation, actors: Actors, route: RouteAhead) -> list[float]:
+def _hazard_gaps(observation: Observation, actors: Actors, route: RouteAhead) -> list[float]:
+    """Return the distances to the stopping points at the nearest vehicle and pedestrian, metres."""
     ego = observation.ego
     x, y = to_frame(actors.poses[:, :2].astype(float), *ego.pose).T
-    away, angle = np.hypot(x, y), np.abs(np.arctan2(y, x))
-    walks = actors.kinds == ActorKind.PEDESTRIAN
+    distance, angle = np.hypot(x, y), np.abs(np.arctan2(y, x))
+    pedestrian = actors.kinds == ActorKind.PEDESTRIAN
     turned = np.abs(wrap_angles(actors.poses[:, 2].astype(float) - ego.yaw))
-    cone = np.radians(WALKER_CONE / (away.clip(WALKER_NEAR, WALKER_FAR) + WALKER_EXTRA))
-    near = away < HAZARD_RANGE
-    vehicles = near & ~walks & (angle < VEHICLE_ANGLE) & (turned <= ONCOMING)
-    walkers = near & walks & (angle < cone)
-    counts = _counts(actors, route, vehicles | walkers)
+    cone = np.radians(WALKER_CONE / (distance.clip(WALKER_NEAR, WALKER_FAR) + WALKER_EXTRA))
+    near = distance < HAZARD_RANGE
+    vehicles = near & ~pedestrian & (angle < VEHICLE_ANGLE) & (turned <= ONCOMING)
+    walkers = near & pedestrian & (angle < cone)
+    relevant = _relevant(actors, route, vehicles | walkers)
     return [
-        float(np.min(away[chosen & counts], initial=np.inf)) - STOP_AT[kind]
+        float(np.min(distance[chosen & relevant], initial=np.inf)) - STOP_AT[kind]
         for kind, chosen in (("vehicle", vehicles), ("walker", walkers))
     ]
 
 
-def _counts(
+def _relevant(
     actors: Actors, route: RouteAhead, candidates: Bool[np.ndarray, " actors"]
 ) -> Bool[np.ndarray, " actors"]:
-    """Return who is in the way or moves by road: walkers and parked cars only near the route."""
-    counts = np.ones(len(actors), bool)
-    beside = (actors.kinds == ActorKind.PEDESTRIAN) | actors.parked
-    asked = np.flatnonzero(beside & candidates)
-    if asked.size and len(route.points) > 1:
-        counts[asked] = distances_to(route.points, _places(actors, asked)) < BESIDE
-    return counts
+    """Return a mask without the candidates that are pedestrians or parked cars off the route."""
+    relevant = np.ones(len(actors), bool)
+    off_road = (actors.kinds == ActorKind.PEDESTRIAN) | actors.parked
+    rows = np.flatnonzero(off_road & candidates)
+    if rows.size and len(route.points) > 1:
+        relevant[rows] = distances_to(route.points, _centres(actors, rows)) < RELEVANT_DISTANCE
+    return relevant
 
 
-def _places(actors: Actors, rows: np.ndarray) -> Float[np.ndarray, "actors 2"]:
+def _centres(actors: Actors, rows: np.ndarray) -> Float[np.ndarray, "actors 2"]:
     return actors.poses[rows, :2].astype(float)
 
 

@@ -10,9 +10,9 @@ from typing import Protocol, runtime_checkable
 from plant_bench.errors import InputError
 
 ADVICE = (
-    "SUMO runs one simulation a process: close() the other environment first, or use one process "
-    "for each, with gymnasium.make_vec(..., vectorization_mode='async') or stable-baselines3's "
-    "SubprocVecEnv."
+    "SUMO runs one simulation per process: close() the other environment first, or run each "
+    "environment in its own process with gymnasium.make_vec(..., vectorization_mode='async') or "
+    "stable-baselines3's SubprocVecEnv."
 )
 
 
@@ -34,7 +34,7 @@ _owner: tuple[int, weakref.ref[SimulationOwner]] | None = None  # process id and
 
 
 def acquire_simulation(owner: SimulationOwner) -> None:
-    """Make an environment the owner; ends another's episode that has not made a step.
+    """Make an environment the owner; end another one's episode if it has not made a step.
 
     Raises:
         InputError: Another environment's episode is running in this process.
@@ -43,7 +43,7 @@ def acquire_simulation(owner: SimulationOwner) -> None:
     other = _owner[1]() if _owner is not None and _owner[0] == os.getpid() else None
     if other is not None and other is not owner:
         if other.under_way:
-            message = f"Another environment's episode is under way in this process. {ADVICE}"
+            message = f"Another environment's episode is running in this process. {ADVICE}"
             raise InputError(message)
         other.leave()
     _owner = os.getpid(), weakref.ref(owner)

@@ -12,7 +12,7 @@ from plant_bench.features.tokens import TokenKind, Tokens, TokenSpec
 from plant_bench.gym.observation_bounds import FASTEST, ROUTE_REACH, box, in_bounds
 from plant_bench.world.town import Town
 
-# Walkers and the lines of lights are told; conflicts and motion, which follow from boxes, are not.
+# Includes pedestrians and stop lines; excludes conflicts and motion, which follow from the boxes.
 PLAIN_TOKENS = TokenSpec(vulnerable=True, stop_line=True)
 
 
@@ -21,7 +21,7 @@ class TokenEncoder:
 
     Args:
         spec: Which objects become tokens.
-        most: Number of rows; actors come nearest first, the farthest are left out.
+        most: Number of rows. Actors are ordered by distance; surplus distant ones are left out.
 
     Raises:
         InputError: There are too few rows for the route segments and a stop line.
@@ -56,8 +56,8 @@ class TokenEncoder:
         rates = None
         if self._spec.motion and observation.actors is not None:
             rates = self._tracker.rates(observation.time, observation.actors)
-        given = scene_input(observation, self._spec, rates)
-        attributes, kinds = self._fitting(given.tokens)
+        scene = scene_input(observation, self._spec, rates)
+        attributes, kinds = self._fitting(scene.tokens)
         count = len(kinds)
         tokens = np.zeros((self._most, self._spec.attributes), np.float32)
         tokens[:count] = attributes
@@ -71,17 +71,17 @@ class TokenEncoder:
                 "tokens": tokens,
                 "kinds": all_kinds,
                 "mask": mask,
-                "red": np.array([given.red], np.float32),
-                "target": np.array(given.target, np.float32),
-                "speed": np.array([given.speed], np.float32),
-                "limit": np.array([given.limit], np.float32),
+                "red": np.array([scene.red], np.float32),
+                "target": np.array(scene.target, np.float32),
+                "speed": np.array([scene.speed], np.float32),
+                "limit": np.array([scene.limit], np.float32),
             },
         )
 
     def _fitting(
         self, tokens: Tokens
     ) -> tuple[Float[np.ndarray, "tokens attributes"], UInt8[np.ndarray, " tokens"]]:
-        """Return the tokens without the farthest actors that do not fit."""
+        """Return the tokens without the most distant actors that exceed the number of rows."""
         surplus = max(len(tokens) - self._most, 0)
         actors = int(np.count_nonzero(tokens.places >= 0))
         keep = np.ones(len(tokens), bool)

@@ -1,4 +1,4 @@
-"""One step of the environment, as the input of a reward, and the reward's interface."""
+"""The interface of a reward, and its input: one step of the environment."""
 
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
@@ -18,8 +18,8 @@ class Transition:
         observation: The observation of `after`, with the route ahead and the next light.
         control: The executed control.
         last_control: The control of the previous step; zero in the first.
-        progress: Metres driven along the route in this step.
-        outside: Metres of these driven outside the lanes or against their direction.
+        progress: Distance driven along the route in this step, metres.
+        outside: Distance driven outside the lanes or against their direction, metres.
         infractions: The infractions in this step.
         status: How the episode has ended; None while it is running.
     """

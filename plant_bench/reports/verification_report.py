@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 import typer
 
 from plant_bench.reports.tables import print_rows
-from plant_bench.runner.review.differences import Checked
+from plant_bench.runner.review.differences import EpisodeCheck
 from plant_bench.runner.review.submission import Submission
 from plant_bench.runner.review.submission_checks import Finding
 from plant_bench.text_escaping import one_line
@@ -29,7 +29,7 @@ class Verification:
     """
 
     submission: Submission
-    checked: Sequence[Checked]
+    checked: Sequence[EpisodeCheck]
     way: str
     seed: int
 

@@ -1,1 +1,1 @@
-"""Runs episodes: one, a suite of them on worker processes, and the folder of their records."""
+"""Runs episodes and suites on worker processes, collects data, and manages the run folders."""

@@ -1,7 +1,7 @@
-"""Queries a planner: when it is due, with its observation, and with its action checked.
+"""Queries a planner through one episode and checks its actions.
 
-`PlannerSession` is used by the episode loop, by DAgger, by explanations (planners queried without
-executing their actions), and by replays.
+`PlannerSession` is used by the episode loop, by DAgger, by replays, and by postmortems in shadow
+mode (planners queried without executing their actions).
 """
 
 from collections.abc import Callable
@@ -29,15 +29,15 @@ from plant_bench.world.scene import Scene
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Decision:
-    """What a planner answers to one scene.
+    """A planner's decision in one scene.
 
     Attributes:
-        tick: Of the scene.
-        action: Its plan or control.
-        control: The control that carries it out.
-        reason: Why; None where it does not explain itself.
-        ranking: The ids of the actors that matter to it, the most relevant first; None where it was
-            not asked for, or nobody can tell.
+        tick: Tick of the scene.
+        action: The planner's plan or control.
+        control: The control that executes the action.
+        reason: The planner's reason; None if it gives none.
+        ranking: Ids of the relevant actors, the most relevant first; None if not queried or not
+            available.
     """
 
     tick: int
@@ -48,17 +48,17 @@ class Decision:
 
 
 class PlannerSession:
-    """One planner through one episode; mutable. Whatever the planner raises is an `AgentError`.
+    """Queries one planner through one episode; mutable. Its exceptions become `AgentError`s.
 
     Attributes:
         agent: The planner.
-        privileged: Whether it must be given what only the simulator knows.
+        privileged: Whether the planner has privileged inputs.
 
     Args:
         agent: The planner; see `start`.
         route: The route being driven.
-        seed: The scenario's, for what the planner is shown.
-        name: Put before the names of its methods in messages, as in "the driver's ".
+        seed: The scenario's seed, for sensor noise.
+        name: Prefix of method names in error messages, such as "the driver's ".
     """
 
     def __init__(self, agent: Agent, route: Route, seed: int, name: str = "") -> None:
@@ -68,38 +68,38 @@ class PlannerSession:
         self._route, self._name, self._due = route, name, 0
 
     def start(self) -> None:
-        """Reset the planner: it is told the route, if it asks for it.
+        """Reset the planner; its input is the route if it requests that.
 
         Raises:
-            AgentError: It cannot be reset.
+            AgentError: The planner's `reset` fails.
         """
         plan = self._route.plan if Input.ROUTE in self._sensors.inputs else None
         call_planner(f"{self._name}reset", self.agent.reset, plan)
         self._due = 0
 
     def due(self, tick: int) -> bool:
-        """Tell whether the planner decides at this tick."""
+        """Return whether the planner decides at this tick."""
         return tick >= self._due
 
     def observe(
         self, scene: Scene, progress: float, offset: float, facts: Privileged | None
     ) -> Observation:
-        """Return what the planner is shown of a scene; as `Sensors.observe`."""
+        """Return the planner's observation of a scene; see `Sensors.observe`."""
         return self._sensors.observe(scene, progress, offset, facts)
 
-    def decide(self, scene: Scene, seen: Observation) -> Decision:
-        """Return what the planner answers; to be called when it is due.
+    def decide(self, scene: Scene, observation: Observation) -> Decision:
+        """Return the planner's decision; to be called when it is due.
 
         Args:
-            scene: What there is.
-            seen: What the planner is shown of it, see `observe`.
+            scene: The scene.
+            observation: The planner's observation of it, from `observe`.
 
         Raises:
             AgentError: The planner fails.
         """
-        answer = call_planner(f"{self._name}act", self.agent.act, seen)
+        returned = call_planner(f"{self._name}act", self.agent.act, observation)
         reason = self._reason()
-        action = check_action(answer)
+        action = check_action(returned)
         self._due = scene.tick + decision_interval(self.agent)
         return Decision(scene.tick, action, control_of(action, scene.ego), reason)
 
@@ -114,7 +114,7 @@ class PlannerSession:
 
 
 def same_action(decision: Decision, recorded: Plan | Control | None) -> bool:
-    """Tell whether a decision is what was recorded at its tick, but for rounding of the network."""
+    """Return whether a decision equals the recorded action, up to rounding by the network."""
     action = decision.action
     if isinstance(action, Plan) and isinstance(recorded, Plan):
         return bool(np.allclose(action.waypoints, recorded.waypoints, rtol=0.0, atol=1e-4))
@@ -124,14 +124,14 @@ def same_action(decision: Decision, recorded: Plan | Control | None) -> bool:
     return False
 
 
-def call_planner(what: str, method: Callable[..., Any], *given: object) -> Any:
-    """Return what a planner's method answers; what it raises ends its own episode, no more.
+def call_planner(name: str, method: Callable[..., Any], *arguments: object) -> Any:
+    """Call a planner's method; its exceptions fail the episode, not the run.
 
     Raises:
-        AgentError: It raised something.
+        AgentError: The method raised an exception.
     """
     try:
-        return method(*given)
+        return method(*arguments)
     except (Exception, SystemExit) as error:
-        message = f"{what} raised {type(error).__name__}: {error}"
+        message = f"{name} raised {type(error).__name__}: {error}"
         raise AgentError(message) from error

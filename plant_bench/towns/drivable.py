@@ -1,4 +1,4 @@
-"""Checks that a car can drive every lane and turn, with a kinematic bicycle model."""
+"""Checks that a kinematic bicycle model can follow every lane and every turn of a town."""
 
 import itertools
 from dataclasses import dataclass
@@ -14,10 +14,10 @@ Indices = NDArray[np.int_]
 WHEELBASE_M = 2.86
 STEERING_MAX = float(np.radians(35))
 LOOK_AHEAD_M = 3.5
-LATERAL_ACCELERATION = 3.0
+LATERAL_ACCELERATION = 3.0  # m/s2
 STEP_S = 0.05
 PATH_STEP_M = 0.25
-RUN_IN_M = 25.0
+RUN_IN_M = 25.0  # length of lane before and after a turn
 PIECE_MAX_M = 120.0
 
 ERROR_MAX_M = 0.35
@@ -27,7 +27,14 @@ GAP_MAX_M = 0.1
 
 @dataclass(frozen=True)
 class PathDrive:
-    """How a bicycle drove one path."""
+    """Result of following one path.
+
+    Attributes:
+        path: Name of the path: its lanes, or a lane and an arc length.
+        radius: Smallest radius of the path, metres.
+        gap: Largest gap between its lanes, metres.
+        error: Largest lateral deviation of the bicycle model, metres.
+    """
 
     path: str
     radius: float
@@ -36,7 +43,7 @@ class PathDrive:
 
 
 def drive_all(town: Town) -> list[PathDrive]:
-    """Drive every way through a junction with its run-in and run-out, and every lane."""
+    """Follow every path through a junction, with some lane before and after it, and every lane."""
     paths = [(f"{link.source}->{link.target}", *_turn_path(town, link)) for link in town.links]
     for lane in town.lanes.values():
         if lane.junction is None and lane.length > 2 * RUN_IN_M:
@@ -56,7 +63,7 @@ def drive_all(town: Town) -> list[PathDrive]:
 
 
 def find_undrivable(town: Town) -> list[str]:
-    """One sentence for every path with a gap, too tight a bend, or that a bicycle cannot follow."""
+    """Describe every path that has a gap, is too tight, or cannot be followed by the model."""
     faults = []
     for drive in drive_all(town):
         if drive.gap > GAP_MAX_M:
@@ -64,7 +71,7 @@ def find_undrivable(town: Town) -> list[str]:
         if drive.radius < RADIUS_MIN_M:
             faults.append(f"{drive.path} bends with a radius of {drive.radius:.1f} m")
         if drive.error > ERROR_MAX_M:
-            faults.append(f"{drive.path} is left by {drive.error:.2f} m")
+            faults.append(f"{drive.path} cannot be followed: deviation of {drive.error:.2f} m")
     return faults
 
 
@@ -88,7 +95,7 @@ def _cut(shape: Shape, begin: float, end: float) -> Shape:
 
 
 def _pursue(shapes: list[Shape], speeds: Shape) -> Shape:
-    """Let one bicycle per path follow it by pure pursuit; the largest error of each (n)."""
+    """Follow each path by pure pursuit; return the largest lateral deviation of each (n)."""
     fine = [resample(shape, PATH_STEP_M) for shape in shapes]
     counts = np.array([len(shape) for shape in fine])
     padded = np.stack([np.pad(s, ((0, counts.max() - len(s)), (0, 0)), mode="edge") for s in fine])
@@ -119,7 +126,7 @@ def _pursue(shapes: list[Shape], speeds: Shape) -> Shape:
 
 
 def _across(padded: Shape, at: Indices, xy: Shape, rows: Indices) -> Shape:
-    """The distance of each bicycle from its path, across the path."""
+    """Return the lateral distance of each bicycle from its path."""
     last = padded.shape[1] - 1
     tangent = padded[rows, np.minimum(at + 1, last)] - padded[rows, np.maximum(at - 1, 0)]
     tangent /= np.maximum(np.hypot(tangent[:, 0], tangent[:, 1]), 1e-9)[:, None]

@@ -1,6 +1,7 @@
-"""Reads a SUMO network into a Town.
+"""Converts a SUMO network to a Town.
 
-Besides SUMO, only this and `sim.roadside.footways` (sidewalks, crossings) read `town.net.xml`.
+Apart from SUMO itself, only this module and `sim.roadside.footways` (sidewalks and crossings) read
+`town.net.xml`.
 """
 
 from collections.abc import Mapping
@@ -49,7 +50,7 @@ def extract_town(net: str, name: str) -> Town:
 
 
 def carries_cars(lane: Mapping[str, str]) -> bool:
-    """Tell from the attributes of a net's lane whether cars may drive on it."""
+    """Return whether cars may drive on a lane, given its attributes in the network."""
     allowed, banned = lane.get("allow", "all").split(), lane.get("disallow", "").split()
     return not {"passenger", "all"}.isdisjoint(allowed) and {"passenger", "all"}.isdisjoint(banned)
 
@@ -150,9 +151,9 @@ def _link(
 
 
 def _signals(links: tuple[Link, ...]) -> dict[str, int]:
-    """Signal id to the number of its vehicle links; crossings come after them in its state.
+    """Return each signal's number of vehicle links; crossings come after them in its state.
 
-    Where links were taken out of a net, their places in the state stay.
+    Links that were removed from a network keep their position in the state.
     """
     found: dict[str, int] = {}
     for link in links:
@@ -192,7 +193,7 @@ def _junctions(
 
 
 def _arms(junction: str, ends: dict[str, tuple[str, str]]) -> int:
-    """The roads that meet here: a two-way street is one, so are two one-way edges apart."""
+    """Count a junction's arms: a two-way street is one arm; one-way edges count each."""
     out = sorted(end for start, end in ends.values() if start == junction)
     into = sorted(start for start, end in ends.values() if end == junction)
     both = 0
@@ -222,7 +223,7 @@ def _outline(points: np.ndarray) -> tuple[tuple[float, float], ...]:
 
 
 def _ribbon(points: np.ndarray, width: float) -> np.ndarray:
-    """The outline of a strip of some width along a line."""
+    """Return the outline of a strip along a line."""
     tangent = np.gradient(points, axis=0)
     tangent /= np.maximum(np.hypot(tangent[:, 0], tangent[:, 1]), 1e-9)[:, None]
     across = np.stack([-tangent[:, 1], tangent[:, 0]], axis=1) * width / 2

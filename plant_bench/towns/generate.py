@@ -10,7 +10,7 @@ from plant_bench.data_files import networks_dir
 from plant_bench.errors import InputError
 from plant_bench.towns.characters import CHARACTERS
 from plant_bench.towns.extract import extract_town
-from plant_bench.towns.netconvert import complaints_of_sumo, convert
+from plant_bench.towns.netconvert import convert, sumo_errors
 from plant_bench.towns.town_checks import find_faults
 from plant_bench.towns.town_image import save_picture
 from plant_bench.towns.town_spec import TownSpec, read_spec
@@ -28,23 +28,23 @@ ATTEMPTS = 12
 
 
 def town_names() -> list[str]:
-    """The benchmark's towns, those that have a spec, in order."""
+    """Return the names of the benchmark's towns, sorted."""
     return sorted(path.parent.name for path in networks_dir().glob(f"*/{SPEC_FILE}"))
 
 
 def stored_towns() -> list[str]:
-    """The towns in `networks/`: the benchmark's, then the unseen ones."""
+    """Return the names of the towns in `networks/`: the benchmark's, then the unseen ones."""
     return [*town_names(), *UNSEEN]
 
 
 def town_spec(name: str) -> TownSpec:
-    """The spec of a stored town.
+    """Return the spec of a stored town.
 
     Raises:
         InputError: There is no such town.
     """
     if name not in stored_towns():
-        raise InputError(f"Found no town {name!r}; there are {', '.join(stored_towns())}.")
+        raise InputError(f"There is no town {name!r}. Known towns: {', '.join(stored_towns())}.")
     if name not in UNSEEN:
         return read_spec(networks_dir() / name / SPEC_FILE)
     unseen = UNSEEN[name]
@@ -52,10 +52,13 @@ def town_spec(name: str) -> TownSpec:
 
 
 def make_town(spec: TownSpec, seed: int) -> tuple[str, Town]:
-    """Lay out towns from the seed until one is sound; return its net (XML) and the Town.
+    """Generate layouts from the seed until one passes all checks.
+
+    Returns:
+        The SUMO network (XML text) and the town.
 
     Raises:
-        InputError: no attempt was sound; the last one's faults are told.
+        InputError: No attempt passed; the message lists the faults of the last one.
     """
     faults: list[str] = []
     for attempt in range(ATTEMPTS):
@@ -67,30 +70,30 @@ def make_town(spec: TownSpec, seed: int) -> tuple[str, Town]:
             faults = [str(error)]
             continue
         town = replace(extract_town(net, spec.name), life=life_of(spec))
-        faults = [*find_faults(town, spec.requires), *complaints_of_sumo(net)]
+        faults = [*find_faults(town, spec.requires), *sumo_errors(net)]
         if not faults:
             return net, town
     raise InputError(
-        f"Found no sound layout for {spec.name} with seed {seed} in {ATTEMPTS} attempts; the last "
-        f"one's faults: {'; '.join(faults[:8])}. Try another seed or change the spec."
+        f"No valid layout of {spec.name} with seed {seed} in {ATTEMPTS} attempts. Faults of the "
+        f"last one: {'; '.join(faults[:8])}. Try another seed or change the spec."
     )
 
 
 def life_of(spec: TownSpec) -> Life:
-    """The life that a spec asks for, as the town holds it."""
+    """Convert a spec's traffic mix, pedestrians and parked cars to a town's `Life`."""
     return Life(spec.life.mix, spec.life.walkers_per_km, spec.life.parking)
 
 
 def build_town(name: str, *, seed: int | None = None, out: Path | None = None) -> Path:
-    """Build a town from its spec into a folder, with its picture, and return the folder.
+    """Generate a town and its picture, and return its folder.
 
     Args:
         name: A town of `stored_towns()`.
-        seed: In place of the spec's own seed.
-        out: The folder to write to; by default the town's own in `networks/`.
+        seed: Seed of the layout; the spec's by default.
+        out: Output folder; by default the town's own in `networks/`.
 
     Raises:
-        InputError: There is no such town, or the seed gives no sound one; nothing is written then.
+        InputError: There is no such town, or the seed gives no valid layout; nothing is written.
     """
     spec = town_spec(name)
     folder = out if out is not None else networks_dir() / name
@@ -102,16 +105,16 @@ def build_town(name: str, *, seed: int | None = None, out: Path | None = None) -
 
 
 def check_town(name: str) -> list[str]:
-    """Build a town anew and tell how its files differ from those stored; empty if they do not."""
+    """Generate a town again and return how its stored files differ; empty if they do not."""
     spec = town_spec(name)
     net, town = make_town(spec, spec.seed)
     differences = []
     for file, text in ((NET_FILE, net), (TOWN_FILE, town.to_json())):
         stored = networks_dir() / name / file
         if not stored.is_file():
-            differences.append(f"{file} is missing; build the town.")
+            differences.append(f"{file} is missing: build the town.")
         elif stored.read_bytes() != text.encode():
-            differences.append(f"{file} is not what the town's spec and seed give.")
+            differences.append(f"{file} differs from what the town's spec and seed give.")
     return differences
 
 

@@ -1,4 +1,4 @@
-"""Draws a sketch of each kind of hazard from above: the ego yellow, other actors red."""
+"""Draws a top-view sketch of each kind of hazard: the ego in yellow, other actors in red."""
 
 from pathlib import Path
 
@@ -21,7 +21,7 @@ VIEW = (-30.0, 34.0, -17.0, 17.0)  # m: left, right, below, above
 
 
 def save_hazard_pictures(folder: Path) -> list[Path]:
-    """Draw each kind of hazard, a PNG a kind; return the files."""
+    """Draw one PNG per kind of hazard; return the files."""
     folder.mkdir(parents=True, exist_ok=True)
     files = []
     for kind in HAZARDS:
@@ -35,7 +35,7 @@ def save_hazard_pictures(folder: Path) -> list[Path]:
 
 
 def draw_hazard(kind: HazardKind, ax: Axes) -> None:
-    """Draw a kind's sketch with its sentence."""
+    """Draw the sketch of a kind of hazard, with its description."""
     row = HAZARDS[kind]
     sketch = row.sketch
     mirrors = "beyond CARLA's" if row.carla is None else f"CARLA type {row.carla}"

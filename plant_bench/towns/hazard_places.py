@@ -1,7 +1,7 @@
 """Finds the places on a route where each kind of hazard can happen.
 
-The table's `where` names one of the finders here. A finder is given the kinds that share it, and
-asks what their `fits` name.
+The `where` of the hazard table names a finder in this module. A finder gets the kinds of hazard
+that share it; their `fits` name functions that decide whether a place suits a kind.
 """
 
 from collections.abc import Iterator, Sequence
@@ -16,30 +16,30 @@ from plant_bench.world.route import Route
 from plant_bench.world.town import Lane, Town
 
 CROSSED_LIMIT = 14.0  # m/s: no crossings on faster roads
-ROOM = 60.0  # m of lane that lane events need
-RUN, LINE_RUN = 60.0, 30.0  # m of approach of a conflicting vehicle, to the junction and its line
-UNSEEN = 100.0  # m in a straight line, for those put out beyond the ego's sight
+ROOM = 60.0  # m of lane that hazards between junctions need
+RUN, LINE_RUN = 60.0, 30.0  # m of a conflicting vehicle's approach to conflict and stop line
+UNSEEN = 100.0  # m in a straight line: minimum distance of actors placed out of the ego's sight
 
 
 @dataclass(frozen=True)
 class Place:
-    """Where a hazard can happen.
+    """A place where a hazard can happen.
 
     Attributes:
-        kind: What.
+        kind: The kind of hazard.
         at: Arc length, metres.
         limit: The ego's speed limit there, m/s.
-        arm: Arc length from which on it may begin, metres.
-        room: Metres of the same lane ahead.
-        sides: Sides for crossing actors: 1 from the left, -1 from the right.
-        parameters: What the place dictates.
+        arm: Arc length from which the hazard may begin, metres.
+        lane_ahead: Remaining length of the same lane, metres.
+        sides: Sides from which actors can cross: 1 for left, -1 for right.
+        parameters: Parameters that the place determines.
     """
 
     kind: HazardKind
     at: float
     limit: float
     arm: float = 0.0
-    room: float = 0.0
+    lane_ahead: float = 0.0
     sides: tuple[int, ...] = (-1,)
     parameters: dict[str, float] = field(default_factory=dict)
 
@@ -59,36 +59,36 @@ def possible_places(town: Town, route: Route) -> list[Place]:
 
 
 def _arm(track: Track, place: Place) -> float | None:
-    """Return where a place's hazard may begin, None where the route has not the metres it needs."""
+    """Return the arc length from which a hazard may begin; None if the route is too short."""
     need = HAZARDS[place.kind].arm
     arm = place.at - min(max(need.nearest, need.time * place.limit), need.farthest)
     if not need.whole:
         return max(arm, 0.0)
     if need.unseen:
-        while arm > place.at - need.farthest and track.apart(arm, place.at) < UNSEEN:
+        while arm > place.at - need.farthest and track.distance_between(arm, place.at) < UNSEEN:
             arm -= 5.0
-        if track.apart(max(arm, 0.0), place.at) < UNSEEN:
+        if track.distance_between(max(arm, 0.0), place.at) < UNSEEN:
             return None
     return arm if arm >= 0.0 else None
 
 
 def off_junctions(track: Track, kinds: Sequence[HazardKind]) -> Iterator[Place]:
-    """Find where a driver with little grip need not stop, and keeps its lane."""
+    """Find places far from junctions and lane changes, so that a loss of grip is survivable."""
     for at in track.places:
-        limit, (before, after) = track.limit(at), track.room(at)
+        limit, (before, after) = track.limit(at), track.junction_distances(at)
         slides = 2.5 * limit
         stops = REACTION * limit + limit**2 / (2.0 * GRIP * BRAKING)
-        ample = after > max(slides, stops) + 10.0
-        if before > 10.0 and ample and track.keeps_lane(at - 10.0, at + slides):
+        enough = after > max(slides, stops) + 10.0
+        if before > 10.0 and enough and track.keeps_lane(at - 10.0, at + slides):
             for kind in kinds:
                 yield Place(kind, at, limit)
 
 
 def at_kerbs(track: Track, kinds: Sequence[HazardKind]) -> Iterator[Place]:
-    """Find where one may step onto a street between junctions."""
+    """Find places between junctions where a pedestrian may step onto the street."""
     sides: dict[str, tuple[int, ...]] = {}
     for at in track.places:
-        lane, (before, after) = track.lane(at), track.room(at)
+        lane, (before, after) = track.lane(at), track.junction_distances(at)
         slow = lane.speed_limit < CROSSED_LIMIT and track.is_kerb(lane)
         if slow and before > 20.0 and after > 15.0 and track.keeps_lane(at - 10.0, at + 10.0):
             known = sides.setdefault(lane.id, track.sides(lane))
@@ -97,19 +97,22 @@ def at_kerbs(track: Track, kinds: Sequence[HazardKind]) -> Iterator[Place]:
 
 
 def behind_turns(track: Track, kinds: Sequence[HazardKind]) -> Iterator[Place]:
-    """Find where one may step onto a street that the ego turns into."""
+    """Find places where a pedestrian may step onto a street that the ego turns into."""
     for passage in track.route.passages:
-        at = passage.exit + 6.0  # give or take two metres
+        at = passage.exit + 6.0  # plus or minus two metres (`spread` in the hazard table)
         lane = track.lane(at)
         slow = lane.speed_limit < CROSSED_LIMIT and track.is_kerb(lane)
-        if passage.turn != "straight" and slow and track.room(at)[1] > 12.0:
+        if passage.turn != "straight" and slow and track.junction_distances(at)[1] > 12.0:
             sides = track.sides(lane)
             for kind in kinds:
                 yield Place(kind, at, track.limit(at), sides=sides)
 
 
 def at_junctions(track: Track, kinds: Sequence[HazardKind]) -> Iterator[Place]:
-    """Find junctions with a long enough conflicting approach; `fits` gets approach and passage."""
+    """Find junctions with a long enough conflicting approach.
+
+    `fits` gets the approach and the passage.
+    """
     known = [(kind, load_part(kind, "fits")) for kind in kinds]
     for passage in track.route.passages:
         at = 0.5 * (passage.entry + passage.exit)
@@ -122,17 +125,17 @@ def at_junctions(track: Track, kinds: Sequence[HazardKind]) -> Iterator[Place]:
 
 @dataclass(frozen=True)
 class Stretch:
-    """A stretch of a lane that the ego keeps, around a place.
+    """A stretch of lane around a place, without lane changes of the ego.
 
     Attributes:
-        track: What lies along the route.
+        track: The lanes and junctions along the route.
         at: Arc length of the place, metres.
         lane: The lane.
         limit: The ego's speed limit, m/s.
-        before: Metres to the junction behind.
-        after: Metres to the junction ahead.
-        room: Metres of the same lane ahead.
-        straight: Whether it leads straight on.
+        before: Distance to the previous junction, metres.
+        after: Distance to the next junction, metres.
+        lane_ahead: Remaining length of the same lane, metres.
+        straight: Whether the stretch is straight.
     """
 
     track: Track
@@ -141,35 +144,35 @@ class Stretch:
     limit: float
     before: float
     after: float
-    room: float
+    lane_ahead: float
     straight: bool
 
 
 def on_lanes(track: Track, kinds: Sequence[HazardKind]) -> Iterator[Place]:
-    """Find where something may happen on the ego's lane.
+    """Find places between junctions for hazards on the ego's lane.
 
-    `fits` is given a `Stretch`, and returns the parameters of each hazard that can happen there.
+    `fits` gets a `Stretch`, and returns the parameters of each hazard that can happen there.
     """
     known = [(kind, load_part(kind, "fits")) for kind in kinds]
     for at in track.places:
-        lane, (before, after) = track.lane(at), track.room(at)
+        lane, (before, after) = track.lane(at), track.junction_distances(at)
         if lane.junction is not None or not track.keeps_lane(at - ROOM, at + 0.5 * ROOM):
             continue
         straight = track.is_straight(at - 0.5 * ROOM, at + 0.5 * ROOM)
-        limit, room = track.limit(at), track.span(at).end - at
-        stretch = Stretch(track, at, lane, limit, before, after, room, straight)
+        limit, lane_ahead = track.limit(at), track.span(at).end - at
+        stretch = Stretch(track, at, lane, limit, before, after, lane_ahead, straight)
         for kind, fits in known:
             for parameters in fits(stretch):
-                yield Place(kind, at, limit, room=room, parameters=parameters)
+                yield Place(kind, at, limit, lane_ahead=lane_ahead, parameters=parameters)
 
 
 def for_braking(stretch: Stretch) -> list[dict[str, float]]:
-    """Tell whether there is space for a braking leader and the ego behind it."""
+    """Accept a stretch with space for a braking leader and the ego behind it."""
     return [{}] if stretch.before > 0.5 * ROOM and stretch.after > 0.5 * ROOM else []
 
 
 def for_cutting_in(stretch: Stretch) -> list[dict[str, float]]:
-    """Have a lane beside a straight stretch; one place for each side."""
+    """Accept a straight stretch with an adjacent lane; one hazard per side that has one."""
     if not (stretch.straight and stretch.before > ROOM and stretch.after > 0.5 * ROOM):
         return []
     lanes, sides = stretch.track.town.lanes, ((-1.0, stretch.lane.right), (1.0, stretch.lane.left))
@@ -177,27 +180,27 @@ def for_cutting_in(stretch: Stretch) -> list[dict[str, float]]:
 
 
 def for_blocking(stretch: Stretch) -> list[dict[str, float]]:
-    """Have a kerb on a straight stretch, and a lane by which one could pass."""
+    """Accept a straight stretch beside a kerb, with a second lane on which the ego could pass."""
     track, at, lane = stretch.track, stretch.at, stretch.lane
     slow = stretch.limit < CROSSED_LIMIT
     passable = lane.left is not None or (slow and track.has_oncoming(lane))
-    roomy = stretch.before > ROOM and stretch.after > ROOM
-    keeps = roomy and track.keeps_lane(at - ROOM, at + ROOM)
+    far_from_junctions = stretch.before > ROOM and stretch.after > ROOM
+    keeps = far_from_junctions and track.keeps_lane(at - ROOM, at + ROOM)
     return [{}] if stretch.straight and keeps and track.is_kerb(lane) and passable else []
 
 
 def for_queues(stretch: Stretch) -> list[dict[str, float]]:
-    """Tell whether there is space on the same lane for stationary vehicles."""
-    ample = min(stretch.after, stretch.room) > 0.5 * ROOM
-    return [{}] if stretch.before > ROOM and ample else []
+    """Accept a stretch with space on its lane for a queue of vehicles."""
+    enough = min(stretch.after, stretch.lane_ahead) > 0.5 * ROOM
+    return [{}] if stretch.before > ROOM and enough else []
 
 
 def at_lane_changes(track: Track, kinds: Sequence[HazardKind]) -> Iterator[Place]:
-    """Find where one can come from afar on the lane that the ego changes to."""
+    """Find lane changes onto a lane on which a vehicle can approach from far behind."""
     for change in track.route.lane_changes:
         at = 0.5 * (change.start + change.end)
         side = 1.0 if change.direction == "left" else -1.0
         beyond = next((span.start for span in track.route.lanes if span.start >= at), None)
-        if beyond is not None and track.run_to(beyond) > MERGE_RUN:
+        if beyond is not None and track.approach_length(beyond) > MERGE_RUN:
             for kind in kinds:
                 yield Place(kind, at, track.limit(at), parameters={"side": side})

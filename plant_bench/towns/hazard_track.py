@@ -8,16 +8,16 @@ from plant_bench.geometry.pose import wrap_angle
 from plant_bench.world.route import LaneSpan, Route
 from plant_bench.world.town import Lane, Town
 
-STEP = 5  # m between places looked at
-MARGIN = 40.0  # m at the route's two ends without hazards
-STRAIGHT = 0.12  # rad that a lane may turn over the metres a lane event takes
-FAR = 1e6  # m to a junction that is not there
-MERGE_RUN = 150.0  # m of straight approach of a vehicle beside the ego
-OPPOSITE = 2.4  # rad between the headings of two neighbour lanes that lead opposite ways
+STEP = 5  # m between candidate places
+MARGIN = 40.0  # m without hazards at both ends of a route
+STRAIGHT = 0.12  # rad: largest change of heading on a straight stretch
+FAR = 1e6  # m: distance if there is no junction
+MERGE_RUN = 150.0  # m of straight approach of a vehicle on an adjacent lane
+OPPOSITE = 2.4  # rad: smallest difference of the headings of a lane and an oncoming lane
 
 
 class Track:
-    """What lies along a route, metre by metre; immutable."""
+    """The lanes and junctions along a route, by arc length; immutable."""
 
     def __init__(self, town: Town, route: Route) -> None:
         self.town = town
@@ -35,56 +35,59 @@ class Track:
 
     @property
     def places(self) -> list[float]:
-        """The metres to look at, the route's ends left out."""
+        """Arc lengths of the candidate places, without the route's ends, metres."""
         return [
             float(at) for at in range(int(MARGIN) + STEP, int(self.route.length - MARGIN), STEP)
         ]
 
-    def room(self, at: float) -> tuple[float, float]:
-        """Return the metres to the junction behind and to the one ahead."""
+    def junction_distances(self, at: float) -> tuple[float, float]:
+        """Return the distances to the previous and to the next junction, metres."""
         return float(self._before[int(at)]), float(self._after[int(at)])
 
     def limit(self, at: float) -> float:
         """Return the ego's speed limit, m/s."""
         return float(np.interp(at, self.route.along, self.route.speed_limits))
 
-    def apart(self, one: float, other: float) -> float:
-        """Return how far two places of the route are apart in a straight line, metres."""
+    def distance_between(self, one: float, other: float) -> float:
+        """Return the straight-line distance between two places on the route, metres."""
         route = self.route
         x, y = (np.interp((one, other), route.along, column) for column in route.points.T)
         return float(np.hypot(x[1] - x[0], y[1] - y[0]))
 
     def span(self, at: float) -> LaneSpan:
-        """Return the stretch of lane."""
+        """Return the lane span at an arc length."""
         spans = self.route.lanes
         return next((span for span in spans if span.start <= at < span.end), spans[-1])
 
     def lane(self, at: float) -> Lane:
-        """Return the lane."""
+        """Return the lane at an arc length."""
         return self.town.lanes[self.span(at).lane]
 
     def keeps_lane(self, start: float, end: float) -> bool:
-        """Tell whether the route changes no lane on a stretch."""
+        """Return whether the route has no lane change between two arc lengths."""
         changes = self.route.lane_changes
         return all(change.end < start or change.start > end for change in changes)
 
     def is_straight(self, start: float, end: float) -> bool:
-        """Tell whether the route goes straight on on a stretch."""
+        """Return whether the route is straight between two arc lengths."""
         route = self.route
         part = route.headings[(route.along >= start) & (route.along <= end)]
         return bool(len(part)) and float(part.max() - part.min()) < STRAIGHT
 
     def is_kerb(self, lane: Lane) -> bool:
-        """Tell whether a lane is the rightmost of its road."""
+        """Return whether a lane is the rightmost of its road."""
         return lane.junction is None and lane.right is None and not lane.acceleration
 
     def sides(self, lane: Lane) -> tuple[int, ...]:
-        """Return the sides from which one may step out: the left one across one lane at most."""
+        """Return the sides from which pedestrians may cross.
+
+        Left (1) only if there is exactly one oncoming lane to cross.
+        """
         alone = lane.left is None and not self._on_ring(lane)
         return (-1, 1) if alone and self.has_oncoming(lane) else (-1,)
 
     def has_oncoming(self, lane: Lane) -> bool:
-        """Tell whether exactly one lane leads the other way beside a lane."""
+        """Return whether exactly one oncoming lane is beside a lane."""
         if lane.id not in self._oncoming:
             self._oncoming[lane.id] = self._count_oncoming(lane) == 1
         return self._oncoming[lane.id]
@@ -99,8 +102,8 @@ class Track:
                 beside += 0.0 < left < 8.0 and _between(heading, back) > OPPOSITE
         return int(beside)
 
-    def run_to(self, at: float) -> float:
-        """Return the metres that the lane at an arc length leads there straight on, from before."""
+    def approach_length(self, at: float) -> float:
+        """Return the length of the straight approach to a place on its own lane, metres."""
         lane = self.lane(at)
         x, y = (float(np.interp(at, self.route.along, column)) for column in self.route.points.T)
         apart = np.hypot(lane.points[:, 0] - x, lane.points[:, 1] - y)

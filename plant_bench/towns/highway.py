@@ -1,7 +1,7 @@
 """Lays out a closed highway whose carriageways gain and lose lanes at ramps and U-turns.
 
-Places along a carriageway are distances along its reference line (the middle of the median), in the
-carriageway's own direction of travel.
+Positions along a carriageway are arc lengths of its reference line (the middle of the median), in
+its own direction of travel, in metres.
 """
 
 from dataclasses import dataclass, field
@@ -35,10 +35,10 @@ RAMP_CORNER_M = 45.0
 
 @dataclass(frozen=True)
 class Branch:
-    """A lane beside the carriageway's own lanes and the one-way edge that it serves.
+    """An extra lane beside a carriageway, and the one-way edge (ramp or U-turn) that it serves.
 
-    An extra lane runs before an exit (`leads` = "out") or after an entry (`leads` = "in"), on the
-    right for a ramp, on the left for a U-turn over the median; `at` is where the edge meets it.
+    The extra lane lies before an exit (`leads` = "out") or after an entry (`leads` = "in"), on the
+    right for a ramp, on the left for a U-turn over the median. The edge connects at position `at`.
     """
 
     edge: str
@@ -48,7 +48,7 @@ class Branch:
     lane_length: float
 
     def covers(self, place: float, total: float) -> bool:
-        """Whether the extra lane is there at a place of a closed carriageway."""
+        """Return whether the extra lane exists at a position of a carriageway of a total length."""
         begin = self.at - self.lane_length if self.leads == "out" else self.at
         return (place - begin) % total < self.lane_length
 
@@ -57,8 +57,8 @@ class Branch:
 class Carriageway:
     """One direction of a closed highway.
 
-    `line` (n 3) is the closed reference line in the direction of travel, its last point the first;
-    `inset` the distance from it to the carriageway's left border.
+    `line` (n 3) is the closed reference line in the direction of travel, with equal first and last
+    points; `inset` is the distance from it to the carriageway's left border, in metres.
     """
 
     name: str
@@ -69,20 +69,23 @@ class Carriageway:
     branches: list[Branch] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        """Measure the reference line."""
+        """Compute the arc lengths of the reference line."""
         self._along = arc_lengths(self.line)
 
     @property
     def total(self) -> float:
-        """The length of the reference line."""
+        """Length of the reference line, metres."""
         return float(self._along[-1])
 
     def nearest(self, x: float, y: float) -> float:
-        """The place on the reference line that is nearest to a point."""
+        """Return the position on the reference line nearest to a point."""
         return float(self._along[np.hypot(self.line[:, 0] - x, self.line[:, 1] - y).argmin()])
 
     def cut(self, begin: float, end: float, left: float | Shape = 0.0, step: float = 1.0) -> Shape:
-        """A stretch of the carriageway (n 3), `left` of its left border (one value or n)."""
+        """Return a line (n 3) along the carriageway, `left` metres left of its left border.
+
+        `left` is one value, or one per point.
+        """
         length = (end - begin) % self.total
         even = max(2, int(np.ceil(length / step)) + 1)
         count = len(left) if isinstance(left, np.ndarray) else even
@@ -93,11 +96,14 @@ class Carriageway:
         return offset(line, inset)[1:-1]
 
     def lane_middle(self, lane: int) -> float:
-        """How far the middle of a lane is left of the left border; lane -1 is a ramp's lane."""
+        """Return the offset of a lane's middle from the left border, positive to the left.
+
+        Lane 0 is the rightmost; lane -1 is the extra lane of a ramp.
+        """
         return -(self.road.lanes - lane - 0.5) * self.lane_width
 
     def node_at(self, edge: str) -> str:
-        """The node where a branch's edge meets the carriageway."""
+        """Return the name of the node where a branch's edge meets the carriageway."""
         return f"{self.name}_{edge}"
 
     def add_to(self, plan: StreetPlan) -> None:
@@ -134,17 +140,17 @@ class Carriageway:
                 plan.connect(branch.edge, carrier, [(0, lane)])
 
     def _ends_at(self, place: float, side: str) -> bool:
-        """Whether no extra lane of a side runs through a place."""
+        """Return whether no extra lane of a side continues through a position."""
         reach = [b for b in self.branches if b.side == side and b.covers(place + 0.01, self.total)]
         return not any(b.covers(place - 0.01, self.total) for b in reach)
 
     def _extras(self, place: float) -> tuple[int, int]:
-        """The number of extra lanes on the left and on the right just after a place."""
+        """Return the numbers of extra lanes on the left and on the right, just after a position."""
         inside = [b.side for b in self.branches if b.covers(place + 0.01, self.total)]
         return inside.count("left"), inside.count("right")
 
     def _stops(self) -> list[tuple[float, str]]:
-        """Every place where the number of lanes changes, with the name of its node."""
+        """Return all positions where the number of lanes changes, with the names of their nodes."""
         stops = []
         for branch in self.branches:
             out = branch.leads == "out"
@@ -157,7 +163,7 @@ class Carriageway:
 
 
 def exit_shape(way: Carriageway, at: float, goal: Pose, goal_z: float = 0.0) -> Shape:
-    """The middle line (n 3) of a ramp that leaves at a place and ends in a pose."""
+    """Return the middle line (n 3) of a ramp that leaves a carriageway and ends in a pose."""
     growth = DIVERGE_BY_M * np.linspace(0, 1, int(DIVERGE_M) + 1) ** DIVERGE_POWER
     away = way.cut(at, at + DIVERGE_M, way.lane_middle(-1) - growth)
     rest = corner(end_pose(away), goal, RAMP_CORNER_M)
@@ -165,7 +171,7 @@ def exit_shape(way: Carriageway, at: float, goal: Pose, goal_z: float = 0.0) -> 
 
 
 def entry_shape(way: Carriageway, at: float, source: Pose, source_z: float = 0.0) -> Shape:
-    """The middle line (n 3) of a ramp that begins in a pose and joins at a place."""
+    """Return the middle line (n 3) of a ramp that begins in a pose and joins a carriageway."""
     growth = DIVERGE_BY_M * np.linspace(1, 0, int(DIVERGE_M) + 1) ** DIVERGE_POWER
     near = way.cut(at - DIVERGE_M, at, way.lane_middle(-1) - growth)
     first = Pose(*_xy(near[0]), _heading(near))
@@ -174,16 +180,19 @@ def entry_shape(way: Carriageway, at: float, source: Pose, source_z: float = 0.0
 
 
 def service_shape(way: Carriageway, begin: float, end: float, away: float) -> Shape:
-    """The middle line (n 3) of a road that leaves, runs `away` metres beside, and joins again."""
+    """Return the middle line (n 3) of a service road: it leaves, runs `away` metres beside, joins.
+
+    `begin` and `end` are its positions on the carriageway.
+    """
     count = int(np.ceil((end - begin) % way.total)) + 1
     along = np.linspace(0.0, (end - begin) % way.total, count)
-    room = np.minimum(along, along[::-1]) / (1.2 * DIVERGE_M)
-    rise = np.clip(room, 0.0, 1.0)
+    from_end = np.minimum(along, along[::-1]) / (1.2 * DIVERGE_M)
+    rise = np.clip(from_end, 0.0, 1.0)
     return way.cut(begin, end, way.lane_middle(-1) - away * rise**2 * (3 - 2 * rise))
 
 
 def u_turn_shape(start: Pose, end: Pose, straight: float) -> Shape:
-    """From one pose straight on, round to the left by half a circle, and back to the other."""
+    """Return a U-turn from one pose to another: straight, a half circle to the left, straight."""
     angles = np.linspace(0.0, np.pi, 25)
     first, last = start.ahead(straight), end.ahead(-straight)
     middle = (first.point + last.point) / 2
@@ -217,7 +226,7 @@ def _heading(line: Shape) -> float:
 def two_carriageways(
     line: Shape, median: float, road: RoadClass, lane_width: float
 ) -> tuple[Carriageway, Carriageway]:
-    """The carriageway along a closed line and the one against it, the line between them."""
+    """Return the carriageways in and against the direction of a closed line in their middle."""
     half = median / 2
     outer = Carriageway("outer", line, half, road, lane_width)
     inner = Carriageway("inner", line[::-1].copy(), half, road, lane_width)

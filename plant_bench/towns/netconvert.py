@@ -1,4 +1,4 @@
-"""Runs netconvert on a street plan, and SUMO to check the network."""
+"""Converts a street plan to a SUMO network with netconvert, and checks the network with SUMO."""
 
 import os
 import re
@@ -17,31 +17,31 @@ TIMEOUT_S = 120
 
 
 def convert(plan: StreetPlan, spec: TownSpec, seed: int) -> str:
-    """Make a SUMO net (XML text) of a street plan; the same input gives the same text.
+    """Return the SUMO network (XML text) of a street plan; equal input gives equal text.
 
     Raises:
-        InputError: netconvert failed or warned, so the plan is not sound.
+        InputError: netconvert failed or printed a warning.
     """
     with tempfile.TemporaryDirectory() as folder:
         plan.write(Path(folder))
         run = _run("netconvert", _options(spec), folder)
         if run.returncode != 0 or run.stderr.strip():
             raise InputError(
-                f"netconvert does not accept the plan of {spec.name} (seed {seed}): "
-                f"{run.stderr.strip() or run.returncode}. Change its spec or its seed."
+                f"netconvert failed on the street plan of {spec.name} (seed {seed}): "
+                f"{run.stderr.strip() or run.returncode}. Change the town's spec or seed."
             )
         text = (Path(folder) / "town.net.xml").read_text(encoding="utf-8")
     return _with_offsets(without_header(text), spec, seed)
 
 
-def complaints_of_sumo(net: str) -> list[str]:
-    """What SUMO itself says against a net (XML text) when it loads it and runs a little."""
+def sumo_errors(net: str) -> list[str]:
+    """Return SUMO's errors and warnings on loading a network (XML text) and simulating 130 s."""
     with tempfile.TemporaryDirectory() as folder:
         (Path(folder) / "town.net.xml").write_text(net, encoding="utf-8")
         options = ["-n", "town.net.xml", "--end", "130", "--no-step-log", "true"]
         run = _run("sumo", options, folder)
     lines = [line for line in run.stderr.splitlines() if line.strip()]
-    return lines or ([f"SUMO ends with code {run.returncode}"] if run.returncode else [])
+    return lines or ([f"SUMO failed with exit code {run.returncode}"] if run.returncode else [])
 
 
 def _run(program: str, options: list[str], folder: str) -> subprocess.CompletedProcess[str]:
@@ -78,15 +78,15 @@ def _options(spec: TownSpec) -> list[str]:
 
 
 def without_header(text: str) -> str:
-    """Return a net (XML text) without the comment that holds the date of the run."""
+    """Remove the header comment, which contains the date, from a network (XML text)."""
     return re.sub(r"\s*<!--.*?-->\s*", "\n\n", text, count=1, flags=re.DOTALL)
 
 
 def _with_offsets(text: str, spec: TownSpec, seed: int) -> str:
-    """The net with every fixed-time signal started at a moment of its own."""
+    """Set a random offset for the cycle of each fixed-time signal."""
     rng = np.random.default_rng([seed, 7])
 
-    def moved(match: re.Match[str]) -> str:
+    def random_offset(match: re.Match[str]) -> str:
         return f"{match[1]}{rng.integers(0, int(spec.signals.cycle))}.00{match[2]}"
 
-    return re.sub(r'(<tlLogic [^>]*type="static"[^>]*offset=")[\d.]+(")', moved, text)
+    return re.sub(r'(<tlLogic [^>]*type="static"[^>]*offset=")[\d.]+(")', random_offset, text)

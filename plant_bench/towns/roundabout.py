@@ -11,15 +11,15 @@ from plant_bench.towns.town_spec import TownSpec
 LANES = 2
 SPEED = 8.33
 PRIORITY = 10
-HALF_GAP = float(np.radians(21))
-APPROACH = float(np.radians(27))
+HALF_GAP = float(np.radians(21))  # between an arm and its entry or exit, on the ring
+APPROACH = float(np.radians(27))  # between an entry or exit and the arm's direction
 ARM_LENGTH_M = 34.0
 NODE_RADIUS_M = 6.0
 
 
 @dataclass(frozen=True)
 class Roundabout:
-    """Where a roundabout lies and which way its arms point (name of the arm's place: angle)."""
+    """Position and size of a roundabout; `arms` maps names of street ends to angles, radians."""
 
     name: str
     centre: tuple[float, float]
@@ -27,19 +27,19 @@ class Roundabout:
     arms: dict[str, float]
 
     def mouth(self, arm: str) -> Pose:
-        """Where the arm's two-way street begins, looking outwards."""
+        """Return the pose where an arm's two-way street begins, facing outwards."""
         return Pose(*self.centre, self.arms[arm]).ahead(self.radius + ARM_LENGTH_M)
 
     def on_ring(self, angle: float) -> Pose:
-        """The ring's middle line at an angle, in the direction of travel."""
+        """Return the pose on the ring's middle line at an angle, in the direction of travel."""
         x, y = Pose(*self.centre, angle).ahead(self.radius).point
         return Pose(float(x), float(y), angle + np.pi / 2)
 
 
 def add_roundabout(plan: StreetPlan, spec: TownSpec, ring: Roundabout) -> None:
-    """Add the ring with its entries and exits, and connect it with the arms' streets.
+    """Add a ring with its entries and exits, and connect it with the arms' streets.
 
-    The arms' places and streets must be in the plan already.
+    The nodes and streets of the arms must be in the plan already.
     """
     stops: list[tuple[float, str]] = []
     for arm, angle in ring.arms.items():

@@ -1,4 +1,4 @@
-"""Chooses routes of the requested lengths among many drafts, with variety and little overlap."""
+"""Chooses routes of given lengths from many random drafts, for variety and little overlap."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -13,25 +13,26 @@ from plant_bench.towns.route_making import count_manoeuvres, make_route
 from plant_bench.towns.route_paths import random_path
 from plant_bench.world.route import Route
 
-MAX_SHARE = 0.66  # of the shorter of two routes' length that they may have in common
-SHORTEST = 0.93  # of the longest draft: shorter ones are not looked at
-LENGTH_TOLERANCE = 0.03  # a draft this much shorter than the longest is as good as it
-NOVELTY = 1.0  # worth of a manoeuvre that the town's routes do not have yet
-VARIETY = 0.25  # worth of each kind of manoeuvre
-BUSYNESS = 0.1  # worth of a manoeuvre a kilometre, lane changes left out
-WANDERING = 0.5  # cost of passing a junction again
-OVERLAP = 3.0  # cost of having everything in common with another route
+MAX_SHARE = 0.66  # largest overlap of two routes, as a share of the shorter one
+SHORTEST = 0.93  # drafts shorter than this share of the longest draft are ignored
+LENGTH_TOLERANCE = 0.03  # drafts shorter than the longest by up to this share are candidates
+NOVELTY = 1.0  # score of a manoeuvre that the town's routes do not have yet
+VARIETY = 0.25  # score of each kind of manoeuvre
+BUSYNESS = 0.1  # score of one manoeuvre per kilometre, without lane changes
+REVISITS = 0.5  # penalty for each repeated junction
+OVERLAP = 3.0  # penalty for a full overlap with another route
 
 
 @dataclass(frozen=True, eq=False)
 class Draft:
-    """A route before its line is drawn.
+    """A candidate route without its centre line.
 
     Attributes:
         plan: Its lanes.
-        end: Where it ends on its last lane, metres; all drafts start `START_AFTER` a junction.
-        length: About how long it is, metres.
-        driven: Metres driven on each edge.
+        end: Arc length of its end on the last lane, metres. All drafts start `START_AFTER` metres
+            after a junction.
+        length: Approximate length, metres.
+        driven: Distance driven on each edge, metres.
     """
 
     plan: LanePlan
@@ -40,7 +41,7 @@ class Draft:
     driven: Mapping[str, float]
 
     def make(self, graph: StreetGraph, name: str) -> Route:
-        """Make the route."""
+        """Compute the route."""
         return make_route(graph, self.plan, name=name, start=START_AFTER, end=self.end)
 
 
@@ -51,7 +52,7 @@ class _Cut(NamedTuple):
 
 
 def draft_paths(graph: StreetGraph, count: int, rng: np.random.Generator) -> list[LanePlan]:
-    """Draw random edge paths and plan their lanes; those without room for it are left out."""
+    """Draw random edge paths and plan their lanes; paths without a valid plan are dropped."""
     paths = (random_path(graph, rng) for _ in range(count))
     plans = (plan_lanes(graph, path) for path in paths if path is not None and len(path) > 1)
     return [plan for plan in plans if plan is not None]
@@ -89,14 +90,19 @@ def _draft(graph: StreetGraph, plan: LanePlan, cut: _Cut) -> Draft | None:
     return Draft(replanned, end, cut.length, driven)
 
 
-def share(one: Mapping[str, float], other: Mapping[str, float]) -> float:
-    """Return the part of the shorter route's metres on edges that both routes drive."""
+def overlap_share(one: Mapping[str, float], other: Mapping[str, float]) -> float:
+    """Return the common distance of two routes as a share of the shorter route.
+
+    Args:
+        one: Distance driven on each edge by one route, metres.
+        other: The same of the other route.
+    """
     common = sum(min(metres, other.get(edge, 0.0)) for edge, metres in one.items())
     return common / min(sum(one.values()), sum(other.values()))
 
 
-def driven_on(route: Route) -> dict[str, float]:
-    """Return the metres a route drives on each edge outside junctions."""
+def distance_by_edge(route: Route) -> dict[str, float]:
+    """Return the distance that a route drives on each edge outside junctions, metres."""
     driven: dict[str, float] = {}
     for span in route.lanes:
         if not span.lane.startswith(":"):
@@ -106,39 +112,41 @@ def driven_on(route: Route) -> dict[str, float]:
 
 
 def choose(graph: StreetGraph, plans: list[LanePlan], limits: Sequence[float]) -> list[Draft]:
-    """Choose a draft for each limit in turn: long, varied, unlike those chosen before.
+    """Choose a draft for each limit in turn: long, varied, and unlike those chosen before.
 
     Args:
         graph: The town's edges.
-        plans: To choose from.
-        limits: Upper limits of the lengths, metres.
+        plans: Lane plans to choose from.
+        limits: Maximum lengths of the routes, metres.
 
     Raises:
-        InputError: The plans do not give that many different drafts.
+        InputError: The plans do not give enough different drafts.
     """
     chosen: list[Draft] = []
     for limit in limits:
         drafts = _longest(graph, plans, limit)
-        overlaps = [max((share(d.driven, c.driven) for c in chosen), default=0.0) for d in drafts]
+        overlaps = [
+            max((overlap_share(d.driven, c.driven) for c in chosen), default=0.0) for d in drafts
+        ]
         pairs = [pair for pair in zip(drafts, overlaps, strict=True) if pair[1] <= MAX_SHARE]
         if not pairs:
             message = (
                 f"Only {len(chosen)} different routes were found in {graph.town.name}, "
-                f"{len(limits)} were requested. Draw more paths, or make the town larger."
+                f"{len(limits)} were requested. Request fewer, or use a larger town."
             )
             raise InputError(message)
         enough = (1.0 - LENGTH_TOLERANCE) * max(draft.length for draft, _ in pairs)
         seen = {kind for draft in chosen for kind in _kinds(graph, draft)}
-        worths = [
-            _worth(graph, draft, overlap, seen) if draft.length >= enough else -np.inf
+        scores = [
+            _score(graph, draft, overlap, seen) if draft.length >= enough else -np.inf
             for draft, overlap in pairs
         ]
-        chosen.append(pairs[int(np.argmax(worths))][0])
+        chosen.append(pairs[int(np.argmax(scores))][0])
     return chosen
 
 
 def _longest(graph: StreetGraph, plans: list[LanePlan], limit: float) -> list[Draft]:
-    """The drafts of at most the length `limit` that are not much shorter than the longest one."""
+    """Return the drafts up to a length that are not much shorter than the longest one."""
     cuts = [(plan, cut) for plan in plans if (cut := _cut(graph, plan, limit)) is not None]
     enough = SHORTEST * max((cut.length for _, cut in cuts), default=0.0)
     drafts = (_draft(graph, plan, cut) for plan, cut in cuts if cut.length >= enough)
@@ -149,11 +157,11 @@ def _kinds(graph: StreetGraph, draft: Draft) -> set[str]:
     return {kind for kind, count in count_manoeuvres(graph, draft.plan).items() if count}
 
 
-def _worth(graph: StreetGraph, draft: Draft, overlap: float, seen: set[str]) -> float:
+def _score(graph: StreetGraph, draft: Draft, overlap: float, seen: set[str]) -> float:
     counts = count_manoeuvres(graph, draft.plan)
     kinds = {kind for kind, count in counts.items() if count}
     busy = (sum(counts.values()) - counts["lane_change"]) / (draft.length / 1000.0)
     passed = [link.junction for link in draft.plan.links]
     again = len(passed) - len(set(passed))
-    worth = NOVELTY * len(kinds - seen) + VARIETY * len(kinds) + BUSYNESS * busy
-    return round(worth - WANDERING * again - OVERLAP * overlap, 6)
+    score = NOVELTY * len(kinds - seen) + VARIETY * len(kinds) + BUSYNESS * busy
+    return round(score - REVISITS * again - OVERLAP * overlap, 6)

@@ -1,4 +1,4 @@
-"""A town's edges as a graph, with the junctions, merges and exits that matter to routes."""
+"""A town's edges as a graph for route generation, with its junctions, merges and exits."""
 
 from collections import defaultdict
 from functools import cached_property
@@ -9,23 +9,23 @@ from plant_bench.geometry.polyline import headings
 from plant_bench.world.town import Lane, Link, Town
 
 START_AFTER = 10.0  # m from the last junction to a route's start
-ROOM_AHEAD = 25.0  # m of the first edge that remain ahead of the start
-END_MARGIN = 15.0  # m from the destination to the junctions before and behind it
-EXIT_SPEED = 16.0  # m/s: slower roads have turn-offs, not exits
-U_TURN_ANGLE = 2.5  # rad that a U-turn's edge turns by at least
-U_TURN_LENGTH = 120.0  # m: longer edges are bends of the road
+ROOM_AHEAD = 25.0  # m of the first edge that must remain ahead of the start
+END_MARGIN = 15.0  # m from the destination to the previous and the next junction
+EXIT_SPEED = 16.0  # m/s: minimum speed limit of a road with exits
+U_TURN_ANGLE = 2.5  # rad: minimum change of heading of a U-turn's edge
+U_TURN_LENGTH = 120.0  # m: longer edges that turn back are bends, not U-turns
 
 
 class StreetGraph:
-    """What routes need to know of a town's edges and junctions; built once a town.
+    """A town's edges and the links between them; built once per town.
 
     Attributes:
         town: The town.
-        lengths: Metres of each edge (of its rightmost lane).
+        lengths: Length of each edge (of its rightmost lane), metres.
         ring_edges: The edges of roundabouts.
-        u_turns: The edges that turn back, as over a median.
-        onward: The edges that each edge leads to.
-        junctions: The junction each edge ends at.
+        u_turns: The edges of U-turns, such as those over a median.
+        onward: The successors of each edge.
+        junctions: The junction at the end of each edge.
     """
 
     def __init__(self, town: Town) -> None:
@@ -54,16 +54,16 @@ class StreetGraph:
         return self._links.get((before, after), [])
 
     def is_joint(self, junction: str) -> bool:
-        """Tell whether edges merely join there, so that there is nothing to pass."""
+        """Return whether edges just join at a junction, without any conflict."""
         return self.town.junctions[junction].kind == "joint"
 
     def is_crossing(self, junction: str) -> bool:
-        """Tell whether one can come from and go to several roads there, outside roundabouts."""
+        """Return whether several roads lead to and from a junction that is not on a roundabout."""
         several = len(self._arriving[junction]) > 1 and len(self._leaving[junction]) > 1
         return several and not self.ring_edges & self._arriving[junction]
 
     def is_exit(self, before: str, after: str) -> bool:
-        """Tell whether the way from one edge to another leaves a fast road on its right."""
+        """Return whether an edge leads to another by an exit on the right of a fast road."""
         junction = self.junctions[before]
         others = self._leaving[junction] - {after}
         if len(self._arriving[junction]) > 1 or not others or before in self.ring_edges:
@@ -76,12 +76,12 @@ class StreetGraph:
         )
 
     def has_acceleration(self, edge: str) -> bool:
-        """Tell whether a lane of the edge is an acceleration lane."""
+        """Return whether the edge has an acceleration lane."""
         return any(lane.acceleration for lane in self.town.edges[edge])
 
     @cached_property
-    def sights(self) -> tuple[str, ...]:
-        """The edges worth a detour: rings, U-turns, acceleration lanes and exits, in order."""
+    def landmarks(self) -> tuple[str, ...]:
+        """The edges of roundabouts, U-turns, acceleration lanes and exits, in the town's order."""
         exits = {after for before, after in self._links if self.is_exit(before, after)}
         return tuple(
             edge
@@ -94,7 +94,7 @@ class StreetGraph:
 
     @cached_property
     def starts(self) -> tuple[str, ...]:
-        """The edges a route may start on: not where an exit has already opened."""
+        """The edges on which a route may start: long enough, and not leading to an exit."""
         return tuple(
             edge
             for edge in self._plain
@@ -104,7 +104,7 @@ class StreetGraph:
 
     @cached_property
     def ends(self) -> tuple[str, ...]:
-        """The edges a route may end on."""
+        """The edges on which a route may end."""
         return tuple(e for e in self._plain if self.lengths[e] > 2.0 * END_MARGIN)
 
     @cached_property

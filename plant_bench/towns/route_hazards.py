@@ -1,9 +1,9 @@
 """Chooses the hazards of a route: number, kinds, places and parameters.
 
-Kinds and places are drawn by a seed. Shares follow the scenarios of Longest6 v2's routes
+Kinds and places are random, by a seed. The shares follow the scenarios of the routes of Longest6 v2
 (DynamicObjectCrossing 116, SignalizedJunctionLeftTurn 112, ControlLoss 80,
-SignalizedJunctionRightTurn 76, OppositeVehicleRunningRedLight 43, 11.9 a route); a third is left to
-the kinds beyond CARLA's.
+SignalizedJunctionRightTurn 76, OppositeVehicleRunningRedLight 43, 11.9 per route); a third of the
+hazards is of kinds that CARLA does not have.
 """
 
 import random
@@ -16,15 +16,15 @@ from plant_bench.world.route import Route
 from plant_bench.world.town import Town
 
 FEWEST, MOST = 8, 15  # hazards of a route
-METRES_EACH = 120.0  # m of route for each hazard between those bounds
-SPACING = 60.0  # m between two hazards at least
-LARGEST_SHARE = 1.0 / 3.0  # of a route's hazards that are of one kind
+METRES_EACH = 120.0  # m of route per hazard, within those bounds
+SPACING = 60.0  # m: minimum distance between two hazards
+LARGEST_SHARE = 1.0 / 3.0  # largest share of a route's hazards of the same kind
 TRIES = 400  # attempts to place all hazards of a route
-CONTENDERS = 3  # places drawn, of which the one farthest from others is taken
+CONTENDERS = 3  # random places per hazard; the one farthest from the other hazards is used
 
 
 def place_hazards(town: Town, route: Route, seed: int) -> tuple[Hazard, ...]:
-    """Return a route's hazards in order of place; equal arguments give equal hazards."""
+    """Return the hazards of a route, sorted by place; equal arguments give equal hazards."""
     draw = random.Random(f"{seed}|{route.id}")
     places = possible_places(town, route)
     target = min(max(round(route.length / METRES_EACH), FEWEST), MOST)

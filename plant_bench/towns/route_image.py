@@ -1,4 +1,4 @@
-"""Draws pictures of routes on their towns."""
+"""Draws routes on maps of their towns."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -18,14 +18,14 @@ from plant_bench.world.town import Town, load_town
 
 LINE, CHANGE, START, END, SIGNAL = "#19b5fe", "#f39c12", "#2ecc71", "#8e44ad", "#e74c3c"
 HAZARD = "#ffd400"
-LEGEND_WORDS = 4  # a line of the legend
+LEGEND_WORDS = 4  # entries per line of the legend
 COLUMNS = 3
 PANEL_IN = 5.0  # longer side of a route's panel
 TITLE_IN = 0.4
-DOTS = 90  # dots an inch
-COLOURS = 256  # in a picture's palette: small files
-ARROWS = 14  # along a route
-ABOVE = 30  # drawing order: routes lie above their town
+DOTS = 90  # dots per inch
+COLOURS = 256  # size of the palette, which keeps files small
+ARROWS = 14  # direction arrows per route
+ABOVE = 30  # drawing order: above the town
 
 
 def draw_route(town: Town, route: Route, ax: Axes) -> None:
@@ -51,7 +51,7 @@ def draw_route(town: Town, route: Route, ax: Axes) -> None:
 
 
 def save_suite_pictures(routes: Sequence[Route], folder: Path) -> list[Path]:
-    """Draw routes, a PNG a town with one panel a route; return the files."""
+    """Draw one PNG per town with one panel per route; return the files."""
     folder.mkdir(parents=True, exist_ok=True)
     files = []
     for name in sorted({route.town for route in routes}):
@@ -80,7 +80,7 @@ def _save_panels(town: Town, routes: list[Route], path: Path) -> None:
 
 
 def _draw_hazards(route: Route, ax: Axes) -> None:
-    """Mark each hazard with its kind's letter."""
+    """Mark each hazard with the letter of its kind."""
     places = _places(route, [hazard.at for hazard in route.hazards])
     for (x, y), hazard in zip(places, route.hazards, strict=True):
         ax.text(
@@ -91,7 +91,7 @@ def _draw_hazards(route: Route, ax: Axes) -> None:
 
 
 def _legend(route: Route) -> str:
-    """Tell which letter marks which kind of hazard."""
+    """Return the legend: letter and name of each kind of hazard on the route."""
     kinds = dict.fromkeys(hazard.kind for hazard in route.hazards)
     words = [f"{HAZARDS[kind].letter} {kind.replace('_', ' ')}" for kind in kinds]
     rows = [", ".join(words[i : i + LEGEND_WORDS]) for i in range(0, len(words), LEGEND_WORDS)]

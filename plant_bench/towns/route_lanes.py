@@ -1,4 +1,4 @@
-"""Plans the lanes of an edge path, and where it changes lanes."""
+"""Plans the lanes and the lane changes of a path of edges."""
 
 from dataclasses import dataclass
 from itertools import pairwise
@@ -7,28 +7,28 @@ from typing import NamedTuple
 from plant_bench.towns.route_graph import StreetGraph
 from plant_bench.world.town import Lane, Link, Town
 
-CHANGE_TIME = 3.0  # s that a lane change takes where there is room
-CHANGE_USUAL = 25.0  # m, at least, where there is room
-CHANGE_LEAST = 20.0  # m
+CHANGE_TIME = 3.0  # s: usual duration of a lane change
+CHANGE_USUAL = 25.0  # m: usual minimum length of a lane change
+CHANGE_LEAST = 20.0  # m: minimum length if space is short
 CHANGE_GAP = 5.0  # m between two lane changes
-AFTER_JUNCTION = 8.0  # m from the junction's exit to a lane change
-BEFORE_STOP_LINE = 15.0  # m from a lane change to the stop line
-AFTER_LANE_BEGIN = 20.0  # m on an acceleration lane before it is left
-LONG_EDGE = 200.0  # m: longer edges leave a choice where to change
-QUEUE_ZONE = 60.0  # m before the stop line where long edges are kept free of lane changes
-LATER_SHARE = 0.25  # of the free room on a long edge lies before its lane changes
-KEEP_RIGHT = 0.01  # lane changes that driving one lane farther left is worth
+AFTER_JUNCTION = 8.0  # m from a junction to the first lane change
+BEFORE_STOP_LINE = 15.0  # m from the last lane change to the stop line
+AFTER_LANE_BEGIN = 20.0  # m on an acceleration lane before the lane change
+LONG_EDGE = 200.0  # m: on longer edges, lane changes keep clear of queues
+QUEUE_ZONE = 60.0  # m before the stop line without lane changes on long edges
+LATER_SHARE = 0.25  # share of a long edge's spare length that comes before its lane changes
+KEEP_RIGHT = 0.01  # cost of driving one lane farther left, in lane changes
 
 
 @dataclass(frozen=True)
 class LanePlan:
-    """The lanes of an edge path.
+    """The lanes of a path of edges.
 
     Attributes:
         edges: The path.
-        entered: The lane each edge is entered on; on the first edge, where the route starts.
-        left: The lane each edge is left from; on the last edge, where the route ends.
-        links: The ways between the edges, one fewer than edges.
+        entered: The lane on which each edge is entered; for the first edge, the lane of the start.
+        left: The lane from which each edge is left; for the last edge, the lane of the end.
+        links: The links between successive edges, one fewer than edges.
     """
 
     edges: tuple[str, ...]
@@ -38,7 +38,7 @@ class LanePlan:
 
 
 class ChangeSpan(NamedTuple):
-    """Where on a lane a lane change begins and ends, metres from the lane's begin."""
+    """The stretch of a lane on which a lane change takes place; arc lengths, metres."""
 
     start: float
     end: float
@@ -52,12 +52,13 @@ class _Way(NamedTuple):
 
 
 def plan_lanes(graph: StreetGraph, edges: tuple[str, ...]) -> LanePlan | None:
-    """Choose lanes with the fewest lane changes, to the right where that makes no difference.
+    """Choose lanes with the fewest lane changes; among equal plans, the one farthest to the right.
 
-    The route starts on any lane of its first edge and changes no lane on its first and last edges.
+    The route may start on any lane of its first edge. There are no lane changes on its first and
+    last edges.
 
     Returns:
-        The plan, or None where lane changes would find no room.
+        The plan; None if an edge is too short for its lane changes.
     """
     town = graph.town
     ways = {lane.id: _Way(0.0, (lane.id,), (), ()) for lane in town.edges[edges[0]]}
@@ -80,28 +81,28 @@ def plan_lanes(graph: StreetGraph, edges: tuple[str, ...]) -> LanePlan | None:
 
 
 def lanes_between(town: Town, lane: str, other: str) -> int:
-    """Return how many lanes to the left of a lane another of its edge lies; negative: right."""
+    """Return the number of lanes from a lane to another of its edge, positive to the left."""
     ids = [item.id for item in town.edges[town.lanes[lane].edge]]
     return ids.index(other) - ids.index(lane)
 
 
 def change_spans(lane: Lane, count: int) -> list[ChangeSpan] | None:
-    """Place lane changes on an edge, one after the other.
+    """Place successive lane changes on an edge.
 
     Args:
-        lane: The lane they start from.
-        count: How many.
+        lane: The lane from which the first one starts.
+        count: Number of lane changes.
 
     Returns:
-        Their places, empty where there are none, or None where they find no room.
+        The lane changes; None if the lane is too short for them.
     """
     if count == 0:
         return []
     first = AFTER_LANE_BEGIN if lane.acceleration else AFTER_JUNCTION
     is_long = lane.length > LONG_EDGE and not lane.acceleration
     last = lane.length - (QUEUE_ZONE if is_long else BEFORE_STOP_LINE)
-    room = (last - first - (count - 1) * CHANGE_GAP) / count
-    length = min(room, max(CHANGE_USUAL, CHANGE_TIME * lane.speed_limit))
+    available = (last - first - (count - 1) * CHANGE_GAP) / count
+    length = min(available, max(CHANGE_USUAL, CHANGE_TIME * lane.speed_limit))
     if length < CHANGE_LEAST:
         return None
     slack = last - first - count * length - (count - 1) * CHANGE_GAP

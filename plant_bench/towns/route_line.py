@@ -12,21 +12,21 @@ from plant_bench.world.route import LaneChange, LaneSpan
 from plant_bench.world.town import Lane, Town
 
 SPACING = 1.0  # m between the points of a route
-FINE = 0.25  # m between the points it is smoothed on
+FINE = 0.25  # m between the points during smoothing
 SMOOTHING = 0.7  # m: standard deviation of the smoothing along the line
-SMOOTHING_MOST = 0.14  # m that smoothing may move a point
-CURVE_WINDOW = 5  # points that curvature is averaged over
-LATERAL_ACCELERATION = 3.0  # m/s2 in curves
-SLOWEST = 3.0  # m/s: no curve is taken slower
+SMOOTHING_MOST = 0.14  # m: largest displacement of a point by smoothing
+CURVE_WINDOW = 5  # points over which curvature is averaged
+LATERAL_ACCELERATION = 3.0  # m/s2: maximum in curves
+SLOWEST = 3.0  # m/s: lowest speed limit in curves
 
 
 @dataclass(frozen=True, eq=False)
 class RouteLine:
-    """Where a route runs.
+    """The centre line of a route.
 
     Attributes:
-        points: x, y, z every metre, rounded as they are stored.
-        spans: The lanes in order, internal ones included.
+        points: x, y, z every metre, rounded as in the files.
+        spans: The lanes in order, including those inside junctions.
         changes: The lane changes in order.
     """
 
@@ -35,20 +35,20 @@ class RouteLine:
     changes: tuple[LaneChange, ...]
 
     def speed_limits(self, town: Town) -> Float[np.ndarray, " points"]:
-        """Return the posted limit at each point, or less where the line bends too much for it."""
+        """Return the speed limit at each point, m/s: posted, or less where curvature demands it."""
         bend = np.abs(curvatures(self.points[:, :2]))
         window = np.ones(CURVE_WINDOW) / CURVE_WINDOW
         bend = np.convolve(np.pad(bend, CURVE_WINDOW // 2, mode="edge"), window, mode="valid")
-        bearable = np.sqrt(LATERAL_ACCELERATION / np.maximum(bend, 1e-6))
+        curve_speed = np.sqrt(LATERAL_ACCELERATION / np.maximum(bend, 1e-6))
         ends = [span.end for span in self.spans]
         at = np.minimum(np.searchsorted(ends, arc_lengths(self.points[:, :2])), len(ends) - 1)
         posted = np.array([town.lanes[span.lane].speed_limit for span in self.spans])[at]
-        return np.round(np.minimum(posted, np.maximum(bearable, SLOWEST)), 2)
+        return np.round(np.minimum(posted, np.maximum(curve_speed, SLOWEST)), 2)
 
 
 @dataclass
 class _Tracer:
-    """Draws the raw line and notes what lies where on it; mutable."""
+    """Builds the line before smoothing, with the positions of lanes and lane changes; mutable."""
 
     town: Town
     pieces: list[np.ndarray] = field(default_factory=list)
@@ -57,7 +57,7 @@ class _Tracer:
     changes: list[tuple[float, float, str]] = field(default_factory=list)
 
     def follow(self, lane: Lane, start: float, end: float) -> None:
-        """Draw a lane from one arc length to another."""
+        """Append a lane from one arc length to another."""
         begin = self.length
         if end - start > 1e-3:
             inside = (lane.along > start) & (lane.along < end)
@@ -66,7 +66,7 @@ class _Tracer:
         self._note(lane, begin)
 
     def change(self, lane: Lane, other: Lane, span: ChangeSpan) -> float:
-        """Draw a lane change, and return where on the other lane it ends."""
+        """Append a lane change; return the arc length on the other lane at which it ends."""
         begin = self.length
         share = np.linspace(0.0, 1.0, 2 + int((span.end - span.start) / FINE))
         here = _on_lane(lane, span.start + share * (span.end - span.start))
@@ -92,12 +92,12 @@ class _Tracer:
 
 @dataclass(frozen=True, eq=False)
 class LaneStep:
-    """A lane to be followed, to its end or to a lane change.
+    """A lane to follow to its end or to a lane change.
 
     Attributes:
         lane: The lane.
-        change: Where on it the lane change is, metres; None where the lane is followed to its end.
-        other: The lane that is changed to.
+        change: The stretch of the lane change, metres; None to follow the lane to its end.
+        other: The target lane of the lane change.
     """
 
     lane: Lane
@@ -106,13 +106,13 @@ class LaneStep:
 
 
 def trace_steps(town: Town, steps: Sequence[LaneStep], *, start: float, end: float) -> RouteLine:
-    """Draw the line of lanes and lane changes whose places are known.
+    """Compute the line along lanes and lane changes with known positions.
 
     Args:
         town: The town.
-        steps: In order; after a lane change comes the lane that it leads to.
-        start: Where the route starts on the first lane, metres.
-        end: Where it ends on the last lane, metres.
+        steps: The lanes in order; a lane change is followed by its target lane.
+        start: Arc length of the start on the first lane, metres.
+        end: Arc length of the end on the last lane, metres.
     """
     tracer = _Tracer(town)
     at = start
@@ -129,13 +129,13 @@ def trace_steps(town: Town, steps: Sequence[LaneStep], *, start: float, end: flo
 
 
 def trace_line(town: Town, plan: LanePlan, start: float, end: float) -> RouteLine:
-    """Draw the line of a lane plan.
+    """Compute the line of a lane plan.
 
     Args:
         town: The town.
-        plan: The lanes to take.
-        start: Where the route starts on the first edge's lane, metres.
-        end: Where it ends on the last edge's lane, metres.
+        plan: The lane plan.
+        start: Arc length of the start on the first edge's lane, metres.
+        end: Arc length of the end on the last edge's lane, metres.
     """
     tracer = _Tracer(town)
     at = start
@@ -157,7 +157,7 @@ def trace_line(town: Town, plan: LanePlan, start: float, end: float) -> RouteLin
 def _change_once(
     tracer: _Tracer, lane: Lane, at: float, entered: str, count: int
 ) -> tuple[Lane, float]:
-    """Make the next of an edge's lane changes; return the lane reached and the place on it."""
+    """Append the next lane change of an edge; return the target lane and the arc length on it."""
     town = tracer.town
     done = abs(lanes_between(town, entered, lane.id))
     spans = change_spans(town.lanes[entered], abs(count)) or []
@@ -187,7 +187,7 @@ def _finish(tracer: _Tracer) -> RouteLine:
 
 
 def _smooth(points: Float[np.ndarray, "points 3"]) -> Float[np.ndarray, "points 3"]:
-    """Blur the line along itself, its ends kept, no point moved by more than `SMOOTHING_MOST`."""
+    """Smooth the line with a Gaussian; the ends stay, points move by at most `SMOOTHING_MOST`."""
     reach = round(3.0 * SMOOTHING / FINE)
     weights = np.exp(-0.5 * (np.arange(-reach, reach + 1) * FINE / SMOOTHING) ** 2)
     weights /= weights.sum()
@@ -207,7 +207,7 @@ def _on_lane(lane: Lane, at: np.ndarray) -> np.ndarray:
 
 
 def _project(points: Float[np.ndarray, "points 2"], lane: Lane) -> Float[np.ndarray, " points"]:
-    """Return the arc length of the lane's nearest place to each point."""
+    """Return the arc length of each point's projection on the lane."""
     begin, step = lane.points[:-1, :2], np.diff(lane.points[:, :2], axis=0)
     square = np.maximum((step**2).sum(axis=1), 1e-12)
     offset = points[:, None] - begin

@@ -1,4 +1,4 @@
-"""Builds a Route from a lane plan: its line, junction passages and manoeuvres."""
+"""Builds a Route from a lane plan: centre line, junction passages and counts of manoeuvres."""
 
 from plant_bench.towns.route_graph import StreetGraph
 from plant_bench.towns.route_lanes import LanePlan, lanes_between
@@ -15,24 +15,24 @@ MANOEUVRES: tuple[str, ...] = (
     "exit",
     "u_turn",
 )
-EDGES_BEYOND = 2  # SUMO's traffic ignores an ego on a junction unless its route goes on
+EDGES_BEYOND = 2  # after the end: SUMO's traffic ignores a vehicle on a junction at its route's end
 
 
 def make_route(graph: StreetGraph, plan: LanePlan, *, name: str, start: float, end: float) -> Route:
-    """Make the route of a lane plan.
+    """Build the route of a lane plan.
 
     Args:
         graph: The town's edges.
-        plan: The lanes to take.
+        plan: The lane plan.
         name: The route's id.
-        start: Where it starts on its first lane, metres.
-        end: Where it ends on its last lane, metres.
+        start: Arc length of its start on the first lane, metres.
+        end: Arc length of its end on the last lane, metres.
     """
     return route_along(graph, plan, trace_line(graph.town, plan, start, end), name)
 
 
 def route_along(graph: StreetGraph, plan: LanePlan, line: RouteLine, name: str) -> Route:
-    """Make the route of a lane plan whose line is drawn."""
+    """Build the route of a lane plan, given its line."""
     return Route(
         id=name,
         town=graph.town.name,
@@ -48,9 +48,10 @@ def route_along(graph: StreetGraph, plan: LanePlan, line: RouteLine, name: str) 
 
 
 def count_manoeuvres(graph: StreetGraph, plan: LanePlan) -> dict[str, int]:
-    """Count what a plan asks the driver to do.
+    """Count the manoeuvres of a lane plan.
 
-    Turns count at junctions where roads cross or meet, not on roundabouts, which count once each.
+    Turns count at junctions where roads cross or meet, but not on roundabouts; each roundabout
+    counts once.
     """
     counts: dict[str, int] = dict.fromkeys(MANOEUVRES, 0)
     edges = plan.edges
@@ -72,7 +73,7 @@ def count_manoeuvres(graph: StreetGraph, plan: LanePlan) -> dict[str, int]:
 
 
 def _edges_beyond(graph: StreetGraph, plan: LanePlan) -> tuple[str, ...]:
-    """The edges one comes to by driving on, straight where one can."""
+    """Return the edges that follow the end of the plan, straight on where possible."""
     town, lane, beyond = graph.town, plan.left[-1], []
     for _ in range(EDGES_BEYOND):
         links = town.links_from.get(lane, ())

@@ -7,23 +7,25 @@ import numpy as np
 
 from plant_bench.towns.route_graph import StreetGraph
 
-STOPS = (1, 5)  # stops between start and destination
+STOPS = (1, 5)  # intermediate stops between start and destination
 DETOUR_SPREAD = 0.6  # standard deviation of the logarithm of an edge's random weight
-REVISIT_FACTOR = 3.0  # a junction already passed makes the way to it that much longer
-SIGHT_SHARE = 0.5  # of the paths lead by a sight, where the town has any
+REVISIT_FACTOR = 3.0  # cost factor of edges to a junction that the path has already passed
+LANDMARK_SHARE = 0.5  # share of paths via an edge of `StreetGraph.landmarks`
 
 
 def random_path(graph: StreetGraph, rng: np.random.Generator) -> tuple[str, ...] | None:
-    """Return a path of edges by a few random stops that takes no edge twice.
+    """Draw a path of edges via a few random stops, without repeated edges.
 
     Returns:
-        The path, or None where this draw has led to none.
+        The path; None if the drawn stops cannot be connected.
     """
     edges = list(graph.town.edges)
     starts, ends = graph.starts, graph.ends
     stops = [edges[i] for i in rng.integers(len(edges), size=rng.integers(*STOPS, endpoint=True))]
-    if graph.sights and rng.random() < SIGHT_SHARE:
-        stops[int(rng.integers(len(stops)))] = graph.sights[int(rng.integers(len(graph.sights)))]
+    if graph.landmarks and rng.random() < LANDMARK_SHARE:
+        stops[int(rng.integers(len(stops)))] = graph.landmarks[
+            int(rng.integers(len(graph.landmarks)))
+        ]
     spread = np.exp(DETOUR_SPREAD * rng.standard_normal(len(edges)))
     costs = {edge: graph.lengths[edge] * float(w) for edge, w in zip(edges, spread, strict=True)}
     path = [starts[int(rng.integers(len(starts)))]]
@@ -51,7 +53,7 @@ def _leg(
 def _cheapest(
     graph: StreetGraph, start: str, goal: str, cost: Callable[[str], float | None]
 ) -> list[str] | None:
-    """Dijkstra over edges; an edge without a cost is closed. The start is left out."""
+    """Return the cheapest path by Dijkstra, without `start`; edges of cost None are closed."""
     best, before, queue = {start: 0.0}, {}, [(0.0, start)]
     while queue:
         so_far, edge = heapq.heappop(queue)

@@ -1,4 +1,4 @@
-"""Builds, checks and describes route suites like CARLA's Longest6."""
+"""Builds, checks and describes the benchmark's route suites, modelled on CARLA's Longest6."""
 
 import json
 import tempfile
@@ -14,30 +14,30 @@ from plant_bench.atomic_files import write_whole_text
 from plant_bench.data_files import routes_dir
 from plant_bench.errors import InputError
 from plant_bench.towns import unseen_towns as unseen
-from plant_bench.towns.route_choice import choose, draft_paths, driven_on, share
+from plant_bench.towns.route_choice import choose, distance_by_edge, draft_paths, overlap_share
 from plant_bench.towns.route_graph import StreetGraph
 from plant_bench.towns.route_hazards import place_hazards
 from plant_bench.towns.route_making import MANOEUVRES
 from plant_bench.world.route import ROUTE_FORMAT, Route
 from plant_bench.world.town import Town, load_town
 
-DRAWS = 4000  # edge paths drawn a town
+DRAWS = 4000  # random edge paths per town
 
 
 @dataclass(frozen=True)
 class SuiteSpec:
-    """What a suite is asked to be.
+    """Specification of a suite.
 
     Attributes:
-        seed: Of the drawing.
-        lengths: For each town the upper limits of its routes' lengths, metres.
+        seed: Seed of routes and hazards.
+        lengths: Maximum lengths of the routes of each town, metres.
     """
 
     seed: int
     lengths: Mapping[str, Sequence[float]]
 
 
-# Lengths of CARLA's routes: TransFuser, leaderboard/data/longest6/longest6.xml, sorted a town.
+# Lengths of CARLA's routes (TransFuser, leaderboard/data/longest6/longest6.xml), sorted by town.
 _LENGTHS = {
     "town01": (1130.0, 1015.0, 937.0, 894.0, 731.0, 686.0),
     "town02": (1010.0, 974.0, 973.0, 872.0, 821.0, 821.0),
@@ -62,16 +62,16 @@ def build_suite(
     seed: int | None = None,
     out: Path | None = None,
 ) -> Path:
-    """Build a suite, whole or not at all.
+    """Build a suite; its files are written only if all routes can be built.
 
     Args:
         name: The suite.
-        towns: Build only these towns' files and leave the others as they are; all by default.
-        seed: Of the drawing; the suite's own by default.
-        out: The folder to write; the suite's folder in `routes/` by default.
+        towns: Towns to build; the files of others stay as they are. All by default.
+        seed: Seed of routes and hazards; the suite's own by default.
+        out: Output folder; the suite's folder in `routes/` by default.
 
     Returns:
-        The folder written.
+        The output folder.
 
     Raises:
         InputError: There is no such suite or town, or a town is too small for it.
@@ -92,7 +92,7 @@ def check_suite(name: str) -> list[str]:
     """Build a suite again and compare it with its files, byte for byte.
 
     Returns:
-        What differs, a line a file; empty if nothing does.
+        One line per file that differs.
 
     Raises:
         InputError: There is no such suite, or it cannot be built.
@@ -106,15 +106,20 @@ def check_suite(name: str) -> list[str]:
             if not stored.is_file():
                 differences.append(f"{name}/{town}.json is missing.")
             elif stored.read_bytes() != (rebuilt / stored.name).read_bytes():
-                differences.append(f"{name}/{town}.json is not what building it again gives.")
+                differences.append(f"{name}/{town}.json differs from the rebuilt file.")
     return differences
 
 
 def suite_routes(town: Town, limits: Sequence[float], seed: int) -> list[Route]:
-    """Return a town's longest routes below the given lengths, one for each, with their hazards.
+    """Return one route per maximum length, as long as possible, with hazards.
+
+    Args:
+        town: The town.
+        limits: Maximum lengths, metres.
+        seed: Seed of routes and hazards.
 
     Raises:
-        InputError: The town does not have that many different routes.
+        InputError: The town does not have enough different routes.
     """
     rng = np.random.default_rng([seed, zlib.crc32(town.name.encode())])
     graph = StreetGraph(town)
@@ -124,11 +129,13 @@ def suite_routes(town: Town, limits: Sequence[float], seed: int) -> list[Route]:
 
 
 def describe_suite(routes: list[Route]) -> pd.DataFrame:
-    """Return one row a route: length, manoeuvres, signals, hazards, and what it shares at most."""
+    """Return one row per route: length, manoeuvres, signals, hazards and largest overlap."""
     rows = []
     for route in routes:
         others = [other for other in routes if other.town == route.town and other is not route]
-        shares = [share(driven_on(route), driven_on(other)) for other in others]
+        shares = [
+            overlap_share(distance_by_edge(route), distance_by_edge(other)) for other in others
+        ]
         row = {"id": route.id, "town": route.town, "length_m": round(route.length, 1)}
         row |= {kind: route.manoeuvres.get(kind, 0) for kind in MANOEUVRES}
         row |= {"signals": len(route.signal_passages), "hazards": len(route.hazards)}
@@ -156,11 +163,16 @@ def _suite_text(name: str, seed: int, routes: list[Route]) -> str:
     return suite_text({"suite": name, "seed": seed}, routes)
 
 
-def suite_text(about: Mapping[str, object], routes: Sequence[Route]) -> str:
-    """Return a suite's file: what is said about it, and a line a route."""
-    head = json.dumps({"format": ROUTE_FORMAT} | dict(about), separators=(",", ":"))
+def suite_text(header: Mapping[str, object], routes: Sequence[Route]) -> str:
+    """Return the text of a suite file, with one route per line.
+
+    Args:
+        header: Metadata of the suite.
+        routes: The routes.
+    """
+    head = json.dumps({"format": ROUTE_FORMAT} | dict(header), separators=(",", ":"))
     payloads = [route.to_payload() for route in routes]
     for payload in payloads:
-        payload["hazards"] = payload.pop("hazards")  # last, where a reader finds them
+        payload["hazards"] = payload.pop("hazards")  # at the end of the line, for readability
     lines = [json.dumps(payload, separators=(",", ":")) for payload in payloads]
     return head[:-1] + ',"routes":[\n' + ",\n".join(lines) + "\n]}\n"

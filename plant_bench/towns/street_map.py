@@ -1,4 +1,4 @@
-"""A map of two-way streets between places, and its conversion to a street plan."""
+"""A map of two-way streets between junctions, and its conversion to a street plan."""
 
 from dataclasses import dataclass, field, replace
 
@@ -16,7 +16,7 @@ EAST, NORTH, WEST, SOUTH = 0.0, np.pi / 2, np.pi, -np.pi / 2
 class Street:
     """A two-way street from place `start` to place `end`.
 
-    `leave` and `arrive` are its headings at the two; `via` are poses it passes on the way.
+    `leave` and `arrive` are its headings there, in radians; `via` are poses in between.
     """
 
     start: str
@@ -27,7 +27,7 @@ class Street:
     via: tuple[Pose, ...] = ()
 
     def reversed(self) -> "Street":
-        """The same street, seen from its other end."""
+        """Return the same street with start and end swapped."""
         via = tuple(pose.reversed() for pose in reversed(self.via))
         back_leave, back_arrive = self.arrive + np.pi, self.leave + np.pi
         return Street(self.end, self.start, back_leave, back_arrive, self.road_class, via)
@@ -35,7 +35,7 @@ class Street:
 
 @dataclass
 class StreetMap:
-    """Places (junctions to be) and the streets between them."""
+    """Places (later junctions) and the streets between them; mutable."""
 
     corner_radius: float
     places: dict[str, Node] = field(default_factory=dict)
@@ -50,21 +50,21 @@ class StreetMap:
         self.streets.append(Street(start, end, leave, arrive, road_class))
 
     def degree(self, name: str) -> int:
-        """How many arms of streets meet at a place."""
+        """Return the number of street ends at a place."""
         return sum((s.start == name) + (s.end == name) for s in self.streets)
 
     def dissolve_bends(self) -> None:
-        """Turn every place with two arms into a bend of one longer street; drop empty ones."""
+        """Replace every place with two arms by a bend of one street; remove places without any."""
         for name in list(self.places):
             if self.degree(name) == 2:
                 self._dissolve(name)
         self.places = {name: p for name, p in self.places.items() if self.degree(name) > 0}
 
     def _dissolve(self, name: str) -> None:
-        meeting = [s for s in self.streets if name in (s.start, s.end)]
-        if len(meeting) != 2:
+        joined = [s for s in self.streets if name in (s.start, s.end)]
+        if len(joined) != 2:
             return
-        first, second = meeting
+        first, second = joined
         first = first if first.end == name else first.reversed()
         second = second if second.start == name else second.reversed()
         via = self._bend(self.places[name], first.arrive, second.leave)
@@ -76,7 +76,7 @@ class StreetMap:
             first.road_class,
             (*first.via, *via, *second.via),
         )
-        self.streets = [s for s in self.streets if s not in meeting] + [merged]
+        self.streets = [s for s in self.streets if s not in joined] + [merged]
 
     def _bend(self, place: Node, arrive: float, leave: float) -> tuple[Pose, ...]:
         turn = abs(wrap_angle(leave - arrive))
@@ -88,7 +88,7 @@ class StreetMap:
         return (before, after)
 
     def turn_quarters(self, quarters: int, centre: tuple[float, float]) -> None:
-        """Turn the whole map by quarter turns to the left; places need streets without `via`."""
+        """Rotate the map by quarter turns to the left; no street may have a `via` yet."""
         angle = quarters * np.pi / 2
         cos, sin = round(float(np.cos(angle))), round(float(np.sin(angle)))
         for name, place in self.places.items():
@@ -100,7 +100,7 @@ class StreetMap:
         ]
 
     def control(self, name: str, control: str, radius: float, **more: bool) -> None:
-        """Say which rule holds at a place, how it is rounded, and more of what a Node may be."""
+        """Set the control (a SUMO junction type), corner radius and other fields of a place."""
         self.places[name] = replace(self.places[name], control=control, radius=radius, **more)
 
     def draw_on(self, plan: StreetPlan, spec: TownSpec) -> None:
@@ -111,7 +111,7 @@ class StreetMap:
             add_street(plan, spec, street.start, street.end, self.shape(street), street.road_class)
 
     def shape(self, street: Street) -> Shape:
-        """The middle line of a street (n 2)."""
+        """Return the middle line of a street (n 2)."""
         start, end = self.places[street.start], self.places[street.end]
         return curve_through(
             [

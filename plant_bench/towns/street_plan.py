@@ -12,11 +12,10 @@ from plant_bench.towns.street_shapes import Shape
 
 @dataclass(frozen=True)
 class Node:
-    """A junction or the place where one edge becomes another.
+    """A junction, or a point where one edge continues as another.
 
-    `control` is one of SUMO's junction types; `radius` rounds the junction's corners. Without
-    `crossings` nobody walks across the junction's arms. Lights may be `fixed_time` where the town's
-    others are actuated.
+    `control` is a SUMO junction type; `radius` is that of the junction's corners, in metres;
+    `crossings` allows pedestrian crossings; `fixed_time` signals are never actuated.
     """
 
     id: str
@@ -31,9 +30,9 @@ class Node:
 
 @dataclass(frozen=True)
 class Edge:
-    """A one-way carriageway of `lanes` lanes for vehicles.
+    """A one-way carriageway with `lanes` lanes for vehicles.
 
-    `shape` (n 2 or n 3) is its left border, or its middle if `centred`.
+    `shape` (n 2 or n 3) is its left border, or its middle line if `centred`.
     """
 
     id: str
@@ -50,7 +49,7 @@ class Edge:
 
 @dataclass(frozen=True)
 class Connection:
-    """One lane leads to another; lanes count from the right, vehicle lanes only."""
+    """A connection from one lane to another; vehicle lanes are counted from the right, from 0."""
 
     start: str
     end: str
@@ -60,7 +59,7 @@ class Connection:
 
 @dataclass
 class StreetPlan:
-    """All nodes, edges and connections of a town before netconvert makes a net of them."""
+    """All nodes, edges and connections of a town, the input of netconvert; mutable."""
 
     nodes: dict[str, Node] = field(default_factory=dict)
     edges: dict[str, Edge] = field(default_factory=dict)
@@ -69,27 +68,29 @@ class StreetPlan:
     def add_node(self, node: Node) -> Node:
         """Add a node; its name must be new."""
         if node.id in self.nodes:
-            raise InputError(f"Found node {node.id} twice in a street plan; give it another name.")
+            raise InputError(
+                f"Node {node.id} occurs twice in a street plan: expected unique names."
+            )
         self.nodes[node.id] = node
         return node
 
     def add_edge(self, edge: Edge) -> Edge:
         """Add an edge; its name must be new and its nodes known."""
         if edge.id in self.edges or not {edge.start, edge.end} <= self.nodes.keys():
-            raise InputError(f"Found edge {edge.id} twice or without its nodes in a street plan.")
+            raise InputError(f"Edge {edge.id} occurs twice or lacks a node in a street plan.")
         self.edges[edge.id] = edge
         return edge
 
     def connect(self, start: str, end: str, pairs: list[tuple[int, int]]) -> None:
-        """Let lanes of one edge lead to lanes of another: pairs (from, to)."""
+        """Connect lanes of one edge to lanes of another, as pairs (from, to)."""
         self.connections += [Connection(start, end, a, b) for a, b in pairs]
 
     def arriving(self, node: str) -> list[Edge]:
-        """The edges that end at a node."""
+        """Return the edges that end at a node."""
         return [edge for edge in self.edges.values() if edge.end == node]
 
     def leaving(self, node: str) -> list[Edge]:
-        """The edges that begin at a node."""
+        """Return the edges that begin at a node."""
         return [edge for edge in self.edges.values() if edge.start == node]
 
     def write(self, folder: Path) -> None:
@@ -105,7 +106,7 @@ class StreetPlan:
         _write(folder / "plan.con.xml", "connections", connections)
 
     def _connection_xml(self, connection: Connection) -> ElementTree.Element:
-        # A sidewalk is lane 0 of its edge, so the vehicles' lanes begin at 1 there.
+        # A sidewalk is lane 0 of its edge, so vehicle lanes start at 1 there.
         start, end = self.edges[connection.start], self.edges[connection.end]
         values = {
             "from": start.id,

@@ -1,4 +1,4 @@
-"""Geometry of streets: smooth curves through poses, fillets and offset curves.
+"""Geometry of streets: smooth curves through poses, rounded corners and offset curves.
 
 All shapes are arrays of points (n 2) in metres; headings are radians counter-clockwise from +x.
 """
@@ -19,7 +19,7 @@ STRAIGHT_TOLERANCE_M = 0.004
 
 @dataclass(frozen=True)
 class Pose:
-    """A point of a street and the way the street runs there."""
+    """A point of a street and the street's heading there."""
 
     x: float
     y: float
@@ -27,7 +27,7 @@ class Pose:
 
     @property
     def point(self) -> Shape:
-        """The place as an array (2)."""
+        """The position as an array (2)."""
         return np.array([self.x, self.y])
 
     @property
@@ -49,12 +49,12 @@ class Pose:
         )
 
     def reversed(self) -> "Pose":
-        """The same place, looking back."""
+        """The same position with the opposite heading."""
         return Pose(self.x, self.y, self.heading + np.pi)
 
 
 def curve_between(start: Pose, end: Pose, spacing: float = POINT_SPACING_M) -> Shape:
-    """A smooth curve from one pose to another: an arc where one fits, else a gentle S."""
+    """Return a smooth curve between two poses: nearly an arc where possible, else an S-curve."""
     chord = end.point - start.point
     length = float(np.hypot(*chord))
     bearing = float(np.arctan2(chord[1], chord[0]))
@@ -75,15 +75,15 @@ def curve_between(start: Pose, end: Pose, spacing: float = POINT_SPACING_M) -> S
 
 
 def curve_through(poses: list[Pose], spacing: float = POINT_SPACING_M) -> Shape:
-    """A smooth curve through all poses in turn, without needless points on straights."""
+    """Return a smooth curve through poses, without redundant points on straight parts."""
     pieces = [curve_between(a, b, spacing) for a, b in itertools.pairwise(poses)]
     return thin_out(join(pieces))
 
 
 def fillet(points: list[tuple[float, float]], radius: float) -> Shape:
-    """A polyline whose inner corners are rounded by arcs of `radius` metres or less.
+    """Return a polyline with its inner corners rounded to `radius` metres.
 
-    The arc shrinks where a leg is too short for it.
+    The radius is smaller where a segment is too short for it.
     """
     corners = np.asarray(points, dtype=float)
     legs = np.hypot(*np.diff(corners, axis=0).T)
@@ -103,32 +103,32 @@ def fillet(points: list[tuple[float, float]], radius: float) -> Shape:
 
 
 def corner(before: Pose, after: Pose, radius: float) -> Shape:
-    """From one pose straight on, round one corner, and straight into another pose.
+    """Return a straight line from one pose, a rounded corner, and a straight line into another.
 
-    Falls back to one smooth curve where the two straights do not meet ahead.
+    If the two lines do not intersect ahead, return one smooth curve.
     """
     normal = np.array([-after.direction[1], after.direction[0]])
     closing = float(normal @ before.direction)
     if abs(closing) > 0.05:
         run = float(normal @ (after.point - before.point)) / closing
-        meeting = before.ahead(run)
-        rest = float((after.point - meeting.point) @ after.direction)
+        intersection = before.ahead(run)
+        rest = float((after.point - intersection.point) @ after.direction)
         if run > 0 and rest > 0:
             reach = abs(float(np.tan(wrap_angle(after.heading - before.heading) / 2)))
-            room = min(run, rest) / max(reach, 1e-6)
-            return _round(before, after, meeting, min(radius, 0.98 * room), reach)
+            largest = min(run, rest) / max(reach, 1e-6)
+            return _round(before, after, intersection, min(radius, 0.98 * largest), reach)
     return curve_through([before, after])
 
 
-def _round(before: Pose, after: Pose, meeting: Pose, radius: float, reach: float) -> Shape:
-    leave = Pose(meeting.x, meeting.y, after.heading)
+def _round(before: Pose, after: Pose, intersection: Pose, radius: float, reach: float) -> Shape:
+    leave = Pose(intersection.x, intersection.y, after.heading)
     return curve_through(
-        [before, meeting.ahead(-radius * reach), leave.ahead(radius * reach), after]
+        [before, intersection.ahead(-radius * reach), leave.ahead(radius * reach), after]
     )
 
 
 def offset(shape: Shape, left: float | Shape) -> Shape:
-    """The curve moved sideways: `left` metres, one value or one per point (n)."""
+    """Return the curve moved to the left by `left` metres, one value or one per point (n)."""
     tangent = np.gradient(shape[:, :2], axis=0)
     tangent /= np.hypot(tangent[:, 0], tangent[:, 1])[:, None]
     normal = np.stack([-tangent[:, 1], tangent[:, 0]], axis=1)
@@ -138,19 +138,19 @@ def offset(shape: Shape, left: float | Shape) -> Shape:
 
 
 def join(pieces: list[Shape]) -> Shape:
-    """The pieces as one line, without doubled points."""
+    """Concatenate pieces to one line, without repeated points."""
     line = np.concatenate(pieces)
     keep = np.r_[True, np.hypot(*np.diff(line, axis=0)[:, :2].T) > 1e-6]
     return line[keep]
 
 
 def arc_lengths(shape: Shape) -> Shape:
-    """The distance along the line at each of its points (n), in the plane."""
+    """Return the arc length of each point (n), in the plane."""
     return np.r_[0.0, np.cumsum(np.hypot(*np.diff(shape[:, :2], axis=0).T))]
 
 
 def resample(shape: Shape, spacing: float) -> Shape:
-    """Points of the line at even distances of about `spacing` metres."""
+    """Return equidistant points of the line, at most `spacing` metres apart."""
     along = arc_lengths(shape)
     count = max(2, int(np.ceil(along[-1] / spacing)) + 1)
     at = np.linspace(0.0, along[-1], count)
@@ -158,18 +158,18 @@ def resample(shape: Shape, spacing: float) -> Shape:
 
 
 def start_pose(shape: Shape) -> Pose:
-    """The pose in which the line begins."""
+    """Return the pose at the start of the line."""
     return _pose_at(shape[0], shape[1])
 
 
 def end_pose(shape: Shape) -> Pose:
-    """The pose in which the line ends."""
+    """Return the pose at the end of the line."""
     last = _pose_at(shape[-2], shape[-1])
     return Pose(float(shape[-1][0]), float(shape[-1][1]), last.heading)
 
 
 def thin_out(shape: Shape) -> Shape:
-    """Drop the points that a straight between their neighbours passes within millimetres."""
+    """Remove points that are within `STRAIGHT_TOLERANCE_M` of a line between kept points."""
     kept = [0]
     for index in range(1, len(shape) - 1):
         first = shape[kept[-1]]
@@ -183,7 +183,7 @@ def thin_out(shape: Shape) -> Shape:
 
 
 def tightest_radius(shape: Shape, window: float = 3.0) -> float:
-    """The smallest radius of the line, its heading taken over `window` metres."""
+    """Return the smallest radius of the line, from changes of heading over `window` metres."""
     fine = resample(shape[:, :2], window / 6)
     heading = np.unwrap(np.arctan2(*np.diff(fine, axis=0).T[::-1]))
     if len(heading) <= 6:

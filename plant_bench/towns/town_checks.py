@@ -1,4 +1,4 @@
-"""Checks a town: all lanes reachable, no dead ends, paths drivable, the spec's minimums met."""
+"""Checks a town: edges reachable, no dead ends, paths drivable, requirements of the spec met."""
 
 import networkx as nx
 
@@ -9,7 +9,7 @@ from plant_bench.world.town import Town
 
 
 def find_faults(town: Town, requires: Requirements) -> list[str]:
-    """One sentence for every fault of a town; empty if it is sound."""
+    """Return a description of every fault of a town."""
     return [
         *find_missing(town, requires),
         *find_dead_lanes(town),
@@ -19,7 +19,7 @@ def find_faults(town: Town, requires: Requirements) -> list[str]:
 
 
 def find_missing(town: Town, requires: Requirements) -> list[str]:
-    """What the spec asks for and the town does not have."""
+    """Return the requirements of the spec that the town does not meet."""
     summary = summarise(town)
     unsignalled = ("priority", "stop", "allway", "right_before_left")
     have = {
@@ -36,22 +36,22 @@ def find_missing(town: Town, requires: Requirements) -> list[str]:
 
 
 def find_dead_lanes(town: Town) -> list[str]:
-    """Lanes without a way in or out; an acceleration lane may end without one."""
+    """Return lanes without predecessor or successor; acceleration lanes may end."""
     entered = {link.target for link in town.links}
     faults = []
     for edge, lanes in town.edges.items():
         for lane in lanes:
             merges = lane.acceleration and len(lanes) > 2 and lane in (lanes[0], lanes[-1])
             if lane.id not in town.links_from and not merges:
-                faults.append(f"lane {lane.id} leads nowhere")
+                faults.append(f"lane {lane.id} has no successor")
             widened = any(other.id in entered for other in lanes if other is not lane)
             if lane.id not in entered and not (widened and _is_exit_lane(town, edge, lane.index)):
-                faults.append(f"lane {lane.id} is entered from nowhere")
+                faults.append(f"lane {lane.id} has no predecessor")
     return faults
 
 
 def _is_exit_lane(town: Town, edge: str, index: int) -> bool:
-    """Whether the lane is the outermost of its edge and leads where its neighbours do not."""
+    """Return whether a lane is an outermost one and leads to other edges than its neighbours."""
     lanes = town.edges[edge]
     if index not in (lanes[0].index, lanes[-1].index):
         return False
@@ -70,9 +70,9 @@ def _edge_of(lane: str) -> str:
 
 
 def find_unreachable(town: Town) -> list[str]:
-    """Edges that not every other edge can reach, with lane changes within an edge allowed."""
+    """Return the edges outside the largest strongly connected part of the road network."""
     graph = nx.DiGraph()
     graph.add_nodes_from(town.edges)
     graph.add_edges_from((_edge_of(link.source), _edge_of(link.target)) for link in town.links)
     parts = sorted(nx.strongly_connected_components(graph), key=len, reverse=True)
-    return [f"edge {edge} is cut off" for part in parts[1:] for edge in sorted(part)]
+    return [f"edge {edge} is unreachable" for part in parts[1:] for edge in sorted(part)]

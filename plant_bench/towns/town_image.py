@@ -1,4 +1,4 @@
-"""Draws a picture of a town."""
+"""Draws a map of a town as a PNG file."""
 
 import itertools
 from pathlib import Path
@@ -75,7 +75,7 @@ def _draw_areas(town: Town, ax: Axes) -> None:
 
 
 def zebra(outline: Shape) -> list[Shape]:
-    """Return the stripes of a crossing whose outline goes up one side and down the other."""
+    """Return the stripes of a crossing, given its outline: one side forward, the other back."""
     half = len(outline) // 2
     sides = outline[:half], outline[half:][::-1]
     count = max(1, int(arc_lengths(sides[0])[-1] // ZEBRA_STEP_M))
@@ -93,7 +93,7 @@ def _at_fractions(line: Shape, fractions: Shape) -> Shape:
 
 
 def _draw_surface(town: Town, ax: Axes) -> None:
-    """The asphalt and its markings, the lower level first, bridges over it."""
+    """Draw asphalt and markings: first the lower level, then bridges."""
     outlines = [j.outline for j in town.junctions.values() if is_flat(town, j.id) and j.outline]
     ax.add_collection(PolyCollection(outlines, facecolors=ASPHALT, linewidths=0, zorder=2))
     for upper, zorder in ((False, 2), (True, 10)):
@@ -111,7 +111,7 @@ def _draw_surface(town: Town, ax: Axes) -> None:
 
 
 def is_flat(town: Town, junction: str) -> bool:
-    """Tell whether all of a junction lies on the lower level."""
+    """Return whether a junction is entirely on the lower level."""
     heights = [lane.points[:, 2].max() for lane in town.lanes.values() if lane.junction == junction]
     return bool(heights) and bool(max(heights) < UPPER_LEVEL_M)
 
@@ -133,7 +133,7 @@ def _ribbon(line: Shape, width: float) -> Shape:
 
 
 def lane_borders(lane: Lane, line: Shape) -> list[tuple[str, Shape]]:
-    """Return the lines painted beside a stretch of a lane: "middle", "edge" or "between", where."""
+    """Return the markings beside a stretch of lane: kind ("middle", "edge", "between") and line."""
     if lane.junction is not None:
         return []
     found = [("between" if lane.left else "middle", offset(line, lane.width / 2))]
@@ -156,7 +156,7 @@ def _draw_markings(pieces: list[tuple[Lane, Shape]], ax: Axes, zorder: int) -> N
 
 
 def stop_bars(town: Town) -> list[Shape]:
-    """Return a bar across every lane at whose end one may have to stop."""
+    """Return a stop line for every lane that ends at a signal or stop sign."""
     bars = []
     for source, links in town.links_from.items():
         lane = town.lanes[source]
@@ -193,7 +193,7 @@ def _draw_scale(ax: Axes, left: float, low: float, width: float) -> None:
 
 
 def _shrink(path: Path) -> None:
-    """Store the picture with a palette of 200 colours: half the bytes."""
+    """Reduce the picture to a palette of 200 colours, which halves the file size."""
     with Image.open(path) as image:
         small = image.convert("RGB").quantize(200, method=Image.Quantize.MAXCOVERAGE)
     small.save(path, format="PNG", optimize=True)

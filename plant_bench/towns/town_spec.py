@@ -1,4 +1,4 @@
-"""The spec of a town, read from `networks/<town>/spec.toml` and checked."""
+"""Data model of town specs, and the reader of `networks/<town>/spec.toml`."""
 
 import tomllib
 from pathlib import Path
@@ -19,10 +19,7 @@ class _Part(BaseModel):
 
 
 class RoadClass(_Part):
-    """Lanes each way, speed limit and furniture of one class of road.
-
-    Sidewalks (and with them crossings) exist up to 50 km/h only.
-    """
+    """Lanes per direction, speed limit and sidewalks of one class of road."""
 
     lanes: int = Field(ge=1, le=5)
     speed_kmh: float = Field(ge=20, le=130)
@@ -35,7 +32,7 @@ class RoadClass(_Part):
 
 
 class Signals(_Part):
-    """How the traffic lights run; times in seconds."""
+    """Programs of the traffic lights; times in seconds."""
 
     program: Literal["actuated", "static"] = "actuated"
     cycle: float = Field(default=60, ge=30, le=120)
@@ -44,16 +41,16 @@ class Signals(_Part):
 
 
 class Junctions(_Part):
-    """How junctions are rounded and which rule holds where no light stands."""
+    """Corner radius of junctions, and the right-of-way rule of those without signals."""
 
     radius: float = Field(default=8, ge=5, le=20)
     unsignalled: UnsignalledControl = "priority_stop"
 
 
 class TownLife(_Part):
-    """Who is about: the mix of the vehicle traffic, pedestrians and parked cars.
+    """Mix of the vehicle traffic, pedestrians and parked cars.
 
-    Pedestrians walk where sidewalks are; cars are parked along streets of at most 30 km/h.
+    Pedestrians walk on sidewalks; cars are parked along streets of at most 30 km/h.
     """
 
     car: float = Field(default=0.9, ge=0, le=1)
@@ -92,13 +89,13 @@ class SmallTownLayout(_Part):
 
 
 class LatticeLayout(_Part):
-    """Columns and rows of streets, some of them avenues, some blocks left whole."""
+    """A grid of streets, some of them avenues, with some streets omitted."""
 
     character: Literal["lattice"]
     columns: int = Field(ge=3, le=10)
     rows: int = Field(ge=3, le=10)
     jitter: float = Field(ge=0, le=20)
-    missing: int = Field(ge=0, description="inner streets left out")
+    missing: int = Field(ge=0, description="number of inner streets to omit")
     avenues: int = Field(default=0, ge=0, description="inner streets of class `avenue`")
     corner_radius: float = Field(ge=18, le=80)
     unsignalled: int = Field(default=0, ge=0, description="junctions without lights")
@@ -115,7 +112,7 @@ class LargeTownLayout(_Part):
 
 
 class FigureEightLayout(_Part):
-    """A highway in the shape of an eight; the larger loop goes round a small town."""
+    """A figure-eight highway whose larger loop surrounds a small town."""
 
     character: Literal["figure_eight"]
     town_radius: float = Field(ge=200, description="of the loop around the town")
@@ -129,7 +126,7 @@ class FigureEightLayout(_Part):
 
 
 class LongHighwayLayout(_Part):
-    """Two long highways closed to a ring, a road between them, ramps, U-turns, service roads."""
+    """Two long highways joined to a ring, a road between them, ramps, U-turns and service roads."""
 
     character: Literal["long_highway"]
     bend_radius: float = Field(ge=90)
@@ -148,7 +145,7 @@ Layout = Annotated[
 
 
 class Requirements(_Part):
-    """What the finished town must contain at least; counted in the net itself."""
+    """Minimums that the generated town must contain; counted in its network."""
 
     signalled_t_junctions: int = 0
     signalled_crossroads: int = 0
@@ -165,7 +162,7 @@ class Requirements(_Part):
 
 
 class TownSpec(_Part):
-    """Everything a town is made from; with another seed it is a new town of the same character."""
+    """Specification of a town; another seed gives another town of the same character."""
 
     name: str = Field(pattern=r"^[a-z][a-z0-9_]*$")
     description: str
@@ -183,7 +180,7 @@ class TownSpec(_Part):
         """The road class of that name."""
         if name not in self.roads:
             raise InputError(
-                f"Found no road class {name!r} in the spec of {self.name}; it has "
+                f"The spec of {self.name} has no road class {name!r}, only "
                 f"{', '.join(self.roads)}. Add a table [roads.{name}]."
             )
         return self.roads[name]
@@ -192,9 +189,11 @@ class TownSpec(_Part):
 def read_spec(path: Path) -> TownSpec:
     """Read and check a `spec.toml`."""
     if not path.is_file():
-        raise InputError(f"Found no town spec at {path}; a town needs a spec.toml in its folder.")
+        raise InputError(
+            f"There is no town spec {path}: expected a spec.toml in the town's folder."
+        )
     try:
         return TownSpec.model_validate(tomllib.loads(read_text(path)))
     except (OSError, ValueError, RecursionError) as error:
-        message = f"Found a town spec that cannot be used, {path}: {in_one_line(error)}"
+        message = f"Invalid town spec: {path} ({in_one_line(error)})."
         raise InputError(message) from error

@@ -1,4 +1,4 @@
-"""Counts what a town's network contains: lanes, junctions, signals and special places."""
+"""Counts the contents of a town's network: lanes, junctions, signals, ramps and so on."""
 
 from dataclasses import dataclass
 
@@ -15,25 +15,25 @@ LEVELS_APART_M = 4.5
 
 @dataclass(frozen=True)
 class TownSummary:
-    """What a town contains.
+    """Contents of a town's network.
 
     Attributes:
         name: The town.
-        extent: Width and height in metres.
-        lane_km: Length of all lanes outside junctions.
-        multi_lane_km: The part of it on edges of two lanes or more.
-        edges: One-way edges outside junctions.
+        extent: Width and height, metres.
+        lane_km: Total length of lanes outside junctions, kilometres.
+        multi_lane_km: Its part on edges of two or more lanes, kilometres.
+        edges: Number of one-way edges outside junctions.
         junctions: Number of junctions by kind ("joint": edges just join).
-        signals: Traffic lights.
-        signalled_t_junctions: Junctions of three arms with lights.
-        signalled_crossroads: Junctions of four arms with lights.
-        large_junctions: Junctions of five arms or more.
-        roundabouts: Roundabouts.
-        on_ramps: Acceleration lanes.
-        off_ramps: Exits from a highway that keep its lanes.
-        u_turns: One-way edges that turn back over a median.
-        curves: Edges that turn by 45 degrees or more.
-        bridges: Pairs of edges that cross at two levels.
+        signals: Number of signalled junctions.
+        signalled_t_junctions: Number of signalled junctions with three arms.
+        signalled_crossroads: Number of signalled junctions with four arms.
+        large_junctions: Number of junctions with five or more arms.
+        roundabouts: Number of roundabouts.
+        on_ramps: Number of acceleration lanes.
+        off_ramps: Number of exits from a highway that keep its number of lanes.
+        u_turns: Number of one-way edges that turn back over a median.
+        curves: Number of edges that turn by 45 degrees or more.
+        bridges: Number of pairs of edges that cross at two levels.
     """
 
     name: str
@@ -94,7 +94,7 @@ def _on_ramps(town: Town) -> int:
 
 
 def _off_ramps(town: Town) -> int:
-    """Edges whose rightmost lane alone leads away, at a place where nobody yields."""
+    """Count edges whose rightmost lane alone leads to an exit, without any yielding."""
     found = 0
     for lanes in town.edges.values():
         onward = [town.links_from.get(lane.id, ()) for lane in lanes]
@@ -106,7 +106,7 @@ def _off_ramps(town: Town) -> int:
 
 
 def _bridges(town: Town) -> int:
-    """Pairs of edges whose lines cross in the plane, metres apart in height."""
+    """Count pairs of edges that cross in the plane at different heights."""
     lines = [(edge, lanes[0].points) for edge, lanes in town.edges.items()]
     high = [(edge, points) for edge, points in lines if points[:, 2].max() > 1]
     return sum(
@@ -118,7 +118,7 @@ def _bridges(town: Town) -> int:
 
 
 def _cross_apart(upper: np.ndarray, lower: np.ndarray) -> bool:
-    """Whether the first line passes over the second."""
+    """Return whether the first line passes over the second."""
     starts, ends = upper[:-1, None], upper[1:, None]
     begins, stops = lower[None, :-1], lower[None, 1:]
     a, b, c = ends - starts, stops - begins, begins - starts

@@ -1,4 +1,4 @@
-"""Lists the towns for training data: the benchmark's, and others of the same characters."""
+"""Lists and builds the towns for training data: the benchmark's, and further layouts of them."""
 
 import tempfile
 from dataclasses import dataclass
@@ -8,19 +8,19 @@ from plant_bench.atomic_files import move_whole, write_whole_text
 from plant_bench.errors import InputError
 from plant_bench.towns.generate import NET_FILE, TOWN_FILE, make_town, town_names, town_spec
 
-LAYOUTS = 2  # further towns of each character
-FIRST_LAYOUT = 1001  # seed of the first; the benchmark's own seeds are small
-SEED_TRIES = 5  # seeds tried for one layout
+LAYOUTS = 2  # further layouts of each benchmark town
+FIRST_LAYOUT = 1001  # base of their seeds; the benchmark's own seeds are small
+SEED_TRIES = 5  # seeds to try for one layout
 
 
 @dataclass(frozen=True)
 class TrainingTown:
-    """A town to collect in.
+    """A town for data collection.
 
     Attributes:
-        name: "town01" for the benchmark's own, "town01-b" and so on for others of its character.
-        base: The benchmark's town of the same character.
-        layout: Which further layout of it, from 1; 0 for the benchmark's own.
+        name: "town01" for the benchmark's own, "town01-b" and so on for further layouts.
+        base: The benchmark's town with the same spec.
+        layout: Number of the further layout, from 1; 0 for the benchmark's own.
     """
 
     name: str
@@ -29,7 +29,7 @@ class TrainingTown:
 
 
 def training_towns() -> list[TrainingTown]:
-    """Return the towns in the order they are visited: all characters in turn."""
+    """Return the towns in the order of visits: all characters in turn."""
     return [
         TrainingTown(f"{base}-{'abcdefgh'[layout]}" if layout else base, base, layout)
         for layout in range(LAYOUTS + 1)
@@ -38,14 +38,14 @@ def training_towns() -> list[TrainingTown]:
 
 
 def build_training_town(town: TrainingTown, folder: Path) -> None:
-    """Build a further town into a folder of its name, whole or not at all; keep one that is there.
+    """Build a further layout atomically into a folder of its name, unless it exists.
 
     Args:
-        town: Which; the benchmark's own are left where they are.
-        folder: Takes one sub-folder a town.
+        town: The town; nothing is done for the benchmark's own.
+        folder: Parent folder of the towns.
 
     Raises:
-        InputError: No seed of this layout gives a sound town.
+        InputError: No seed gives a valid town.
     """
     if not town.layout or (folder / town.name / TOWN_FILE).is_file():
         return
@@ -67,4 +67,4 @@ def build_training_town(town: TrainingTown, folder: Path) -> None:
                 write_whole_text(fresh / file, text)
             move_whole(fresh, folder / town.name)
         return
-    raise fault or InputError(f"Found no sound layout for {town.name}.")
+    raise fault or InputError(f"No valid layout of {town.name}.")

@@ -1,22 +1,21 @@
-"""The towns of the suite `unseen`: the benchmark's characters with other seeds.
+"""The towns of the suite `unseen`: the benchmark's town specs with other seeds.
 
-A planner that drives here as well as in the benchmark's towns has learned to drive, not the towns.
-Nobody trains in them, nor chooses anything by them.
+They test generalisation, and are never used for training or model selection.
 """
 
 from dataclasses import dataclass
 
 SUITE = "unseen"
-SUITE_SEED = 2000  # of the drawing of routes and hazards; the benchmark's is 6
+SUITE_SEED = 2000  # seed of routes and hazards; that of the benchmark is 6
 
 
 @dataclass(frozen=True)
 class UnseenTown:
-    """How a town of the suite is made.
+    """Specification of a town of the suite.
 
     Attributes:
-        base: The benchmark's town whose spec it has, but for name and seed.
-        seed: Of its layout; the first one tried for each.
+        base: The benchmark's town with the same spec, apart from name and seed.
+        seed: Seed of its layout; the first that was tried.
     """
 
     base: str

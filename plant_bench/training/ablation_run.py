@@ -1,9 +1,9 @@
-"""Trains and drives each variant of a base.
+"""Trains and scores every variant of an ablation study.
 
 OUT/<training>/seed-N/model       the weights, with a card
 OUT/<training>/seed-N/training    checkpoint and logs
 OUT/<training>/seed-N/run         an ordinary run of `plant-bench score`
-OUT/<training>/seed-N/done.json   what the finished weights were trained as, and on what
+OUT/<training>/seed-N/done.json   settings and data of the finished training
 """
 
 import hashlib
@@ -33,18 +33,18 @@ Runs = dict[str, list[Run]]
 
 @dataclass(frozen=True)
 class AblationRequest:
-    """Request of an ablation study.
+    """Settings of an ablation study.
 
     Attributes:
         names: Names of the ablations; empty for all.
-        base: The recipe that they change.
+        base: The recipe that the variants change.
         data: Folders of the recordings.
         out: Output folder.
-        drives: The evaluation run; its agent is ignored.
+        drives: Request of the evaluation runs; its agent is ignored.
         seeds: Number of trainings of each variant.
         machine: Hardware and processes.
         overwrite: Repeat finished trainings and runs.
-        graph: Drive with the learner's fast form, see `Learner.for_driving`.
+        graph: Export the models in the learner's fast form, see `Learner.for_driving`.
     """
 
     names: Sequence[str]
@@ -59,118 +59,120 @@ class AblationRequest:
 
 
 @dataclass(frozen=True)
-class Helpers:
+class AblationCallbacks:
     """Callbacks of an ablation study.
 
     Attributes:
-        learn: Trains; returns False if it was stopped.
-        drive: Drives the missing episodes of a run; returns None if it was stopped.
-        tell: Called with the name of the current training.
+        train: Runs a training; returns False if it was interrupted.
+        drive: Drives the missing episodes of a run; returns None if it was interrupted.
+        on_training: Called with the name of each training before it starts.
     """
 
-    learn: Callable[[TrainingRun], bool]
+    train: Callable[[TrainingRun], bool]
     drive: Callable[[ScoreRequest, Path], Run | None]
-    tell: Callable[[str], None]
+    on_training: Callable[[str], None]
 
 
-def run_ablations(request: AblationRequest, helpers: Helpers) -> Runs | None:
-    """Train and score every variant; None if it was stopped.
+def run_ablations(request: AblationRequest, callbacks: AblationCallbacks) -> Runs | None:
+    """Train and score every variant.
 
     Returns:
-        The runs of each training, one per seed.
+        The runs of each training, one per seed; None if the study was interrupted.
 
     Raises:
-        PlantBenchError: A training or a run cannot be started or cannot go on.
+        PlantBenchError: A training or a run cannot start or continue.
     """
     variants = variants_of(request.names, request.base)
-    recordings_of(request.data)
-    select_routes(load_suite(request.drives.suite), request.drives.routes)  # better now than later
+    recordings_in_all(request.data)
+    select_routes(load_suite(request.drives.suite), request.drives.routes)  # fails early
     density_of(request.drives.density)
-    RunFolder(request.out).make("")
+    RunFolder(request.out).make_subfolder("")
     runs: Runs = {}
     for name, recipe in trainings_of(variants).items():
         runs[name] = []
         for seed in range(request.seeds):
-            helpers.tell(f"{name}, seed {seed}:")
-            run = _train_and_drive(request, helpers, recipe, seed, request.out / name)
+            callbacks.on_training(f"{name}, seed {seed}:")
+            run = _train_and_drive(request, callbacks, recipe, seed, request.out / name)
             if run is None:
                 return None
             runs[name].append(run)
     return runs
 
 
-def recordings_of(data: tuple[Path, ...], share: float = 1.0) -> list[Path]:
-    """Return the recordings of some folders.
+def recordings_in_all(data: tuple[Path, ...], share: float = 1.0) -> list[Path]:
+    """Return the recordings of several data folders, see `recordings_in`.
 
     Raises:
-        InputError: A folder has none.
+        InputError: A folder has no recordings.
     """
     return [path for folder in data for path in recordings_in(folder, share)]
 
 
 def _train_and_drive(
-    request: AblationRequest, helpers: Helpers, recipe: Recipe, seed: int, folder: Path
+    request: AblationRequest, callbacks: AblationCallbacks, recipe: Recipe, seed: int, folder: Path
 ) -> Run | None:
-    """Train a variant and score it; None if it was stopped."""
-    place = folder / f"seed-{seed}"
+    """Train a variant and score it; return None if it was interrupted."""
+    seed_folder = folder / f"seed-{seed}"
     seeded = replace(recipe, settings=replace(recipe.settings, seed=seed))
-    if not _train(request, helpers, seeded, place):
+    if not _train(request, callbacks, seeded, seed_folder):
         return None
-    agent = f"{recipe.student.learner().agent}@{place / 'model'}"
+    agent = f"{recipe.learner.build().agent}@{seed_folder / 'model'}"
     with threads_kept():
-        run = helpers.drive(replace(request.drives, agent=agent), place / "run")
+        run = callbacks.drive(replace(request.drives, agent=agent), seed_folder / "run")
     if run is not None:
         write_summary(run.folder)
         write_speed(run.folder, map(episode_name, run.jobs))
     return run
 
 
-def _train(request: AblationRequest, helpers: Helpers, recipe: Recipe, place: Path) -> bool:
-    """Train what is not finished; False if it was stopped.
+def _train(
+    request: AblationRequest, callbacks: AblationCallbacks, recipe: Recipe, folder: Path
+) -> bool:
+    """Train a variant unless it is finished; return False if the training was interrupted.
 
     Raises:
         InputError: The folder holds weights of another training, or the data cannot be used.
     """
-    done = place / DONE
-    about = _training_text(request.data, recipe)
-    if done.is_file() and (place / "model" / WEIGHTS_FILE).is_file() and not request.overwrite:
-        if done.read_bytes() == about.encode():
+    done = folder / DONE
+    description = _training_description(request.data, recipe)
+    if done.is_file() and (folder / "model" / WEIGHTS_FILE).is_file() and not request.overwrite:
+        if done.read_bytes() == description.encode():
             return True
         message = (
-            f"{place} holds weights that were trained otherwise or on other data (see {done}). "
-            "Ask for the same, choose another folder with --out, or give --overwrite."
+            f"{folder} holds weights trained with other settings or on other data (see {done}). "
+            "Use the same settings and data, another folder (--out), or --overwrite."
         )
         raise InputError(message)
-    finished = helpers.learn(_course(request, recipe, place))
+    finished = callbacks.train(_training_run(request, recipe, folder))
     if finished:
-        RunFolder(place).write(DONE, about)
+        RunFolder(folder).write(DONE, description)
     return finished
 
 
-def _course(request: AblationRequest, recipe: Recipe, place: Path) -> TrainingRun:
-    student = recipe.student
+def _training_run(request: AblationRequest, recipe: Recipe, folder: Path) -> TrainingRun:
+    learner = recipe.learner
     return TrainingRun(
-        student.spec,
-        student.learner().for_driving() if request.graph else student.options,
+        learner.name,
+        learner.build().for_driving() if request.graph else learner.options,
         request.data,
-        place / "model",
+        folder / "model",
         recipe.settings,
         recipe.share,
         machine=request.machine,
-        work=place / "training",
+        work=folder / "training",
         overwrite=request.overwrite,
     )
 
 
-def _training_text(data: tuple[Path, ...], recipe: Recipe) -> str:
-    """Return what a training depends on as text: equal where it need not be made again."""
-    names = [f"{path.name} {path.stat().st_size}" for path in recordings_of(data, recipe.share)]
-    about = {
-        "learner": recipe.student.spec,
-        "options": recipe.student.learner().recipe,
+def _training_description(data: tuple[Path, ...], recipe: Recipe) -> str:
+    """Return the settings and data of a training as JSON; equal text means equal trainings."""
+    names = [f"{path.name} {path.stat().st_size}" for path in recordings_in_all(data, recipe.share)]
+    description = {
+        "learner": recipe.learner.name,
+        "options": recipe.learner.build().recipe,
         "settings": asdict(recipe.settings),
         "share": recipe.share,
         "recordings": len(names),
         "hash": hashlib.sha256("\n".join(names).encode()).hexdigest(),
     }
-    return json.dumps(about, indent=1, default=str) + "\n"
+    return json.dumps(description, indent=1, default=str) + "\n"

@@ -1,4 +1,4 @@
-"""Splits frames by route into training and validation; forms reproducible batches."""
+"""Splits frames by route into a training and a validation set, and forms reproducible batches."""
 
 import hashlib
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ from jaxtyping import Int
 from plant_bench.errors import InputError
 from plant_bench.training.frame_store import Frames
 
-SORTED_TOGETHER = 16  # batches within which frames of like numbers of objects are put together
+SORTING_WINDOW = 16  # batches within which samples are sorted by number of objects
 
 
 @dataclass(frozen=True, eq=False)
@@ -19,9 +19,9 @@ class Split:
     Attributes:
         frames: All frames.
         training: Indices of the training frames.
-        validation: Indices of the frames of the held-out routes; may be empty.
+        validation: Indices of the validation frames (held-out routes); may be empty.
         held_out: Ids of the held-out routes.
-        left_out: Number of frames of the training routes that are not used.
+        left_out: Number of frames of the training routes that are dropped.
     """
 
     frames: Frames
@@ -32,28 +32,29 @@ class Split:
 
     @property
     def episodes(self) -> int:
-        """Number of episodes in all."""
+        """Number of episodes, training and validation."""
         return len(self.frames.routes)
 
     @property
     def fingerprint(self) -> str:
-        """A hash of what all frames are made of."""
+        """Hash of the data, see `Frames.fingerprint`."""
         return self.frames.fingerprint
 
 
 def split_by_route(
     frames: Frames, share: float, seed: int, stationary_fraction: float = 1.0
 ) -> Split:
-    """Hold a share of the routes out, chosen by a hash of their ids and the seed.
+    """Hold out a share of the routes for validation, chosen by a hash of their ids and the seed.
 
     Args:
-        frames: To be split.
-        share: Of the routes to be held out.
-        seed: Of the choice.
-        stationary_fraction: Share kept of the frames in which the ego is and stays stationary.
+        frames: The frames to split.
+        share: Share of the routes to hold out; at least one route unless it is 0.
+        seed: Seed of the choice.
+        stationary_fraction: Share to keep of the training frames in which the ego is and stays
+            stationary.
 
     Raises:
-        InputError: There are no frames, or too few routes to hold one out.
+        InputError: No training frames are left.
     """
     names = sorted(set(frames.routes.values()))
     ranked = sorted(names, key=lambda name: hashlib.sha256(f"{seed}|{name}".encode()).digest())
@@ -63,11 +64,11 @@ def split_by_route(
     known = np.flatnonzero(~checked)
     if not len(known):
         message = (
-            f"No samples to learn from: {len(frames.routes)} episodes on {len(names)} routes, "
-            f"{count} of them held out. Episodes of 5 s and more on two routes and more are needed."
+            f"No training samples: {len(frames.routes)} episodes on {len(names)} routes, of which "
+            f"{count} are held out. Expected episodes of at least 5 s on at least two routes."
         )
         raise InputError(message)
-    training = _without_rest(frames, known, stationary_fraction, seed)
+    training = _drop_stationary(frames, known, stationary_fraction, seed)
     return Split(
         frames,
         training,
@@ -77,26 +78,26 @@ def split_by_route(
     )
 
 
-def _without_rest(frames: Frames, known: np.ndarray, share: float, seed: int) -> np.ndarray:
-    """Drop a part of the frames in which the ego is stationary: they are many and similar."""
+def _drop_stationary(frames: Frames, known: np.ndarray, share: float, seed: int) -> np.ndarray:
+    """Keep only a share of the many, similar frames in which the ego is and stays stationary."""
     if share == 1.0:
         return known
-    lucky = np.random.default_rng((seed, len(known))).random(len(known)) < share
-    return known[lucky | ~frames.stationary(known)]
+    kept = np.random.default_rng((seed, len(known))).random(len(known)) < share
+    return known[kept | ~frames.stationary(known)]
 
 
 def epoch_batches(
     counts: Int[np.ndarray, " samples"], batch: int, *, seed: int, epoch: int
 ) -> list[np.ndarray]:
-    """Return the samples of each batch of an epoch; equal arguments give equal batches.
+    """Return the sample indices of each batch of an epoch; equal arguments give equal batches.
 
-    Samples are shuffled, then within `SORTED_TOGETHER` batches put in order of their counts of
-    objects, which halves the padding; then the batches are shuffled. Each sample occurs once; the
-    last ones that do not fill a batch make a smaller one.
+    Samples are shuffled, then sorted by number of objects within `SORTING_WINDOW` batches, which
+    halves the padding; then the batches are shuffled. Each sample occurs once; one batch may be
+    smaller than the others.
     """
     rng = np.random.default_rng((seed, epoch))
     order = rng.permutation(len(counts))
-    chunk = SORTED_TOGETHER * batch
+    chunk = SORTING_WINDOW * batch
     parts = [order[start : start + chunk] for start in range(0, len(order), chunk)]
     parts = [part[counts[part].argsort(kind="stable")] for part in parts]
     batches = [part[at : at + batch] for part in parts for at in range(0, len(part), batch)]

@@ -16,19 +16,19 @@ from plant_bench.training.history import DRIVING_SCORE, columns_of
 from plant_bench.training.settings import TrainingSettings
 
 _VERSIONS = ("torch", "lightning-fabric", "numpy", "libsumo")
-_HOURS = 0.5 / 3600.0  # of driving a sample
-_ROWS = 12  # of the table of losses, at most
+_HOURS = 0.5 / 3600.0  # hours of driving per sample
+_ROWS = 12  # approximate maximum of rows in the table of losses
 
 
 @dataclass(frozen=True)
 class Origin:
-    """Where weights come from.
+    """Origin of a model's weights.
 
     Attributes:
-        chosen: Which epoch's weights these are, and why.
-        command: What made them.
-        sources: Where the data comes from, a text a folder.
-        start: Hash of the weights it started from; empty where those were drawn.
+        chosen: A sentence that says which epoch's weights these are, and why.
+        command: The training's command line.
+        sources: Origin of the data, one text per data folder.
+        start: Hash of the initial weights; empty if they were random.
     """
 
     chosen: str
@@ -49,21 +49,21 @@ def model_card(
     """Return the card as Markdown.
 
     Args:
-        name: Of the model.
-        learner: What has learned.
-        network: As saved.
-        settings: How it was trained.
-        split: On what.
-        history: A row an epoch.
-        origin: Where the weights come from.
+        name: Name of the model.
+        learner: The learner.
+        network: The trained network.
+        settings: The training settings.
+        split: The data.
+        history: One row per epoch, see `Trainer`.
+        origin: Origin of the weights.
     """
     facts = {
         **_weights(learner, network),
         **_data(split),
     }
-    made_by = [("data made by", source) for source in origin.sources]
+    made_by = [("data source", source) for source in origin.sources]
     start = f"weights of hash {origin.start}" if origin.start else ""
-    rest = {"command": f"`{origin.command}`", "started from": start, **_machine()}
+    rest = {"command": f"`{origin.command}`", "initial weights": start, **_machine()}
     rows = [*facts.items(), *made_by, *((key, text) for key, text in rest.items() if text)]
     return "\n".join(
         [
@@ -76,11 +76,11 @@ def model_card(
             "|---|---|",
             *(f"| {key} | {text} |" for key, text in rows),
             "",
-            "## To make it again",
+            "## Reproduction",
             "",
-            "The same data (see its hash above), the same command and the same versions.",
-            "On one process of one machine the numbers are then the same; on another machine, or",
-            "another number of threads, sums are rounded differently.",
+            "Use the same data (see its hash above), command and versions. The weights are then",
+            "identical on the same machine with the same number of threads and one process;",
+            "otherwise rounding errors of sums differ.",
             "",
             *_table("Learner", dict(_flat(learner.recipe))),
             *_table("Training", asdict(settings)),
@@ -95,14 +95,14 @@ def _weights(learner: Learner, network: nn.Module) -> dict[str, str]:
 
 
 def _data(split: Split) -> dict[str, str]:
-    learnt, checked = len(split.training), len(split.validation)
-    count = learnt + checked + split.left_out
+    training, validation = len(split.training), len(split.validation)
+    count = training + validation + split.left_out
     data = f"{count:,} samples at 2 Hz = {count * _HOURS:.1f} h, {split.episodes} episodes"
     if split.left_out:
-        data += f"; {split.left_out:,} of them, in which the ego stands and stays, are left out"
+        data += f"; {split.left_out:,} of them are dropped (the ego is and stays stationary)"
     return {
         "data": f"{data}, hash {split.fingerprint}",
-        "held out": f"{checked:,} samples of the routes {', '.join(split.held_out) or '-'}",
+        "held out": f"{validation:,} samples of the routes {', '.join(split.held_out) or '-'}",
     }
 
 

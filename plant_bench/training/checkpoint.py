@@ -12,8 +12,8 @@ from plant_bench.training.tensor_tree import load_tree, save_tree
 
 CHECKPOINT_FORMAT = 3
 CHECKPOINT_FILE = "checkpoint.safetensors"
-SAMPLES = "/samples"  # in sums: how many were summed over; no loss is called so
-PICKLED_FILE = "checkpoint.pt"  # of earlier versions; a pickle can run code, so it is not read
+SAMPLES = "/samples"  # key in `Progress.sums`: number of samples; cannot be the name of a loss
+PICKLED_FILE = "checkpoint.pt"  # written by earlier versions; not read, since a pickle can run code
 
 
 @dataclass
@@ -36,7 +36,7 @@ class Progress:
 
     @property
     def validations_since_best(self) -> int:
-        """Closed-loop validations since the first of the highest score; 0 where there was none."""
+        """Closed-loop validations since the first one with the highest score; 0 without any."""
         scores = [row["driving_score"] for row in self.history if "driving_score" in row]
         return len(scores) - 1 - scores.index(max(scores)) if scores else 0
 
@@ -53,7 +53,7 @@ def save_checkpoint(
     Args:
         folder: Output folder.
         progress: Progress of the training.
-        identity: Values that must be equal for another command to resume it.
+        identity: Values that must be equal in a training that resumes from it.
         network: State of the network.
         optimizer: State of the optimiser.
     """
@@ -70,21 +70,25 @@ def save_checkpoint(
 def load_checkpoint(
     folder: Path, identity: dict[str, Any]
 ) -> tuple[Progress, dict[str, Any], dict[str, Any]] | None:
-    """Return progress and the states of network and optimiser, None where there is no checkpoint.
+    """Return progress and the states of network and optimiser; None if there is no checkpoint.
+
+    Args:
+        folder: Folder of the checkpoint.
+        identity: See `save_checkpoint`.
 
     Raises:
-        InputError: It is broken, or of a training with other settings or data.
+        InputError: The checkpoint is broken, or of a training with other settings or data.
     """
     path = folder / CHECKPOINT_FILE
     if not path.is_file():
         if (folder / PICKLED_FILE).is_file():
-            message = "an earlier version wrote it as a pickle, which is not read any more"
+            message = "a pickle of an earlier version, which is no longer supported"
             raise _broken(folder / PICKLED_FILE, ValueError(message))
         return None
     try:
         payload = load_tree(path)
         if payload["format"] != CHECKPOINT_FORMAT:
-            message = f"format {payload['format']} found, {CHECKPOINT_FORMAT} expected"
+            message = f"expected format {CHECKPOINT_FORMAT}, got {payload['format']}"
             raise ValueError(message)
         earlier, states = payload["identity"], (payload["network"], payload["optimizer"])
         progress = TypeAdapter(Progress).validate_python(payload["progress"])
@@ -98,18 +102,18 @@ def load_checkpoint(
     ]
     if other:
         message = (
-            f"{path} is of another training: {', '.join(other)}. Ask for the same, choose another "
-            "--out, or give --overwrite to start anew."
+            f"{path} is of another training: {', '.join(other)}. Use the same settings, another "
+            "--out, or --overwrite to start anew."
         )
         raise InputError(message)
     return progress, *states
 
 
 def broken_checkpoint(folder: Path, error: Exception) -> InputError:
-    """Return what to raise where a checkpoint's states do not fit."""
+    """Return the error for a checkpoint whose states do not fit the network."""
     return _broken(folder / CHECKPOINT_FILE, error)
 
 
 def _broken(path: Path, error: Exception) -> InputError:
     reason = in_one_line(error) or type(error).__name__
-    return InputError(f"Broken checkpoint: {path} ({reason}). Give --overwrite to start anew.")
+    return InputError(f"Broken checkpoint: {path} ({reason}). Use --overwrite to start anew.")

@@ -1,4 +1,4 @@
-"""Closed-loop validation: scores a network during training by letting it drive."""
+"""Closed-loop validation: computes a network's driving score during training."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,13 +15,13 @@ from plant_bench.world.route import load_suite
 
 @dataclass(frozen=True)
 class ClosedLoop:
-    """What is driven for validation.
+    """Settings of the validation runs.
 
     Attributes:
         suite: A suite's name, or a folder or file of routes.
-        routes: Selection of them, as in `plant-bench score --routes`.
-        hazards: Whether their hazards are played.
-        workers: Processes.
+        routes: Selection of its routes, as in `plant-bench score --routes`; None for all.
+        hazards: Whether the routes' hazards are active.
+        workers: Number of processes that drive.
     """
 
     suite: str
@@ -31,15 +31,15 @@ class ClosedLoop:
 
 
 def closed_loop_score(agent: str, out: Path, drive: ClosedLoop) -> float:
-    """Return the driving score, 0 to 100, of a planner.
+    """Return the driving score of a planner, 0 to 100.
 
     Args:
-        agent: As for `plant-bench score --agent`: it drives with the model in training.
-        out: Folder of the run; what is finished there is not driven again.
-        drive: What to drive.
+        agent: The planner with the current weights, as in `plant-bench score --agent`.
+        out: Folder of the run; finished episodes in it are not driven again.
+        drive: The routes to drive.
 
     Raises:
-        PlantBenchError: The run cannot be made.
+        PlantBenchError: The run cannot start or continue.
     """
     request = ScoreRequest(
         agent=agent,
@@ -51,17 +51,17 @@ def closed_loop_score(agent: str, out: Path, drive: ClosedLoop) -> float:
     with threads_kept():
         run = open_run(request, out)
         run_suite(
-            run.missing, run.folder, workers=drive.workers, recordings=False, on_event=_not_shown
+            run.missing, run.folder, workers=drive.workers, recordings=False, on_event=_ignore
         )
     return write_summary(run.folder).driving_score.mean
 
 
 def check_suite(suite: str) -> None:
-    """Check that a suite is none of the benchmark's, nor holds a route of theirs.
+    """Check that a validation suite has no route of the benchmark's suites.
 
     Raises:
-        InputError: It is or does: weights chosen by a score on it have a score there that says
-            nothing. Or there is no such suite.
+        InputError: It has one, so a model selected on it could not be evaluated on the benchmark;
+            or there is no such suite.
     """
     known = {
         route.checksum: name for name in SUITES for route in load_suite(str(routes_dir() / name))
@@ -69,12 +69,12 @@ def check_suite(suite: str) -> None:
     for route in load_suite(suite):
         if route.checksum in known:
             message = (
-                f"--validate-suite {suite} holds {route.id}, a route of the benchmark's suite "
-                f"'{known[route.checksum]}': weights chosen by it could not be scored on it. Leave "
-                "the option out to drive the routes held out of the data, or give other routes."
+                f"--validate-suite {suite} contains {route.id}, a route of the benchmark's suite "
+                f"'{known[route.checksum]}': a model selected on it could not be evaluated on it. "
+                "Omit the option to drive the held-out routes of the data, or give other routes."
             )
             raise InputError(message)
 
 
-def _not_shown(_event: SuiteEvent) -> None:
-    """Take no notice."""
+def _ignore(_event: SuiteEvent) -> None:
+    """Ignore an event: a validation shows no progress."""

@@ -1,4 +1,4 @@
-"""Hashes of the code that determines cached values: plant-bench's and an external learner's."""
+"""Hashes the code that determines cached data: plant-bench's and an external learner's."""
 
 import hashlib
 import importlib.util
@@ -15,25 +15,25 @@ from plant_bench.source_code import (
 from plant_bench.user_modules import own_files
 
 HARMLESS = {
-    "plant_bench.runner.episode.keys": "makes keys",
-    "plant_bench.source_code": "makes keys",
-    "plant_bench.world.hazard_sketch": "how hazards are drawn in tables and pages",
+    "plant_bench.runner.episode.keys": "computes keys",
+    "plant_bench.source_code": "computes keys",
+    "plant_bench.world.hazard_sketch": "draws hazards in tables and pages",
 }
 
 
 def closure_hash(*modules: str) -> str:
-    """Return a hash of modules with all that they import from plant-bench.
+    """Return a hash of modules and everything that they import from plant-bench.
 
-    Of a module from elsewhere all counts that it imports from its own folder or package. Comments
-    and docstrings do not count.
+    For a module outside plant-bench, it covers everything that the module imports from its own
+    folder or package. Comments and docstrings do not count.
     """
     paths = [path for name in modules if (path := _file(name)) is not None]
-    ours = {name for path in paths if (name := module_name(path)) is not None}
+    internal = {name for path in paths if (name := module_name(path)) is not None}
     beside = [own_files(path) for path in paths if module_name(path) is None]
-    theirs = {path for files in beside for path in files if path.suffix == ".py"}
-    ours = ours.union(*map(imported_modules, theirs))
-    lines = [code_hash(import_closure(*ours, without=HARMLESS))]
-    lines += sorted(f"{path.name} {file_hash(path)}" for path in theirs)
+    external = {path for files in beside for path in files if path.suffix == ".py"}
+    internal = internal.union(*map(imported_modules, external))
+    lines = [code_hash(import_closure(*internal, without=HARMLESS))]
+    lines += sorted(f"{path.name} {file_hash(path)}" for path in external)
     return hashlib.sha256("\n".join(lines).encode()).hexdigest()
 
 

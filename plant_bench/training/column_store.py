@@ -1,11 +1,11 @@
 """Stores columns of many episodes on disk, one memory-mapped file per column.
 
-FOLDER/parts/*.npz           of one episode each, until they are packed
-FOLDER/pack-*/*.npy          a column of some episodes, one after the other
-FOLDER/pack-*/episodes.json  which episodes, and how many rows each has
+FOLDER/parts/*.npz           the columns of one episode each, until they are packed
+FOLDER/pack-*/*.npy          one column each: the rows of all episodes of the pack, concatenated
+FOLDER/pack-*/episodes.json  the pack's episodes and their numbers of rows
 
-A pack appears whole or not at all: it is written in a folder of another name. What is missing goes
-into a further pack, so a folder that has grown, or of which more is used, makes nothing twice.
+Packs are written atomically and never changed. Missing episodes are added as a new pack, so each
+episode is built only once.
 """
 
 import hashlib
@@ -30,13 +30,13 @@ from plant_bench.runner.workers.executors import Event, Finished, Lost, run_task
 from plant_bench.untrusted_files import check_file, read_json
 
 Columns = Mapping[str, np.ndarray]
-Progress = Callable[[int, int], None]
+ProgressCallback = Callable[[int, int], None]
 
-LARGEST_PART = 2_000_000_000  # bytes, packed or not; an episode has about 1 million
+LARGEST_PART = 2_000_000_000  # bytes, compressed or not; an episode has about 1 million
 EPISODES_FILE, PARTS = "episodes.json", "parts"
-_HEADER = 256  # bytes, room for any shape
+_HEADER_SIZE = 256  # bytes; large enough for any shape
 _MAGIC = b"\x93NUMPY\x01\x00"
-_UNZIPPING = (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError)
+_ZIP_ERRORS = (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError)
 
 
 @dataclass(frozen=True)
@@ -44,9 +44,9 @@ class Episode:
     """An episode in a pack.
 
     Attributes:
-        name: Of the episode, with a hash of what it is made of.
-        facts: What else is known of it.
-        rows: How many rows it has of each column.
+        name: Name of the episode, including a hash of its input.
+        facts: Further values that its builder returned, JSON types only.
+        rows: Number of rows by column.
     """
 
     name: str
@@ -56,12 +56,12 @@ class Episode:
 
 @dataclass(frozen=True, eq=False)
 class ColumnStore:
-    """Some episodes.
+    """A pack: the memory-mapped columns of some episodes.
 
     Attributes:
-        folder: Where they are.
-        episodes: In their order.
-        columns: Mapped; nothing is read before it is used.
+        folder: Folder of the pack.
+        episodes: The episodes, in the order of their rows.
+        columns: Columns by name; memory-mapped, so only the rows in use are read.
     """
 
     folder: Path
@@ -69,127 +69,131 @@ class ColumnStore:
     columns: dict[str, np.ndarray]
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Let other processes map it themselves."""
+        """Pickle the path only; the receiving process maps the files itself."""
         return open_pack, (self.folder,)
 
 
 @dataclass(frozen=True)
-class Making:
-    """How what is missing is made.
+class EpisodeBuilder:
+    """Builds the columns of missing episodes.
 
     Attributes:
-        work: An importable function that returns columns and facts of a task.
-        workers: Processes.
-        on_progress: Told how many of how many episodes are ready.
+        build: Importable function that returns the columns and facts of an episode, given its task.
+        workers: Number of processes.
+        on_progress: Called with the number of finished episodes and their total number.
     """
 
-    work: Callable[[Any], tuple[Columns, dict[str, Any]]]
+    build: Callable[[Any], tuple[Columns, dict[str, Any]]]
     workers: int = 1
-    on_progress: Progress | None = None
+    on_progress: ProgressCallback | None = None
 
 
-def open_packs(folder: Path, tasks: Mapping[str, Any], making: Making) -> list[ColumnStore]:
-    """Return packs that hold the named episodes, and perhaps others; makes what is missing.
+def open_packs(
+    folder: Path, tasks: Mapping[str, Any], builder: EpisodeBuilder
+) -> list[ColumnStore]:
+    """Return all packs of a folder; first add a pack of the named episodes that are missing.
 
     Args:
-        folder: Of the packs.
-        tasks: What an episode is made from, by its name; picklable.
-        making: How.
+        folder: Folder of the packs.
+        tasks: Input of `EpisodeBuilder.build` by the episode's name; picklable.
+        builder: Builds the missing episodes.
 
     Raises:
-        InputError: A pack is broken, or an episode cannot be made.
+        InputError: A pack is broken, or an episode cannot be built.
     """
-    packs = [open_pack(path) for path in sorted(folder.glob("pack-*")) if _is_whole(path)]
+    packs = [open_pack(path) for path in sorted(folder.glob("pack-*")) if _is_complete(path)]
     there = {episode.name for pack in packs for episode in pack.episodes}
     missing = {name: task for name, task in tasks.items() if name not in there}
     if missing:
-        _make_parts(folder / PARTS, missing, making)
-        packs.append(open_pack(_packed(folder, list(missing))))
+        _build_parts(folder / PARTS, missing, builder)
+        packs.append(open_pack(_pack_parts(folder, list(missing))))
     return packs
 
 
 def open_pack(folder: Path) -> ColumnStore:
-    """Map a pack.
+    """Memory-map a pack.
 
     Raises:
-        InputError: It is broken.
+        InputError: The pack is broken.
     """
     try:
         episodes = TypeAdapter(tuple[Episode, ...]).validate_python(
             read_json(folder / EPISODES_FILE)
         )
         names = {name for episode in episodes for name in episode.rows}
-        columns = {name: _mapped(folder / f"{name}.npy") for name in sorted(names)}
+        columns = {name: _map_column(folder / f"{name}.npy") for name in sorted(names)}
         for name, values in columns.items():
             if len(values) != sum(episode.rows.get(name, 0) for episode in episodes):
-                message = f"column '{name}' has {len(values)} rows, not those of its episodes"
+                message = f"column '{name}' has {len(values)} rows, unlike {EPISODES_FILE}"
                 raise ValueError(message)
     except (OSError, ValueError, KeyError, TypeError, EOFError) as error:
-        message = f"Broken pack: {folder} ({in_one_line(error)}). Remove it; it is made again."
+        message = f"Broken pack: {folder} ({in_one_line(error)}). Remove it; it is rebuilt."
         raise InputError(message) from error
     return ColumnStore(folder, episodes, columns)
 
 
-def starts_of(counts: np.ndarray) -> np.ndarray:
-    """Return where each of some parts starts, and at the end where the last one ends.
+def start_offsets(counts: np.ndarray) -> np.ndarray:
+    """Return the start offset of each of several concatenated parts, and the end of the last one.
 
-    >>> starts_of(np.array([2, 0, 3])).tolist()
+    >>> start_offsets(np.array([2, 0, 3])).tolist()
     [0, 2, 2, 5]
     """
     return np.concatenate(([0], np.cumsum(counts, dtype=np.int64)))
 
 
-def _mapped(path: Path) -> np.ndarray:
-    """Return a column as an ordinary array, which is quicker to cut than a `memmap`."""
-    if path.stat().st_size == _HEADER:  # nothing can be mapped
+def _map_column(path: Path) -> np.ndarray:
+    """Memory-map a column; returns an ordinary array, which is faster to index than a `memmap`."""
+    if path.stat().st_size == _HEADER_SIZE:  # no rows: an empty file part cannot be mapped
         return np.load(path)
     return np.load(path, mmap_mode="r").view(np.ndarray)
 
 
-def _is_whole(path: Path) -> bool:
+def _is_complete(path: Path) -> bool:
     return path.suffix != UNFINISHED and path.is_dir()
 
 
-def _make_parts(folder: Path, tasks: Mapping[str, Any], making: Making) -> None:
-    """Make a file for each task that has none; they are kept until they are packed."""
+def _build_parts(folder: Path, tasks: Mapping[str, Any], builder: EpisodeBuilder) -> None:
+    """Build the missing part files; they are kept until they are packed."""
     missing = [
-        _PartTask(folder / f"{name}.npz", task, making.work)
+        _PartTask(folder / f"{name}.npz", task, builder.build)
         for name, task in tasks.items()
         if not (folder / f"{name}.npz").is_file()
     ]
     done = 0
 
-    def listen(event: Event) -> None:
+    def on_event(event: Event) -> None:
         nonlocal done
         if isinstance(event, Lost):
-            message = f"{missing[event.task].path.stem} cannot be made: {event.reason}"
+            message = f"{missing[event.task].path.stem} cannot be built: {event.reason}"
             raise InputError(message)
         if isinstance(event, Finished):
             done += 1
-            if making.on_progress is not None:
-                making.on_progress(done, len(missing))
+            if builder.on_progress is not None:
+                builder.on_progress(done, len(missing))
 
-    if len(missing) == 1 or making.workers == 1:  # not worth a process
+    if len(missing) == 1 or builder.workers == 1:  # in this process
         for place, task in enumerate(missing):
-            _make_part(task, _no_report)
-            listen(Finished(0, place, None))
+            _build_part(task, _no_report)
+            on_event(Finished(0, place, None))
     elif missing:
-        run_tasks(missing, _make_part, workers=min(making.workers, len(missing)), on_event=listen)
+        run_tasks(
+            missing, _build_part, workers=min(builder.workers, len(missing)), on_event=on_event
+        )
 
 
 def _no_report(_share: float) -> None:
-    """Report nothing."""
+    """Ignore the progress of a part."""
 
 
 @dataclass(frozen=True)
 class _PartTask:
     path: Path
     task: Any
-    work: Callable[[Any], tuple[Columns, dict[str, Any]]]
+    build: Callable[[Any], tuple[Columns, dict[str, Any]]]
 
 
-def _make_part(task: _PartTask, _report: Callable[[float], None]) -> None:
-    columns, facts = task.work(task.task)
+def _build_part(task: _PartTask, _report: Callable[[float], None]) -> None:
+    columns, facts = task.build(task.task)
     with whole_file(task.path) as part, part.open("wb") as file:
         arrays: dict[str, Any] = {**columns, "facts__": np.array(json.dumps(facts))}
         np.savez_compressed(file, **arrays)
@@ -198,34 +202,34 @@ def _make_part(task: _PartTask, _report: Callable[[float], None]) -> None:
 def _read_part(path: Path) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
     try:
         check_file(path, largest=LARGEST_PART)
-        _check_unpacked(path)
+        _check_unpacked_size(path)
         with path.open("rb") as opened, np.load(opened, allow_pickle=False) as file:
             columns = {name: file[name] for name in file.files}
             return columns, json.loads(str(columns.pop("facts__")))
-    except (OSError, ValueError, KeyError, *_UNZIPPING) as error:
-        message = f"Broken part: {path} ({in_one_line(error)}). Remove the file; it is made again."
+    except (OSError, ValueError, KeyError, *_ZIP_ERRORS) as error:
+        message = f"Broken part: {path} ({in_one_line(error)}). Remove the file; it is rebuilt."
         raise InputError(message) from error
 
 
-def _check_unpacked(path: Path) -> None:
-    """Check what reading would need: a small file can hold a great many zeros."""
+def _check_unpacked_size(path: Path) -> None:
+    """Check the uncompressed size: a small file can expand to more than the memory holds."""
     with zipfile.ZipFile(path) as file:
         size = sum(item.file_size for item in file.infolist())
     if size > LARGEST_PART:
-        message = f"{size:,} bytes unpacked"
+        message = f"{size:,} bytes uncompressed, expected at most {LARGEST_PART:,}"
         raise ValueError(message)
 
 
-def _packed(folder: Path, names: Sequence[str]) -> Path:
-    """Put parts together into a new pack, one after the other; return its folder."""
+def _pack_parts(folder: Path, names: Sequence[str]) -> Path:
+    """Concatenate parts into a new pack; return its folder."""
     digest = hashlib.sha256("\n".join(names).encode()).hexdigest()[:12]
     pack = folder / f"pack-{digest}"
     parts = [folder / PARTS / f"{name}.npz" for name in names]
     try:
-        with _whole_folder(pack) as place:
+        with _atomic_folder(pack) as place:
             _write_pack(place, zip(names, map(_read_part, parts), strict=True))
     except InputError:
-        if not pack.is_dir():  # otherwise another process was faster, and has cleared away
+        if not pack.is_dir():  # otherwise another process wrote the same pack and removed the parts
             raise
     for part in parts:
         part.unlink(missing_ok=True)
@@ -248,8 +252,8 @@ def _write_pack(folder: Path, parts: Iterable[tuple[str, tuple[Columns, dict[str
 
 
 @contextmanager
-def _whole_folder(folder: Path) -> Iterator[Path]:
-    """Give where to write a folder, and put it in its place if nothing was raised."""
+def _atomic_folder(folder: Path) -> Iterator[Path]:
+    """Yield a temporary folder; without an exception it is renamed to `folder` at the end."""
     place = folder.with_name(f"{folder.name}.{token_hex(4)}{UNFINISHED}")
     place.mkdir(parents=True)
     try:
@@ -257,43 +261,43 @@ def _whole_folder(folder: Path) -> Iterator[Path]:
         try:
             place.rename(folder)
         except OSError:
-            if not folder.is_dir():  # otherwise another process was faster, with the same
+            if not folder.is_dir():  # otherwise another process wrote the same pack
                 raise
     finally:
         shutil.rmtree(place, ignore_errors=True)
 
 
 class _ColumnWriter:
-    """Writes a .npy file whose length is known at its end only; mutable."""
+    """Writes a .npy file whose number of rows is not known in advance; mutable."""
 
     def __init__(self, path: Path, example: np.ndarray) -> None:
         self._file: IO[bytes] = path.open("wb")
         self._like, self._rows = example[:0], 0
-        self._file.write(bytes(_HEADER))
+        self._file.write(bytes(_HEADER_SIZE))
 
     def add(self, values: np.ndarray) -> None:
-        """Write more rows.
+        """Append rows.
 
         Raises:
-            InputError: They are not like those before.
+            InputError: Their type or shape differs from that of earlier rows.
         """
         if values.dtype != self._like.dtype or values.shape[1:] != self._like.shape[1:]:
             message = (
-                f"Rows of {values.dtype} {values.shape[1:]} found where {self._like.dtype} "
-                f"{self._like.shape[1:]} were before: all frames must give arrays of one shape."
+                f"Expected rows of {self._like.dtype} {self._like.shape[1:]} as before, got "
+                f"{values.dtype} {values.shape[1:]}: all frames must give arrays of one shape."
             )
             raise InputError(message)
         self._file.write(np.ascontiguousarray(values).tobytes())
         self._rows += len(values)
 
     def close(self) -> None:
-        """Write how long it has become, and bring all to the disk."""
+        """Write the header, flush the file to disk and close it."""
         shape = (self._rows, *self._like.shape[1:])
-        about = {"descr": self._like.dtype.str, "fortran_order": False, "shape": shape}
-        room = _HEADER - len(_MAGIC) - 2
-        text = repr(about).encode().ljust(room - 1) + b"\n"
+        header = {"descr": self._like.dtype.str, "fortran_order": False, "shape": shape}
+        size = _HEADER_SIZE - len(_MAGIC) - 2
+        text = repr(header).encode().ljust(size - 1) + b"\n"
         self._file.seek(0)
-        self._file.write(_MAGIC + room.to_bytes(2, "little") + text)
+        self._file.write(_MAGIC + size.to_bytes(2, "little") + text)
         self._file.flush()
         os.fsync(self._file.fileno())
         self._file.close()

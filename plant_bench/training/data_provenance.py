@@ -10,20 +10,20 @@ _SHOWN = 16  # characters of a checksum
 
 
 def source_of(data: Path, episodes: int) -> str:
-    """Return what made the data of a folder, in one line; nothing in it names a place on disk.
+    """Return the origin of a data folder in one line, without paths.
 
     Args:
-        data: The folder.
-        episodes: How many of its episodes are used, the first ones.
+        data: The data folder.
+        episodes: Number of its episodes that are used.
 
     Raises:
-        InputError: What the folder says of its origin is broken.
+        InputError: The folder's collect.json is broken.
     """
     folder, name = DataFolder(data), data.resolve().name
     used = f"{episodes} episodes of {name}"
     origin = folder.origin()
     if origin is None:
-        return f"{used}, whose origin is not known (no collect.json)"
+        return f"{used}, of unknown origin (no collect.json)"
     request = CollectRequest(
         _frames(folder), origin.seed, origin.density, origin.perturb, origin.driver
     )
@@ -36,7 +36,7 @@ def _checksums(origin: Origin) -> str:
 
 
 def _frames(folder: DataFolder) -> int:
-    """Return how many frames were asked for; those that are there, if nobody has noted it."""
+    """Return the requested number of frames; the present number if data.json does not state it."""
     try:
         return int(read_json(folder.path / "data.json")["request"]["frames"])
     except (OSError, KeyError, TypeError, ValueError, OverflowError):

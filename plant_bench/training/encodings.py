@@ -17,30 +17,30 @@ from plant_bench.learner import Encoded, Learner
 from plant_bench.training.code_keys import closure_hash
 from plant_bench.training.column_store import (
     ColumnStore,
-    Making,
-    Progress,
+    EpisodeBuilder,
+    ProgressCallback,
     open_pack,
     open_packs,
-    starts_of,
+    start_offsets,
 )
 from plant_bench.training.frame_store import KEY_LENGTH, Episodes, Frames, frames_key
 from plant_bench.training.frames import TargetKind
-from plant_bench.training.learners import Student
+from plant_bench.training.learners import LearnerSpec
 
 ENCODED_FORMAT = 1
-COUNT = "count"  # of the objects of each frame; a column of ours beside the learner's
+COUNT = "count"  # column with each frame's number of objects, in addition to the learner's columns
 
 
 @dataclass(frozen=True, eq=False)
 class Encodings:
-    """The encodings of some frames; mapped.
+    """The encodings of some frames, memory-mapped.
 
     Attributes:
-        padding: As of the learner.
-        packs: Where they are.
-        pack: Of each frame, its place in `packs`.
-        row: Of each frame, its row there.
-        starts: Of each pack, where its frames' objects start.
+        padding: As `Learner.padding`.
+        packs: The packs that hold the encodings.
+        pack: Index in `packs` of each frame's pack.
+        row: Row of each frame in its pack.
+        starts: For each pack, the first object row of each of its frames, and the end.
     """
 
     padding: dict[str, float]
@@ -52,14 +52,14 @@ class Encodings:
     @property
     def counts(self) -> Int[np.ndarray, " frames"]:
         """The number of objects of each frame."""
-        found = np.zeros(len(self.row), np.int64)
+        counts = np.zeros(len(self.row), np.int64)
         for number, starts in enumerate(self.starts):
-            mine = self.pack == number
-            found[mine] = np.diff(starts)[self.row[mine]]
-        return found
+            in_pack = self.pack == number
+            counts[in_pack] = np.diff(starts)[self.row[in_pack]]
+        return counts
 
     def batch(self, chosen: Int[np.ndarray, " batch"]) -> Encoded:
-        """Return some frames' encodings, in the given order; objects are padded."""
+        """Return the encodings of the chosen frames in that order; objects are padded."""
         parts = [
             (place, self.row[chosen[place]], number)
             for number in range(len(self.packs))
@@ -88,15 +88,15 @@ class Encodings:
         for place, rows, number in parts:
             starts = self.starts[number]
             counts = starts[rows + 1] - starts[rows]
-            within = _counted(counts)
+            within = _indices_within(counts)
             at = np.repeat(starts[rows], counts) + within
             found[np.repeat(place, counts), within] = self.packs[number].columns[name][at]
         return found
 
 
-def stacked(encoded: Sequence[Encoded], padding: dict[str, float]) -> Encoded:
-    """Return the encodings of some frames as those of a batch; objects are padded."""
-    counts = [_count(item, padding) for item in encoded]
+def stack_encodings(encoded: Sequence[Encoded], padding: dict[str, float]) -> Encoded:
+    """Combine the encodings of single frames into a batch; objects are padded."""
+    counts = [_object_count(item, padding) for item in encoded]
     most = max([1, *counts])
     batch: dict[str, np.ndarray] = {}
     for name, example in encoded[0].items():
@@ -111,42 +111,46 @@ def stacked(encoded: Sequence[Encoded], padding: dict[str, float]) -> Encoded:
 
 
 def load_encodings(
-    frames: Frames, student: Student, *, workers: int = 1, on_progress: Progress | None = None
+    frames: Frames,
+    learner_spec: LearnerSpec,
+    *,
+    workers: int = 1,
+    on_progress: ProgressCallback | None = None,
 ) -> Encodings:
-    """Return a cached learner's encodings of frames; makes what is missing.
+    """Return a cached learner's encodings of frames; encodes the missing episodes.
 
     Args:
-        frames: To be encoded.
-        student: Who encodes them.
-        workers: Processes that make what is missing.
-        on_progress: Told how many of how many episodes are ready.
+        frames: The frames to encode.
+        learner_spec: The learner.
+        workers: Number of processes that encode.
+        on_progress: Called with the number of finished episodes and their total number.
 
     Raises:
         InputError: Frames cannot be encoded, or a pack is broken.
     """
-    key = encodings_key(student, frames.targets)
+    key = encodings_key(learner_spec, frames.targets)
     folders: dict[Path, dict[str, _Task]] = defaultdict(dict)
     for place, number in frames.routes:
         source = frames.sources[place]
-        task = _Task(student, source.data, source.pack.folder, number, frames.targets)
+        task = _Task(learner_spec, source.data, source.pack.folder, number, frames.targets)
         folder = source.data / "encoded" / key
         folders[folder][source.pack.episodes[number].name] = task
     packs: list[ColumnStore] = []
     places: dict[tuple[Path, str], tuple[int, int, int]] = {}
     for folder, tasks in folders.items():
-        for pack in open_packs(folder, tasks, Making(_encode, workers, on_progress)):
+        for pack in open_packs(folder, tasks, EpisodeBuilder(_encode, workers, on_progress)):
             rows = np.array([episode.rows[COUNT] for episode in pack.episodes])
             for episode, first, count in zip(
-                pack.episodes, starts_of(rows)[:-1], rows, strict=True
+                pack.episodes, start_offsets(rows)[:-1], rows, strict=True
             ):
                 places[folder, episode.name] = (len(packs), int(first), int(count))
             packs.append(pack)
-    return _placed(frames, student.learner(), key, packs, places)
+    return _locate(frames, learner_spec.build(), key, packs, places)
 
 
-def encodings_key(student: Student, targets: TargetKind) -> str:
-    """Return what names the folder of encodings: a hash of frames, targets, options and code."""
-    learner = student.learner()
+def encodings_key(learner_spec: LearnerSpec, targets: TargetKind) -> str:
+    """Return the name of the folder of encodings: a hash of frames, targets, options and code."""
+    learner = learner_spec.build()
     modules = learner.encoders or (type(learner).__module__,)
     code = closure_hash("plant_bench.training.frames", *modules)
     options = json.dumps(learner.encoding, sort_keys=True, default=str)
@@ -154,32 +158,32 @@ def encodings_key(student: Student, targets: TargetKind) -> str:
     return hashlib.sha256(about.encode()).hexdigest()[:KEY_LENGTH]
 
 
-def _placed(
+def _locate(
     frames: Frames,
     learner: Learner,
     key: str,
     packs: list[ColumnStore],
     places: dict[tuple[Path, str], tuple[int, int, int]],
 ) -> Encodings:
-    """Tell where each frame's encoding is."""
+    """Find each frame's pack and row."""
     pack, row, at = np.zeros(len(frames), np.int64), np.zeros(len(frames), np.int64), 0
     sizes = _episode_sizes(frames)
     for (place, number), size in sizes.items():
         source = frames.sources[place]
         folder = source.data / "encoded" / key
-        mine, first, count = places[folder, source.pack.episodes[number].name]
+        pack_index, first, count = places[folder, source.pack.episodes[number].name]
         if count != size:
-            message = f"Broken pack: {packs[mine].folder}. Remove it; it is made again."
+            message = f"Broken pack: {packs[pack_index].folder}. Remove it; it is rebuilt."
             raise InputError(message)
-        pack[at : at + size], row[at : at + size] = mine, np.arange(first, first + size)
+        pack[at : at + size], row[at : at + size] = pack_index, np.arange(first, first + size)
         at += size
-    starts = tuple(starts_of(item.columns[COUNT]) for item in packs)
+    starts = tuple(start_offsets(item.columns[COUNT]) for item in packs)
     return Encodings(dict(learner.padding), tuple(packs), pack, row, starts)
 
 
 def _episode_sizes(frames: Frames) -> dict[tuple[int, int], int]:
-    """Return how many frames each episode has, in their order."""
-    ends = starts_of(np.array([len(source.pack.episodes) for source in frames.sources]))
+    """Return the number of frames by (source, episode), in the order of the frames."""
+    ends = start_offsets(np.array([len(source.pack.episodes) for source in frames.sources]))
     numbers = ends[frames.source] + frames.episode
     counts = np.bincount(numbers, minlength=int(ends[-1]))
     return {place: int(counts[ends[place[0]] + place[1]]) for place in frames.routes}
@@ -187,7 +191,7 @@ def _episode_sizes(frames: Frames) -> dict[tuple[int, int], int]:
 
 @dataclass(frozen=True)
 class _Task:
-    student: Student
+    learner_spec: LearnerSpec
     data: Path
     pack: Path
     number: int
@@ -195,7 +199,7 @@ class _Task:
 
 
 def _encode(task: _Task) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
-    source, learner = _source(task.data, task.pack), task.student.learner()
+    source, learner = _episodes(task.data, task.pack), task.learner_spec.build()
     first, end = source.first_frames[task.number : task.number + 2].tolist()
     disturbed = source.pack.columns["disturbed"]
     rows = [
@@ -206,7 +210,7 @@ def _encode(task: _Task) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
         for row in rows
     ]
     padding = dict(learner.padding)
-    counts = np.array([_count(item, padding) for item in encoded], np.int64)
+    counts = np.array([_object_count(item, padding) for item in encoded], np.int64)
     joint = {
         name: (np.concatenate if name in padding else np.stack)([item[name] for item in encoded])
         for name in (encoded[0] if encoded else ())
@@ -215,15 +219,15 @@ def _encode(task: _Task) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
 
 
 @lru_cache(maxsize=4)
-def _source(data: Path, pack: Path) -> Episodes:
+def _episodes(data: Path, pack: Path) -> Episodes:
     return Episodes(data, open_pack(pack))
 
 
-def _count(encoded: Encoded, padding: dict[str, float]) -> int:
+def _object_count(encoded: Encoded, padding: dict[str, float]) -> int:
     return next((len(encoded[name]) for name in padding), 0)
 
 
-def _counted(counts: Int[np.ndarray, " parts"]) -> Int[np.ndarray, " rows"]:
-    """Return 0, 1, ... anew for each part."""
-    starts = starts_of(counts)
+def _indices_within(counts: Int[np.ndarray, " parts"]) -> Int[np.ndarray, " rows"]:
+    """Return the index of each row within its part: 0, 1, ... for each part."""
+    starts = start_offsets(counts)
     return np.arange(starts[-1]) - np.repeat(starts[:-1], counts)

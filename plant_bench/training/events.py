@@ -6,7 +6,15 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class StepEnded:
-    """A step is done; `loss` is what it minimised, `waited` how many seconds for its batch."""
+    """A step has ended.
+
+    Attributes:
+        epoch: The epoch, from 0.
+        step: Number of finished steps of the epoch.
+        steps: Number of steps of the epoch.
+        loss: The minimised loss.
+        waited: Time spent waiting for the batch, seconds.
+    """
 
     epoch: int
     step: int
@@ -17,7 +25,12 @@ class StepEnded:
 
 @dataclass(frozen=True, slots=True)
 class EpochEnded:
-    """An epoch is done; `row` is its line in the history."""
+    """An epoch has ended.
+
+    Attributes:
+        epoch: The epoch, from 0.
+        row: Its row of the history.
+    """
 
     epoch: int
     row: dict[str, float]
@@ -25,7 +38,7 @@ class EpochEnded:
 
 @dataclass(frozen=True, slots=True)
 class Driving:
-    """A closed-loop validation begins."""
+    """A closed-loop validation starts."""
 
     epoch: int
 

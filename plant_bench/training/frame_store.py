@@ -2,8 +2,8 @@
 
 DIR/routes/*.json          the routes driven (suite files)
 DIR/episodes/*.parquet     recordings; their metadata names the route
-DIR/frames/<key>/          the frames; the key is a hash of the code that makes them
-DIR/encoded/<key>/         what cached learners make of them, see `encodings`
+DIR/frames/<key>/          the frames; the key is a hash of the code that builds them
+DIR/encoded/<key>/         the encodings of cached learners, see `encodings`
 """
 
 import hashlib
@@ -23,31 +23,36 @@ from plant_bench.errors import InputError
 from plant_bench.learner import Frame
 from plant_bench.runner.collect.data_folder import DataFolder
 from plant_bench.training.code_keys import closure_hash
-from plant_bench.training.column_store import ColumnStore, Making, Progress, open_packs, starts_of
+from plant_bench.training.column_store import (
+    ColumnStore,
+    EpisodeBuilder,
+    ProgressCallback,
+    open_packs,
+    start_offsets,
+)
 from plant_bench.training.frames import (
     OF_ACTORS,
     Rows,
     TargetKind,
     frame_of,
-    no_answer,
+    no_action_message,
     rows_of,
 )
 from plant_bench.world.route import PROTOCOL, Route, load_suite
 
 FRAMES_FORMAT = 1
 KEY_LENGTH = 12
-STANDING, STAYING = 0.1, 0.2  # m/s, and metres in two seconds
+STATIONARY_SPEED, STATIONARY_DISTANCE = 0.1, 0.2  # m/s; metres ahead in the next two seconds
 FIRST, LAST = 0, -1
 
 
 @dataclass(frozen=True, eq=False)
 class Episodes:
-    """Episodes of one pack that are learned from.
+    """The episodes of one pack of frames.
 
     Attributes:
         data: The data folder.
-        pack: Of their frames.
-        number: Which of the pack's episodes each is.
+        pack: The frames' columns, see `plant_bench.training.frames`.
     """
 
     data: Path
@@ -55,33 +60,33 @@ class Episodes:
 
     @cached_property
     def first_frames(self) -> Int[np.ndarray, " ends"]:
-        """Where the frames of each of the pack's episodes start."""
-        return starts_of(np.array([episode.rows["at"] for episode in self.pack.episodes]))
+        """First frame row of each episode in the pack, and the end."""
+        return start_offsets(np.array([episode.rows["at"] for episode in self.pack.episodes]))
 
     @cached_property
     def first_instants(self) -> Int[np.ndarray, " ends"]:
-        """Where the instants of each of the pack's episodes start."""
-        return starts_of(np.array([episode.rows["tick"] for episode in self.pack.episodes]))
+        """First instant row of each episode in the pack, and the end."""
+        return start_offsets(np.array([episode.rows["tick"] for episode in self.pack.episodes]))
 
     @cached_property
     def first_actors(self) -> Int[np.ndarray, " ends"]:
-        """Where the actors of each instant start."""
+        """First actor row of each instant, and the end."""
         return self._starts("actor_count", OF_ACTORS[0])
 
     @cached_property
     def first_lights(self) -> Int[np.ndarray, " ends"]:
-        """Where the lights of each instant start."""
+        """First light row of each instant, and the end."""
         return self._starts("light_count", "lights")
 
     def _starts(self, counts: str, values: str) -> Int[np.ndarray, " ends"]:
-        found = starts_of(self.pack.columns[counts])
+        found = start_offsets(self.pack.columns[counts])
         if found[LAST] != len(self.pack.columns[values]):
-            message = f"Broken pack: {self.pack.folder}. Remove it; it is made again."
+            message = f"Broken pack: {self.pack.folder}. Remove it; it is rebuilt."
             raise InputError(message)
         return found
 
     def frame(self, number: int, row: int, *, targets: TargetKind, inputs: frozenset[str]) -> Frame:
-        """Return a frame of an episode, by its row in the pack."""
+        """Return a frame of episode `number` of the pack, by its row in the pack."""
         facts = self.pack.episodes[number].facts
         at = int(self.first_instants[number] + self.pack.columns["at"][row])
         place = (row, at, int(self.first_actors[at]), int(self.first_lights[at]))
@@ -93,16 +98,16 @@ class Episodes:
 
 @dataclass(frozen=True, eq=False)
 class Frames:
-    """Frames of several folders, by number, in the order of folders and recordings.
+    """The frames of several data folders, in the order of folders and recordings.
 
     Attributes:
-        targets: What their waypoints are.
-        sources: Where they are.
-        source: Of each frame, its place in `sources`.
-        episode: Of each frame, the number of its episode in the source's pack.
-        row: Of each frame, its row in the source's pack.
-        routes: The route's id of each episode that there is, by (source, episode); in order.
-        fingerprint: A hash of all that decides them.
+        targets: Kind of the frames' waypoints.
+        sources: The packs that hold the frames.
+        source: Index in `sources` of each frame's pack.
+        episode: Index of each frame's episode in its pack.
+        row: Row of each frame in its pack.
+        routes: Route id of each episode by (source, episode), in the order of the frames.
+        fingerprint: Hash of everything that determines the frames.
     """
 
     targets: TargetKind
@@ -117,20 +122,20 @@ class Frames:
         return len(self.row)
 
     def frame(self, number: int, inputs: frozenset[str]) -> Frame:
-        """Return a frame."""
+        """Return a frame whose observation has the given inputs."""
         source = self.sources[self.source[number]]
         episode, row = int(self.episode[number]), int(self.row[number])
         return source.frame(episode, row, targets=self.targets, inputs=inputs)
 
     def route_mask(self, names: frozenset[str]) -> Bool[np.ndarray, " frames"]:
-        """Return which frames are of some routes."""
-        wanted = [place for place, name in self.routes.items() if name in names]
+        """Return a mask of the frames on the given routes."""
+        selected = [place for place, name in self.routes.items() if name in names]
         most = 1 + max((episode for _, episode in self.routes), default=0)
-        known = np.array([source * most + episode for source, episode in wanted], np.int64)
-        return np.isin(self.source * most + self.episode, known)
+        ids = np.array([source * most + episode for source, episode in selected], np.int64)
+        return np.isin(self.source * most + self.episode, ids)
 
     def stationary(self, chosen: Int[np.ndarray, " chosen"]) -> Bool[np.ndarray, " chosen"]:
-        """Return where the ego stands and should go on standing."""
+        """Return a mask of the chosen frames in which the ego is stationary and should stay so."""
         name = "future" if self.targets == "future" else "answered"
         found = np.zeros(len(chosen), bool)
         for number, source in enumerate(self.sources):
@@ -140,7 +145,7 @@ class Frames:
             at = source.first_instants[episodes] + columns["at"][rows]
             speed = columns["ego"][at, 3].astype(np.float32)
             ahead = columns[name][rows, LAST, 0]
-            found[mine] = (speed < STANDING) & (np.abs(ahead) < STAYING)
+            found[mine] = (speed < STATIONARY_SPEED) & (np.abs(ahead) < STATIONARY_DISTANCE)
         return found
 
 
@@ -152,10 +157,10 @@ class _Task:
 
 @cache
 def frames_key() -> str:
-    """Return what names the folder of frames: a hash of format, protocol and code."""
+    """Return the name of the folder of frames: a hash of format, protocol and code."""
     code = closure_hash("plant_bench.training.frames")
-    about = f"{FRAMES_FORMAT}|{PROTOCOL}|{code}"
-    return hashlib.sha256(about.encode()).hexdigest()[:KEY_LENGTH]
+    text = f"{FRAMES_FORMAT}|{PROTOCOL}|{code}"
+    return hashlib.sha256(text.encode()).hexdigest()[:KEY_LENGTH]
 
 
 def load_frames(
@@ -164,28 +169,28 @@ def load_frames(
     targets: TargetKind = "future",
     share: float = 1.0,
     workers: int = 1,
-    on_progress: Progress | None = None,
+    on_progress: ProgressCallback | None = None,
 ) -> Frames:
-    """Return the frames of data folders; makes what is missing.
+    """Return the frames of data folders; converts the missing episodes.
 
     Args:
-        folders: See above.
-        targets: What the waypoints are. "future": where the ego went, as PlanT; where something
-            disturbed the driver within that future it is not the driver's own, and the frame is
-            left out. "expert-action": where the acceleration that the expert chose leads along the
-            route if it is held; the expert need not have been the one who drove.
-        share: Of the recordings, see `recordings_in`.
-        workers: Processes that make what is missing.
-        on_progress: Told how many of how many episodes are ready.
+        folders: The data folders.
+        targets: Kind of the waypoints. "future": the ego's driven path, as PlanT; frames with a
+            perturbation in that path are dropped. "expert-action": the path along the route if the
+            expert's acceleration is held; for data in which another planner drove (DAgger), too.
+        share: Share of the recordings, see `recordings_in`.
+        workers: Number of processes that convert.
+        on_progress: Called with the number of finished episodes and their total number.
 
     Raises:
-        InputError: A folder, a recording or its route cannot be used, or an answer is missing.
+        InputError: A folder, a recording or its route cannot be used, or an expert action is
+            missing.
     """
-    making = Making(_make, workers, on_progress)
+    builder = EpisodeBuilder(_build_episode, workers, on_progress)
     sources: list[Episodes] = []
     chosen: list[tuple[int, int, str]] = []
     for data in folders:
-        names, packs = _episodes(data, targets, share, making)
+        names, packs = _episodes(data, targets, share, builder)
         places = {
             episode.name: (len(sources) + place, number)
             for place, pack in enumerate(packs)
@@ -193,24 +198,24 @@ def load_frames(
         }
         sources += [Episodes(data, pack) for pack in packs]
         chosen += [(*places[name], name) for name in names]
-    return _joined(sources, chosen, targets)
+    return _join(sources, chosen, targets)
 
 
 def _episodes(
-    data: Path, targets: TargetKind, share: float, making: Making
+    data: Path, targets: TargetKind, share: float, builder: EpisodeBuilder
 ) -> tuple[list[str], list[ColumnStore]]:
     recordings = recordings_in(data, share)
     check_targets(data, targets)
     routes = data / "routes"
     if not any(routes.glob("*.json")):
-        message = f"No routes (*.json) found in {routes}: the routes driven are expected there."
+        message = f"No routes found: expected the driven routes in {routes}/*.json."
         raise InputError(message)
-    known_routes(routes)
-    tasks = {f"{path.stem}-{_content(path)}": _Task(path, routes) for path in recordings}
-    return list(tasks), open_packs(data / "frames" / frames_key(), tasks, making)
+    routes_in(routes)
+    tasks = {f"{path.stem}-{_content_hash(path)}": _Task(path, routes) for path in recordings}
+    return list(tasks), open_packs(data / "frames" / frames_key(), tasks, builder)
 
 
-def _joined(
+def _join(
     sources: list[Episodes], chosen: list[tuple[int, int, str]], targets: TargetKind
 ) -> Frames:
     columns: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
@@ -218,7 +223,7 @@ def _joined(
     routes: dict[tuple[int, int], str] = {}
     for place, number, name in chosen:
         source = sources[place]
-        rows = _learnable(source, number, targets)
+        rows = _target_rows(source, number, targets)
         columns.append((np.full(len(rows), place), np.full(len(rows), number), rows))
         routes[place, number] = source.pack.episodes[number].facts["route"]
         digest.update(f"|{name}|{routes[place, number]}".encode())
@@ -230,8 +235,8 @@ def _joined(
     return Frames(targets, tuple(sources), source, episode, row, routes, fingerprint)
 
 
-def _learnable(source: Episodes, number: int, targets: TargetKind) -> Int[np.ndarray, " rows"]:
-    """Return the rows of an episode that can be learned from."""
+def _target_rows(source: Episodes, number: int, targets: TargetKind) -> Int[np.ndarray, " rows"]:
+    """Return the rows of an episode that have a valid target."""
     first, end = source.first_frames[number : number + 2].tolist()
     rows = np.arange(first, end)
     if targets == "future":
@@ -241,53 +246,53 @@ def _learnable(source: Episodes, number: int, targets: TargetKind) -> Int[np.nda
         name = source.pack.episodes[number].facts["recording"]
         at = source.pack.columns["at"][first + int(missing.argmax())]
         tick = source.pack.columns["tick"][source.first_instants[number] + at]
-        message = f"{source.data / 'episodes' / name}: {no_answer(int(tick))}"
+        message = f"{source.data / 'episodes' / name}: {no_action_message(int(tick))}"
         raise InputError(message)
     return rows
 
 
 def check_targets(data: Path, targets: TargetKind) -> None:
-    """Check that what is to be learned is in a data folder.
+    """Check that a data folder has valid targets of a kind.
 
     Raises:
-        InputError: Another planner drove, and where it went is no example.
+        InputError: The driven path was requested, but a planner other than the expert drove.
     """
     origin = DataFolder(data).origin()
     if origin is not None and origin.driver and targets == "future":
         message = (
-            f"{data} holds the expert's answers while '{origin.driver}' drove: where that went is "
-            "no example. Learn the answers: --targets expert-action."
+            f"{data} was driven by '{origin.driver}' (DAgger data), so its driven path is no "
+            "target. Train on the recorded actions of the expert: --targets expert-action."
         )
         raise InputError(message)
 
 
 def recordings_in(data: Path, share: float = 1.0) -> list[Path]:
-    """Return the recordings of a data folder, or the first share of them; by name.
+    """Return a share of the recordings of a data folder, sorted by name.
 
-    First are those of a route's first repetition, then of its second, as in PlanT's 1x, 2x and 3x
-    data; within a repetition a hash of the name decides, so that a share is of all towns. A smaller
-    share is a part of any larger one.
+    First repetitions are taken before second ones, as in PlanT's 1x, 2x and 3x data; within a
+    repetition the order is that of hashes of the names, so any share covers all towns. A smaller
+    share is a subset of any larger one.
 
     Raises:
-        InputError: There are none.
+        InputError: There are no recordings.
     """
     found = episode_files(data)
     count = max(round(share * len(found)), 1)
-    return sorted(sorted(found, key=_turn)[:count])
+    return sorted(sorted(found, key=_sort_key)[:count])
 
 
-def _turn(recording: Path) -> tuple[int, bytes]:
+def _sort_key(recording: Path) -> tuple[int, bytes]:
     repetition = re.search(r"_r(\d+)_[0-9a-f]+$", recording.stem)
     digest = hashlib.sha256(recording.stem.encode()).digest()
     return (int(repetition[1]) if repetition else 0), digest
 
 
-def _make(task: _Task) -> tuple[Rows, dict[str, Any]]:
+def _build_episode(task: _Task) -> tuple[Rows, dict[str, Any]]:
     recording = Recording.load(task.recording)
     name = str(recording.metadata.get("route"))
-    route = known_routes(task.routes).get(name)
+    route = routes_in(task.routes).get(name)
     if route is None:
-        message = f"{task.recording} is of route '{name}', which is not in {task.routes}."
+        message = f"{task.recording} was driven on route '{name}', which is not in {task.routes}."
         raise InputError(message)
     try:
         rows = rows_of(recording, route)
@@ -304,21 +309,21 @@ def _make(task: _Task) -> tuple[Rows, dict[str, Any]]:
 
 
 def route_of(folder: Path, name: str, checksum: str) -> Route:
-    """Return a route of a data folder.
+    """Return a route from a folder.
 
     Raises:
-        InputError: It is not there any more, or another one has its name.
+        InputError: The route is missing, or has changed.
     """
-    route = known_routes(folder).get(name)
+    route = routes_in(folder).get(name)
     if route is None or route.checksum != checksum:
-        message = f"{folder} does not hold route {name} any more as it was driven: put it back."
+        message = f"Route {name} in {folder} is missing or has changed: restore the driven route."
         raise InputError(message)
     return route
 
 
 @lru_cache(maxsize=64)
-def known_routes(folder: Path) -> dict[str, Route]:
-    """Return the routes in a folder by id.
+def routes_in(folder: Path) -> dict[str, Route]:
+    """Return the routes in a folder by id; cached.
 
     Raises:
         InputError: They cannot be read.
@@ -327,5 +332,5 @@ def known_routes(folder: Path) -> dict[str, Route]:
 
 
 @cache
-def _content(path: Path) -> str:
+def _content_hash(path: Path) -> str:
     return hashlib.sha256(path.read_bytes()).hexdigest()[:KEY_LENGTH]

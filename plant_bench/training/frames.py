@@ -1,8 +1,8 @@
 """Converts recordings to training frames at 2 Hz, the same for every learner.
 
-A frame is put together when it is needed, by the very function that a planner's observation comes
-from while it drives. Kept are rows: what was recorded at those instants, the ego's place on its
-route, and what can be learned, see `TargetKind`.
+The columns of `rows_of` hold the recorded scenes, the ego's position on its route and the targets
+(see `TargetKind`). `frame_of` builds a frame from them on demand, with the same function that
+computes a planner's observations in closed loop.
 """
 
 from collections.abc import Mapping
@@ -27,44 +27,44 @@ from plant_bench.world.scene import TICK, Actors, EgoState, Scene
 SAMPLE_TICKS = round(PLAN_INTERVAL / TICK)  # 10: data at 2 Hz (PlanT, section 4)
 HORIZON = PLAN_STEPS * SAMPLE_TICKS  # ticks
 SKIPPED_FIRST = 5  # samples of each episode (PlanT, dataset.py)
-SKIPPED_LAST = 2  # as above; the last four have no whole future anyway
-LATEST_ANSWER = 4  # ticks ago: the expert decides at least so often
-ROLLED = slice(
+SKIPPED_LAST = 2  # as above; the last four have no complete future anyway
+MAX_ACTION_AGE = 4  # ticks: the longest interval between two decisions of the expert
+WAYPOINT_STEPS = slice(
     round(PLAN_INTERVAL / STEP),
     round(PLAN_STEPS * PLAN_INTERVAL / STEP) + 1,
     round(PLAN_INTERVAL / STEP),
-)  # the instants of a rollout at which waypoints lie
+)  # steps of a rollout at the waypoints' times
 _INPUTS = frozenset({Input.ROUTE})
 
 TargetKind = Literal["future", "expert-action"]
 
 Rows = dict[str, np.ndarray]
-# A row a frame:
+# One row per frame:
 OF_FRAMES = ("at", "progress", "offset", "future", "answered", "answer", "disturbed")
-# A row an instant, two a second, one before the first frame and one behind the last:
+# One row per instant: the frames' at 2 Hz, one before the first and one after the last:
 OF_INSTANTS = ("tick", "ego", "actor_count", "light_count")
-OF_ACTORS = ("ids", "poses", "speeds", "extents", "kinds")
-OF_LIGHTS = ("lights",)
+OF_ACTORS = ("ids", "poses", "speeds", "extents", "kinds")  # one row per actor and instant
+OF_LIGHTS = ("lights",)  # one row per light and instant
 
 
 def rows_of(recording: Recording, route: Route) -> Rows:
-    """Return the frames of an episode as columns, see `OF_FRAMES` and the like.
+    """Return the frames of an episode as columns, see `OF_FRAMES`, `OF_INSTANTS` and so on.
 
-    Ego poses are needed at every tick, actors at every tenth only. `future` is where the ego went,
-    `answered` where the acceleration that the driver answered with leads if it is held, along the
-    route (NaN without an answer); both in the frame's own ego frame, metres.
+    Ego poses are needed at every tick, actors at every tenth only. `future` holds the driven
+    waypoints, `answered` those along the route if the acceleration of the expert's action (column
+    `answer`) is held, NaN without an action; both in the frame's ego frame, metres.
 
     Raises:
         InputError: The recording is of another route or protocol, or a tick is missing.
     """
     check_route(recording, route)
-    kept = _kept_rows(len(recording))
-    grid = _grid(kept)
+    kept = _frame_rows(len(recording))
+    grid = _instant_rows(kept)
     scenes = {row: recording[row] for row in grid}
     for row in kept:
         if scenes[row].tick != row:
             message = (
-                f"Row {row} of a recording holds tick {scenes[row].tick}: all ticks are expected."
+                f"Expected tick {row} in row {row} of the recording, got tick {scenes[row].tick}."
             )
             raise InputError(message)
     return _instants([scenes[row] for row in grid]) | _frames(recording, route, kept)
@@ -79,16 +79,16 @@ def frame_of(
     inputs: frozenset[str],
     seed: int,
 ) -> Frame:
-    """Return a frame.
+    """Build a frame from its columns.
 
     Args:
         rows: Columns of one or more episodes.
-        place: The frame's row; the row of its instant; where this instant's actors start, and its
-            lights. The instants before and after are beside it.
-        route: That was driven.
-        targets: What the waypoints are.
-        inputs: What the observation holds.
-        seed: Of the episode.
+        place: The frame's row, the row of its instant, and the first rows of the instant's actors
+            and lights. The instants before and after are in the adjacent rows.
+        route: The route driven.
+        targets: Kind of the waypoints.
+        inputs: The inputs in the observation.
+        seed: Seed of the episode.
     """
     row, at, actors, lights = place
     counts = rows["actor_count"]
@@ -115,7 +115,7 @@ def frame_of(
 
 
 def check_route(recording: Recording, route: Route) -> None:
-    """Check that a recording is of a route, in the world as it is now.
+    """Check that a recording is of a route, and of the current protocol.
 
     Raises:
         InputError: It is not.
@@ -123,36 +123,36 @@ def check_route(recording: Recording, route: Route) -> None:
     known = recording.metadata.get("route_checksum")
     if known != route.checksum:
         message = (
-            f"A recording of route {recording.metadata.get('route')} ({str(known)[:12]}) does not "
-            f"fit route {route.id} ({route.checksum[:12]}): keep the routes it was driven on."
+            f"The recording of route {recording.metadata.get('route')} ({str(known)[:12]}) does "
+            f"not match route {route.id} ({route.checksum[:12]}): restore the driven routes."
         )
         raise InputError(message)
     protocol = str(recording.metadata.get("protocol"))
     if not protocol.startswith(PROTOCOL):
         message = (
-            f"A recording of the protocol '{protocol}', of another world than '{PROTOCOL}'. "
-            "Collect anew."
+            f"Expected a recording of protocol '{PROTOCOL}', got '{protocol}'. Collect the data "
+            "again."
         )
         raise InputError(message)
 
 
-def no_answer(row: int) -> str:
-    """Return what to say where nothing was answered that could be learned."""
+def no_action_message(row: int) -> str:
+    """Return the error message for a frame without an expert action."""
     return (
-        f"Row {row} of a recording holds no acceleration: only where an expert answered can "
-        "its answers be learned. --targets future learns where the ego went."
+        f"Row {row} of the recording has no acceleration of an expert, so --targets expert-action "
+        "is not possible. Use --targets future to train on the driven path."
     )
 
 
-def _kept_rows(length: int) -> range:
-    """Return the rows that become frames: those with a whole future, the ends left out."""
+def _frame_rows(length: int) -> range:
+    """Return the rows of the frames: those with a complete future, without the skipped ends."""
     first = SKIPPED_FIRST * SAMPLE_TICKS
     last_sample = (length - 1) // SAMPLE_TICKS - SKIPPED_LAST
     last = min(last_sample * SAMPLE_TICKS, length - 1 - HORIZON)
     return range(first, last + 1, SAMPLE_TICKS)
 
 
-def _grid(kept: range) -> range:
+def _instant_rows(kept: range) -> range:
     if not kept:
         return range(0)
     return range(kept[0] - SAMPLE_TICKS, kept[-1] + SAMPLE_TICKS + 1, SAMPLE_TICKS)
@@ -164,7 +164,7 @@ def _instants(scenes: list[Scene]) -> Rows:
         (ego.x, ego.y, ego.yaw, ego.speed, ego.acceleration, ego.steering)
         for ego in (scene.ego for scene in scenes)
     ]
-    nobody, no_lights = [Actors.none()], [np.zeros(0, np.uint8)]
+    no_actors, no_lights = [Actors.none()], [np.zeros(0, np.uint8)]
     return {
         "tick": np.array([scene.tick for scene in scenes], np.int32),
         "ego": np.array(egos, float).reshape(-1, 6),
@@ -172,7 +172,7 @@ def _instants(scenes: list[Scene]) -> Rows:
         "light_count": np.array([len(scene.lights) for scene in scenes], np.int32),
         "lights": np.concatenate([*no_lights, *(scene.lights for scene in scenes)]),
     } | {
-        name: np.concatenate([getattr(item, name) for item in (*nobody, *actors)])
+        name: np.concatenate([getattr(item, name) for item in (*no_actors, *actors)])
         for name in OF_ACTORS
     }
 
@@ -199,11 +199,11 @@ def _frames(recording: Recording, route: Route, kept: range) -> Rows:
         rows["progress"][place], rows["offset"][place] = driven.progress, driven.offset
         rows["disturbed"][place] = recording.disturbed[row : row + HORIZON].any()
         rows["future"][place] = to_frame(places[_future_rows(row)], *scene.ego.pose)
-        answer = _answer(actions, row)
+        answer = _latest_action(actions, row)
         if answer is not None:
             seen = sensors.observe(scene, driven.progress, driven.offset)
             rows["answer"][place] = answer.acceleration, answer.steering
-            rows["answered"][place] = to_frame(_answered(answer, seen), *scene.ego.pose)
+            rows["answered"][place] = to_frame(_action_path(answer, seen), *scene.ego.pose)
     return rows
 
 
@@ -211,20 +211,20 @@ def _future_rows(row: int) -> slice:
     return slice(row + SAMPLE_TICKS, row + HORIZON + 1, SAMPLE_TICKS)
 
 
-def _answer(actions: list[Action], row: int) -> Control | None:
-    """Return the control that was answered with last; None for none, and where it is a plan."""
-    answers = (actions[at] for at in range(row, max(row - LATEST_ANSWER, -1), -1))
-    last = next((action for action in answers if action is not None), None)
+def _latest_action(actions: list[Action], row: int) -> Control | None:
+    """Return the latest action if it is a control; None without a recent one, or for a plan."""
+    recent = (actions[at] for at in range(row, max(row - MAX_ACTION_AGE, -1), -1))
+    last = next((action for action in recent if action is not None), None)
     return last if isinstance(last, Control) else None
 
 
-def _answered(answer: Control, observation: Observation) -> Float[np.ndarray, "waypoints 2"]:
-    """Return where an answer leads if its acceleration is held, in the world frame."""
+def _action_path(answer: Control, observation: Observation) -> Float[np.ndarray, "waypoints 2"]:
+    """Return the waypoints if an action's acceleration is held, in the world frame, metres."""
     route = observation.route
-    assert route is not None  # noqa: S101  asked for
+    assert route is not None  # noqa: S101  `_INPUTS` includes the route
     top = allowed_speed(route)
     travel = rollout(observation.ego.speed, np.array([answer.acceleration]), top)
-    return ego_poses(route, travel)[0, ROLLED, :2]
+    return ego_poses(route, travel)[0, WAYPOINT_STEPS, :2]
 
 
 def _actors(rows: Mapping[str, np.ndarray], start: int, count: int) -> Actors:

@@ -11,21 +11,21 @@ from types import FrameType
 class StopRequest:
     """Whether a stop was requested; mutable."""
 
-    wanted: bool = False
+    requested: bool = False
 
 
 @contextmanager
-def stop_wish() -> Iterator[StopRequest]:
-    """Within the context, turn the first Ctrl-C into a stop request; the second one raises."""
-    wish = StopRequest()
+def stop_on_interrupt() -> Iterator[StopRequest]:
+    """Turn the first Ctrl-C in the context into a stop request; a second one raises."""
+    stop = StopRequest()
 
-    def hear(_signal: int, _frame: FrameType | None) -> None:
-        if wish.wanted:
+    def handle(_signal: int, _frame: FrameType | None) -> None:
+        if stop.requested:
             raise KeyboardInterrupt
-        wish.wanted = True
+        stop.requested = True
 
-    before = signal.signal(signal.SIGINT, hear)
+    before = signal.signal(signal.SIGINT, handle)
     try:
-        yield wish
+        yield stop
     finally:
         signal.signal(signal.SIGINT, before)

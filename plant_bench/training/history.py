@@ -20,7 +20,7 @@ def has_tensorboard() -> bool:
 
 
 def columns_of(history: list[dict[str, float]]) -> list[str]:
-    """Return what there is to tell of a training: epoch, rate, then each loss, then the score.
+    """Return the columns of a history: epoch, rate, the losses, and the driving score last.
 
     >>> columns_of([{"epoch": 1.0, "train_x": 0.5}, {"epoch": 2.0, "driving_score": 3.0}])
     ['epoch', 'train_x', 'driving_score']
@@ -30,7 +30,7 @@ def columns_of(history: list[dict[str, float]]) -> list[str]:
 
 
 class History:
-    """Writes each epoch's row; mutable.
+    """Writes the rows of finished epochs; mutable.
 
     Args:
         folder: Output folder.
@@ -46,7 +46,7 @@ class History:
             self._writer = SummaryWriter(str(folder / "tensorboard"))
 
     def add(self, event: EpochEnded, history: list[dict[str, float]]) -> None:
-        """Write the rows of all epochs so far, and the last one's to TensorBoard."""
+        """Rewrite `losses.csv` with all rows, and log the new one to TensorBoard."""
         with whole_file(self._path) as part, part.open("w", encoding="utf-8", newline="") as file:
             table = csv.DictWriter(file, columns_of(history), lineterminator="\n")
             table.writeheader()

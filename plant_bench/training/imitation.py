@@ -23,35 +23,35 @@ from plant_bench.training.checkpoint import broken_checkpoint, load_checkpoint, 
 from plant_bench.training.closed_loop import ClosedLoop, closed_loop_score
 from plant_bench.training.code_keys import closure_hash
 from plant_bench.training.events import Driving, EpochEnded, Listener
-from plant_bench.training.graceful_interrupt import stop_wish
+from plant_bench.training.graceful_interrupt import stop_on_interrupt
 from plant_bench.training.history import DRIVING_SCORE, History
 from plant_bench.training.initial_weights import state_to_start_from
-from plant_bench.training.learners import Student
+from plant_bench.training.learners import LearnerSpec
 from plant_bench.training.loader import Loader
 from plant_bench.training.settings import TrainingSettings
 from plant_bench.training.trainer import Trainer
 
-CHECKPOINT_EVERY = 300.0  # s, besides that at the end of each epoch
-LONGEST_WAIT = timedelta(days=2)  # of the other processes, while the first one drives validations
+CHECKPOINT_EVERY = 300.0  # s between checkpoints, in addition to one at the end of each epoch
+LONGEST_WAIT = timedelta(days=2)  # timeout of the processes that wait for a validation run
 CARD_FILE = "card.md"
 
 
 @dataclass(frozen=True)
 class TrainingRequest:
-    """Request of a training.
+    """Settings of a training.
 
     Attributes:
-        student: The learner and its options.
+        learner: The learner and its options.
         settings: The training settings.
         out: Folder for the finished model.
         work: Folder for checkpoint, logs and validation runs.
         closed_loop: What to drive for validation; None where `validate_every` is 0.
         overwrite: Start anew even if there is a checkpoint.
-        start: Folder of the weights to start from, if not from chance.
-        sources: Where the data comes from, a text a folder, for the card.
+        start: Model folder with the initial weights; None for random ones.
+        sources: Origin of the data for the card, one text per data folder.
     """
 
-    student: Student
+    learner: LearnerSpec
     settings: TrainingSettings
     out: Path
     work: Path
@@ -62,7 +62,7 @@ class TrainingRequest:
 
 
 def make_fabric(*, accelerator: str, devices: int) -> Fabric:
-    """Return a launched Fabric; with several devices this starts the other processes.
+    """Launch Fabric; with several devices this starts the other processes.
 
     Raises:
         InputError: There is no such accelerator, or it cannot be used.
@@ -84,63 +84,63 @@ def make_fabric(*, accelerator: str, devices: int) -> Fabric:
 def train(
     request: TrainingRequest, split: Split, loader: Loader, fabric: Fabric, listen: Listener
 ) -> None:
-    """Train to the end, or until Ctrl-C; the same request goes on where it was stopped.
+    """Train to the end or until Ctrl-C; the same request resumes an interrupted training.
 
-    The end is the last epoch, or, where the settings know patience, when it is at an end.
+    A training ends after its last epoch, or after `patience` validations without a better score.
 
     Args:
         request: What to train.
-        split: On what.
-        loader: Gives batches of it; still open at the end.
-        fabric: Launched.
-        listen: Told what happens, in the first process only.
+        split: The data.
+        loader: Loads batches of `split.frames`; is not closed.
+        fabric: A launched Fabric.
+        listen: Called with each event, in the first process only.
 
     Raises:
         InputError: A folder cannot be used, or holds another training.
-        KeyboardInterrupt: The user wished to stop; the checkpoint is written.
+        KeyboardInterrupt: The training was interrupted; the checkpoint is written.
     """
-    learner = request.student.learner()
+    learner = request.learner.build()
     trainer = Trainer(fabric, learner, request.settings, split, loader)
     if request.start is not None:
         state = state_to_start_from(learner, request.start)
         fill(trainer.network, state, request.start)
-    keeper = _Keeper(request, split, trainer, fabric)
-    keeper.take_up()
-    with stop_wish() as wish:
-        over = trainer.any_wants(keeper.is_over)
+    output = _TrainingOutput(request, split, trainer, fabric)
+    output.resume()
+    with stop_on_interrupt() as stop:
+        over = trainer.any_process(output.is_finished)
         while not over:
             for _ in trainer.steps(listen if fabric.is_global_zero else _silent):
-                if trainer.any_wants(wish.wanted):
-                    keeper.save()
+                if trainer.any_process(stop.requested):
+                    output.save()
                     raise KeyboardInterrupt
-                keeper.save_now_and_then()
+                output.save_if_due()
             row = trainer.end_epoch()
             if fabric.is_global_zero:
-                keeper.end_epoch(row, listen)
+                output.end_epoch(row, listen)
             fabric.barrier()
-            keeper.save()
-            over = trainer.any_wants(keeper.is_over)
-            if trainer.any_wants(wish.wanted) and not over:
+            output.save()
+            over = trainer.any_process(output.is_finished)
+            if trainer.any_process(stop.requested) and not over:
                 raise KeyboardInterrupt
     if fabric.is_global_zero:
-        keeper.finish()
+        output.finish()
 
 
-class _Keeper:
-    """Keeps what a training leaves on disk; changes with each epoch."""
+class _TrainingOutput:
+    """The files of a training: checkpoint, history, best weights and model; mutable."""
 
     def __init__(
         self, request: TrainingRequest, split: Split, trainer: Trainer, fabric: Fabric
     ) -> None:
         self._request, self._split, self._trainer = request, split, trainer
-        self._fabric, self._learner = fabric, request.student.learner()
+        self._fabric, self._learner = fabric, request.learner.build()
         self._saved_at = time.monotonic()
         self._history: History | None = None
         self._best = request.work / "best"
 
     @property
-    def is_over(self) -> bool:
-        """Whether there is nothing left to train; the first process alone knows all scores."""
+    def is_finished(self) -> bool:
+        """Whether the training has ended; only the first process knows all scores."""
         settings, progress = self._request.settings, self._trainer.progress
         return progress.epoch >= settings.epochs or self._is_out_of_patience
 
@@ -149,8 +149,8 @@ class _Keeper:
         patience = self._request.settings.patience
         return 0 < patience <= self._trainer.progress.validations_since_best
 
-    def take_up(self) -> None:
-        """Go on from the checkpoint if there is one; otherwise start anew."""
+    def resume(self) -> None:
+        """Resume from the checkpoint if there is one; otherwise start anew."""
         work = self._request.work
         if self._request.overwrite and self._fabric.is_global_zero:
             shutil.rmtree(work, ignore_errors=True)
@@ -166,7 +166,7 @@ class _Keeper:
             if not self._fabric.is_global_zero:
                 self._trainer.progress.sums = dict.fromkeys(
                     self._trainer.progress.sums, 0.0
-                )  # they are the first process's
+                )  # the checkpoint's sums count once, in the first process
         if self._fabric.is_global_zero:
             self._history = History(work)
 
@@ -178,13 +178,13 @@ class _Keeper:
             states = trainer.network.state_dict(), trainer.optimizer.state_dict()
             save_checkpoint(self._request.work, trainer.progress, self._identity(), *states)
 
-    def save_now_and_then(self) -> None:
-        """Write the checkpoint if the last one is old."""
+    def save_if_due(self) -> None:
+        """Write the checkpoint if `CHECKPOINT_EVERY` seconds have passed since the last one."""
         if time.monotonic() - self._saved_at > CHECKPOINT_EVERY:
             self.save()
 
     def end_epoch(self, row: dict[str, float], listen: Listener) -> None:
-        """Validate by driving if it is time, and write the history."""
+        """Run the closed-loop validation if it is due, and write the history."""
         request, progress = self._request, self._trainer.progress
         every, drive = request.settings.validate_every, request.closed_loop
         last = progress.epoch == request.settings.epochs
@@ -204,7 +204,7 @@ class _Keeper:
         listen(event)
 
     def finish(self) -> None:
-        """Write the model: the best that was driven, or else the last."""
+        """Write the model: the best validated weights, or the last ones without validation."""
         request, progress = self._request, self._trainer.progress
         chosen = f"These are the weights of the last epoch, {progress.epoch}."
         if progress.best is None:
@@ -212,11 +212,11 @@ class _Keeper:
         else:
             score, epoch = progress.best
             chosen = (
-                f"These are the weights of epoch {epoch}, the best of those that were driven: "
-                f"DS {score:.1f} on the validation routes."
+                f"These are the weights of epoch {epoch}, which had the best driving score in "
+                f"closed-loop validation: DS {score:.1f}."
             )
             if self._is_out_of_patience:
-                chosen += f" The training ended after epoch {progress.epoch}: no better came."
+                chosen += f" The training ended after epoch {progress.epoch} (early stopping)."
             for name in (CONFIG_FILE, WEIGHTS_FILE):
                 write_whole(request.out / name, partial(shutil.copyfile, self._best / name))
         self._learner.export(request.out)
@@ -238,7 +238,7 @@ class _Keeper:
         save_model(learner.name, learner.config, network.state_dict(), folder)
 
     def _identity(self) -> dict[str, Any]:
-        """Return what makes two trainings the same, as plain values."""
+        """Return the values that must be equal in a resumed training, as plain JSON types."""
         parts = {
             "learner": self._learner.name,
             "code": closure_hash(type(self._learner).__module__),

@@ -1,4 +1,4 @@
-"""Loads the weights of an earlier model for a training that starts from them."""
+"""Loads the initial weights of a training from an earlier model."""
 
 from pathlib import Path
 from typing import Any
@@ -13,13 +13,13 @@ def options_in(kind: type[Learner], folder: Path) -> Any:
     """Return the options of a trained model.
 
     Raises:
-        InputError: There is none of this learner.
+        InputError: The folder holds no model of this learner.
     """
     return read_config(folder, kind.name, kind.options_of)
 
 
 def check_start(learner: Learner, folder: Path) -> None:
-    """Check that a training can start from a model; its weights are not read.
+    """Check that a training can start from a model; only its configuration is read.
 
     Raises:
         InputError: It cannot.
@@ -28,9 +28,9 @@ def check_start(learner: Learner, folder: Path) -> None:
 
 
 def state_to_start_from(learner: Learner, folder: Path) -> dict[str, Tensor]:
-    """Return the weights to start from.
+    """Return the initial weights.
 
     Raises:
-        InputError: There are none that a training can start from.
+        InputError: The folder holds no weights that fit the learner.
     """
     return dict(learner.start_from(options_in(type(learner), folder), load_state(folder)))

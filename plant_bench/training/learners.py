@@ -19,44 +19,44 @@ GROUP = "plant_bench.learners"
 
 
 @dataclass(frozen=True)
-class Student:
-    """A learner by name and options; goes to other processes, which make it anew.
+class LearnerSpec:
+    """A learner's name and options; can be pickled and built in other processes.
 
     Attributes:
-        spec: As `learner_class` takes it.
-        options: Of the learner's `Options`.
+        name: The learner, as in `learner_class`.
+        options: An instance of the learner's `Options`.
     """
 
-    spec: str
+    name: str
     options: Any
 
-    def learner(self) -> Learner:
-        """Return it.
+    def build(self) -> Learner:
+        """Return the learner.
 
         Raises:
             InputError: There is no such learner.
         """
-        return learner_class(self.spec)(self.options)
+        return learner_class(self.name)(self.options)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Pickle plain values: a class from a file cannot be found by its module's name."""
-        return _student, (self.spec, asdict(self.options))
+        """Pickle plain values: a class from a file cannot be unpickled by its module's name."""
+        return _learner_spec, (self.name, asdict(self.options))
 
 
-def _student(spec: str, values: dict[str, Any]) -> Student:
-    kind = learner_class(spec).Options
-    return Student(spec, TypeAdapter(kind).validate_python(values))
+def _learner_spec(name: str, values: dict[str, Any]) -> LearnerSpec:
+    kind = learner_class(name).Options
+    return LearnerSpec(name, TypeAdapter(kind).validate_python(values))
 
 
 def learner_class(spec: str) -> type[Learner]:
     """Return a learner's class.
 
     Args:
-        spec: A name in `LEARNERS` or of an installed learner, "package.module:Class" or
+        spec: Name of a built-in or installed learner, "package.module:Class" or
             "path/to/file.py:Class".
 
     Raises:
-        InputError: There is no such class, or it is no learner.
+        InputError: There is no such class, or it is not a learner.
     """
     module, name = _names(spec)
     found = load_named(module, name, f"learner '{spec}'")
@@ -83,8 +83,8 @@ def _names(spec: str) -> tuple[str, str]:
         known = known_learners()
         hint = did_you_mean(spec, known, cutoff=0.5, quote="'")
         message = (
-            f"There is no learner '{spec}'.{hint} Learners here: "
-            f"{', '.join(known)}; or give package.module:Class or file.py:Class."
+            f"There is no learner '{spec}'.{hint} Known learners: {', '.join(known)}. Others are "
+            "given as package.module:Class or file.py:Class."
         )
         raise InputError(message)
     return module_name, class_name
@@ -98,5 +98,7 @@ def _check(found: Any, spec: str) -> None:
         name for name in ("name", "agent", "Options") if not hasattr(found, name)
     ]
     if missing:
-        message = f"The learner '{spec}' lacks {', '.join(missing)}: see plant_bench/learner.py."
+        message = (
+            f"The learner '{spec}' does not define {', '.join(missing)}: see plant_bench.learner."
+        )
         raise InputError(message)

@@ -1,6 +1,6 @@
-"""Loads the batches of a training, from memory-mapped encodings or encoded by worker processes.
+"""Loads the batches of a training: from cached encodings, or encoded on the fly by processes.
 
-Both give the same order, and can resume at any step of an epoch.
+Both yield batches in the requested order, so a training can resume at any step of an epoch.
 """
 
 import signal
@@ -17,23 +17,23 @@ from torch.utils.data import DataLoader, Dataset
 
 from plant_bench.errors import InputError
 from plant_bench.learner import Encoded
-from plant_bench.training.column_store import Progress
-from plant_bench.training.encodings import Encodings, load_encodings, stacked
+from plant_bench.training.column_store import ProgressCallback
+from plant_bench.training.encodings import Encodings, load_encodings, stack_encodings
 from plant_bench.training.frame_store import Frames
-from plant_bench.training.learners import Student
+from plant_bench.training.learners import LearnerSpec
 
-AHEAD = 2  # batches that each process of the loaders has ready
+PREFETCHED = 2  # batches that each loader process prepares in advance
 
 Tensors = dict[str, Tensor]
 
 
 @runtime_checkable
 class Loader(Protocol):
-    """Gives batches of frames.
+    """Loads batches of frames.
 
     Attributes:
-        counts: Of each frame, the number of its objects: those with like numbers are put together.
-        waited: Seconds for which batches were waited for.
+        counts: Number of objects of each frame, by which samples are sorted; 0 if unknown.
+        waited: Total time spent waiting for batches, seconds.
     """
 
     counts: Int[np.ndarray, " frames"]
@@ -44,42 +44,42 @@ class Loader(Protocol):
         ...
 
     def close(self) -> None:
-        """End what it has started."""
+        """End the loader's processes."""
         ...
 
 
 def make_loader(
     frames: Frames,
-    student: Student,
+    learner_spec: LearnerSpec,
     *,
     loaders: int = 1,
     workers: int = 1,
-    on_progress: Progress | None = None,
+    on_progress: ProgressCallback | None = None,
 ) -> Loader:
-    """Return what gives the batches of a learner.
+    """Return the loader that suits a learner.
 
     Args:
-        frames: All that batches are made of.
-        student: Who learns.
-        loaders: Processes that encode batches; 0 for none but this one.
-        workers: Processes that make encodings that are kept.
-        on_progress: Told how many of how many episodes are encoded.
+        frames: All frames.
+        learner_spec: The learner.
+        loaders: Processes that encode batches if the learner is not cached; 0 for this process.
+        workers: Processes that compute the encodings to cache.
+        on_progress: Called with the number of encoded episodes and their total number.
 
     Raises:
         InputError: Frames cannot be encoded.
     """
-    if student.learner().cached:
+    if learner_spec.build().cached:
         return MappedLoader(
-            load_encodings(frames, student, workers=workers, on_progress=on_progress)
+            load_encodings(frames, learner_spec, workers=workers, on_progress=on_progress)
         )
-    return EncodingLoader(frames, student, loaders)
+    return EncodingLoader(frames, learner_spec, loaders)
 
 
 class MappedLoader:
-    """Takes batches from encodings on disk; mutable.
+    """Reads batches from cached encodings; mutable.
 
     Args:
-        encodings: Of all frames.
+        encodings: The encodings of all frames.
     """
 
     def __init__(self, encodings: Encodings) -> None:
@@ -96,25 +96,25 @@ class MappedLoader:
             yield batch
 
     def close(self) -> None:
-        """Nothing was started."""
+        """Do nothing: there are no processes."""
 
 
 class EncodingLoader:
-    """Has batches encoded anew each time, by processes of their own; mutable.
+    """Encodes batches on the fly in separate processes; mutable.
 
-    They are spawned, so that no lock of torch's or SUMO's threads is copied, and map the frames
-    themselves. They live until `close`.
+    The processes are spawned, since a fork would copy locks of torch's and SUMO's threads. Each
+    maps the frames itself, and runs until `close`.
 
     Args:
-        frames: All that batches are made of.
-        student: Who encodes them.
-        loaders: How many processes; 0 for none but this one.
+        frames: All frames.
+        learner_spec: The learner.
+        loaders: Number of processes; 0 to encode in this one.
     """
 
-    def __init__(self, frames: Frames, student: Student, loaders: int) -> None:
-        self._frames = FramesOf(frames, student)
+    def __init__(self, frames: Frames, learner_spec: LearnerSpec, loaders: int) -> None:
+        self._frames = FrameDataset(frames, learner_spec)
         self._loaders = loaders
-        self._order = _Order()
+        self._sampler = _BatchSampler()
         self._loader: DataLoader | None = None
         self.counts = np.zeros(len(frames), np.int64)
         self.waited = 0.0
@@ -122,15 +122,15 @@ class EncodingLoader:
     def batches(self, chosen: Sequence[np.ndarray]) -> Iterator[Tensors]:
         """Give a batch for each of some lists of frames, in order."""
         if self._loaders == 0:
-            given: Iterator[Tensors | _Refused] = (self._frames[frames] for frames in chosen)
+            loaded: Iterator[Tensors | _EncodingError] = (self._frames[frames] for frames in chosen)
         else:
-            self._order.batches = list(chosen)
-            given = iter(self._started())
+            self._sampler.batches = list(chosen)
+            loaded = iter(self._start())
         while True:
             begin = time.perf_counter()
-            batch = next(given, None)
+            batch = next(loaded, None)
             self.waited += time.perf_counter() - begin
-            if isinstance(batch, _Refused):
+            if isinstance(batch, _EncodingError):
                 raise InputError(batch.message)
             if batch is None:
                 return
@@ -140,65 +140,65 @@ class EncodingLoader:
         """End the processes."""
         self._loader = None
 
-    def _started(self) -> DataLoader:
+    def _start(self) -> DataLoader:
         if self._loader is None:
             self._loader = DataLoader(
                 self._frames,
                 batch_size=None,
-                sampler=self._order,
+                sampler=self._sampler,
                 num_workers=self._loaders,
-                prefetch_factor=AHEAD,
+                prefetch_factor=PREFETCHED,
                 multiprocessing_context="spawn",
-                generator=torch.Generator(),  # its own: the training's numbers stay as they are
+                generator=torch.Generator(),  # leaves the training's random state untouched
                 persistent_workers=True,
-                worker_init_fn=_leave_ctrl_c,
+                worker_init_fn=_ignore_interrupts,
             )
         return self._loader
 
 
-class FramesOf(Dataset):
-    """Encodes lists of frames as batches.
+class FrameDataset(Dataset):
+    """A torch dataset whose items are whole batches, by the frames in them.
 
     Args:
-        frames: All that there are.
-        student: Who encodes them.
+        frames: All frames.
+        learner_spec: The learner.
     """
 
-    def __init__(self, frames: Frames, student: Student) -> None:
-        self._frames, self._student = frames, student
+    def __init__(self, frames: Frames, learner_spec: LearnerSpec) -> None:
+        self._frames, self._learner_spec = frames, learner_spec
         self._learner: Any = None
 
-    def __getitem__(self, chosen: np.ndarray) -> "Tensors | _Refused":
-        """Return a batch; what is wrong with the input is told, since errors get a traceback."""
+    def __getitem__(self, chosen: np.ndarray) -> "Tensors | _EncodingError":
+        """Return a batch; an InputError is returned, since torch adds a traceback to exceptions."""
         try:
             return self._batch(chosen)
         except InputError as error:
-            return _Refused(str(error))
+            return _EncodingError(str(error))
 
     def _batch(self, chosen: np.ndarray) -> Tensors:
         learner = self._learner
         if learner is None:
-            learner = self._learner = self._student.learner()
+            learner = self._learner = self._learner_spec.build()
         encoded = [learner.encode(self._frames.frame(at, learner.inputs)) for at in chosen.tolist()]
-        return _tensors(stacked(encoded, dict(learner.padding)))
+        return _tensors(stack_encodings(encoded, dict(learner.padding)))
 
     def __getstate__(self) -> dict[str, Any]:
-        """Leave out what cannot be sent."""
+        """Leave out the learner, which may not be picklable."""
         return {**vars(self), "_learner": None}
 
 
 @dataclass(frozen=True)
-class _Refused:
+class _EncodingError:
     message: str
 
 
-def _leave_ctrl_c(_worker: int) -> None:
+def _ignore_interrupts(_worker: int) -> None:
     """Ignore Ctrl-C in loader processes: the training still needs its batches."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
-class _Order:
-    """The lists of frames that are wanted next; mutable."""
+class _BatchSampler:
+    """Yields the frames of each requested batch; mutable."""
 
     def __init__(self) -> None:
         self.batches: list[np.ndarray] = []

@@ -1,4 +1,4 @@
-"""Training settings: epochs, learning rate, batch size and others; defaults are the paper's."""
+"""Training settings common to all learners, such as epochs and learning rate; paper's defaults."""
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
@@ -8,29 +8,30 @@ from plant_bench.training.frames import TargetKind
 
 
 def drop_after(epochs: int) -> int:
-    """Return after how many of so many epochs the rate falls: 45 of 47, as in the paper."""
+    """Return the number of epochs before the learning rate drops: 45 of 47, as in the paper."""
     return round(epochs * 45 / 47)
 
 
 @dataclass(frozen=True)
 class TrainingSettings:
-    """All that decides a training's numbers, apart from data and learner; sources are PlanT's.
+    """All settings that affect the trained weights, apart from data and learner.
 
     Attributes:
         epochs: Passes over the data (PlanT, "Implementation").
-        drop_after: Epochs before the rate falls to a tenth; 45 of 47 without it (as above).
-        batch: Samples a step, over all devices (as above).
+        drop_after: Epochs before the learning rate drops to a tenth; default 45 of 47 (as above).
+        batch: Samples per step, over all devices (as above).
         rate: Learning rate (as above).
-        betas: Of AdamW (PlanT, lit_module.py).
-        weight_decay: Of the weights of linear layers (PlanT, "Implementation").
-        clip: Largest norm of the gradient (as above).
-        seed: Of weights, order, dropout and held-out routes.
-        stationary_fraction: Share kept of samples in which the ego is and stays stationary.
-        held_out: Share of the routes kept for validation.
-        full_precision: float32 instead of bfloat16, in which matrices are multiplied otherwise.
-        targets: Learn where the ego went (as PlanT), or where the expert's acceleration leads.
+        betas: Betas of AdamW (PlanT, lit_module.py).
+        weight_decay: Weight decay of linear layers (PlanT, "Implementation").
+        clip: Maximum norm of the gradient (as above).
+        seed: Seed of initial weights, sample order, dropout and held-out routes.
+        stationary_fraction: Fraction to keep of samples in which the ego is and stays stationary.
+        held_out: Share of the routes held out for validation.
+        full_precision: Multiply matrices in float32 instead of bfloat16.
+        targets: Waypoints to learn: the driven path (PlanT), or the path if the expert's
+            acceleration is held.
         validate_every: Epochs between closed-loop validations; 0 for none.
-        patience: Validations without a better score that end it; 0 for none.
+        patience: Stop after this many validations without a better score; 0 to never stop early.
     """
 
     epochs: int = field(default=47, metadata={"min": 1})
@@ -50,17 +51,17 @@ class TrainingSettings:
 
     @property
     def drop(self) -> int:
-        """Epochs after which the rate is a tenth."""
+        """Number of epochs before the learning rate drops."""
         return drop_after(self.epochs) if self.drop_after is None else self.drop_after
 
     @property
     def recipe(self) -> Mapping[str, Any]:
-        """What decides the weights: a longer training goes on from a shorter one."""
+        """Settings that must be equal to resume; the length may change, to extend a training."""
         values = asdict(self) | {"drop_after": self.drop}
         return {name: value for name, value in values.items() if name not in _LENGTH}
 
     def rate_of(self, epoch: int) -> float:
-        """Return an epoch's learning rate; epochs count from 0."""
+        """Return the learning rate of an epoch, counted from 0."""
         return self.rate if epoch < self.drop else 0.1 * self.rate
 
 

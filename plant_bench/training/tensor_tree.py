@@ -1,4 +1,4 @@
-"""Stores nested values with tensors in one safetensors file, without pickle."""
+"""Stores nested dicts and lists with tensors in one safetensors file, without pickle."""
 
 import json
 from pathlib import Path
@@ -15,10 +15,10 @@ _TREE, _TENSOR, _PAIRS = "tree", "tensor", "pairs"
 
 
 def save_tree(value: Any, path: Path) -> None:
-    """Write dicts, lists, numbers, texts and tensors; tuples become lists.
+    """Write nested dicts, lists, numbers, strings and tensors; tuples become lists.
 
     Raises:
-        OSError: It cannot be written.
+        OSError: The file cannot be written.
     """
     tensors: dict[str, torch.Tensor] = {}
     text = json.dumps(_packed(value, tensors))
@@ -26,11 +26,11 @@ def save_tree(value: Any, path: Path) -> None:
 
 
 def load_tree(path: Path) -> Any:
-    """Return what `save_tree` wrote.
+    """Read a file that `save_tree` wrote.
 
     Raises:
-        OSError: It cannot be read.
-        ValueError: It is broken, or no such file.
+        OSError: The file cannot be read.
+        ValueError: The file is broken, or was not written by `save_tree`.
     """
     check_file(path, largest=LARGEST)
     try:
@@ -48,7 +48,7 @@ def _packed(value: Any, tensors: dict[str, torch.Tensor]) -> Any:
         name = str(len(tensors))
         tensors[name] = value.detach().to("cpu").contiguous().clone()
         return {_TENSOR: name}
-    if isinstance(value, dict):  # as pairs: names may be numbers
+    if isinstance(value, dict):  # as pairs, since keys may be numbers
         return {_PAIRS: [[key, _packed(item, tensors)] for key, item in value.items()]}
     if isinstance(value, list | tuple):
         return [_packed(item, tensors) for item in value]

@@ -8,7 +8,7 @@ import torch
 
 @contextmanager
 def threads_kept() -> Iterator[None]:
-    """Restore the number at the end, since a planner created inside sets it to one."""
+    """Restore torch's number of threads on exit; a planner created in the context sets it to 1."""
     threads = torch.get_num_threads()
     try:
         yield

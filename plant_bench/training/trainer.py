@@ -17,22 +17,23 @@ from plant_bench.training.settings import TrainingSettings
 
 
 class Trainer:
-    """A network, its optimiser and its data; mutable.
+    """Trains a network step by step; mutable.
 
-    Every step's dropout is seeded by its place, so a training that was stopped and goes on gives
-    the same numbers as one that was not.
+    Dropout is seeded by epoch, step and process, so a resumed training gives the same weights as an
+    uninterrupted one. A row of the history holds `epoch` (from 1), `rate`, and mean losses as
+    `train_NAME` and `valid_NAME`.
 
     Attributes:
-        network: As it is now, in this process.
-        optimizer: As it is now.
-        progress: Where the training is.
+        network: The network, in this process.
+        optimizer: The optimiser.
+        progress: Progress of the training.
 
     Args:
-        fabric: Launched.
-        learner: What learns.
-        settings: How to train.
-        split: What to learn from.
-        loader: Gives its batches.
+        fabric: A launched Fabric.
+        learner: The learner.
+        settings: The training settings.
+        split: The data.
+        loader: Loads batches of `split.frames`.
     """
 
     def __init__(
@@ -50,10 +51,12 @@ class Trainer:
         self._fabric, self._settings, self._split = fabric, settings, split
         self._learner, self._loader = learner, loader
         self._model, self._stepper = fabric.setup(self.network, self.optimizer)
-        self._forward = _Forward(self._model, fabric.device.type, low=not settings.full_precision)
+        self._forward = _Forward(
+            self._model, fabric.device.type, bfloat16=not settings.full_precision
+        )
 
     def steps(self, listen: Listener) -> Iterator[None]:
-        """Run the rest of the current epoch; after each step the caller may stop."""
+        """Run the remaining steps of the current epoch; yields after each step."""
         fabric, settings, progress = self._fabric, self._settings, self.progress
         for group in self.optimizer.param_groups:
             group["lr"] = settings.rate_of(progress.epoch)
@@ -62,8 +65,8 @@ class Trainer:
         mine = [batch[rank::world] for batch in batches[progress.step :]]
         self._model.train()
         waited = self._loader.waited
-        given = self._loader.batches(mine)
-        for place, (chosen, batch) in enumerate(zip(mine, given, strict=True), progress.step):
+        loaded = self._loader.batches(mine)
+        for place, (chosen, batch) in enumerate(zip(mine, loaded, strict=True), progress.step):
             torch.manual_seed(_step_seed(settings.seed, progress.epoch, place, rank))
             losses = self._step(self._moved(batch))
             _add(progress.sums, losses, len(chosen))
@@ -74,7 +77,7 @@ class Trainer:
             yield
 
     def end_epoch(self) -> dict[str, float]:
-        """Validate, and return the epoch's row of the history; the next epoch is current then."""
+        """Validate, append the epoch's row to the history, and go to the next epoch."""
         progress = self.progress
         row = {
             "epoch": float(progress.epoch + 1),
@@ -88,14 +91,14 @@ class Trainer:
         progress.epoch, progress.step, progress.sums = progress.epoch + 1, 0, {}
         return row
 
-    def any_wants(self, wish: bool) -> bool:
-        """Return whether any process requests a stop, so that all of them stop."""
+    def any_process(self, flag: bool) -> bool:
+        """Return whether a flag is set in any process; all processes get the same result."""
         if self._fabric.world_size == 1:
-            return wish
-        return bool(self._summed({"wish": float(wish)})["wish"])
+            return flag
+        return bool(self._summed({"flag": float(flag)})["flag"])
 
     def _epoch(self) -> list[np.ndarray]:
-        """Return the frames of each of the current epoch's batches."""
+        """Return the frame indices of each batch of the current epoch."""
         training, settings = self._split.training, self._settings
         batches = epoch_batches(
             self._loader.counts[training],
@@ -115,7 +118,7 @@ class Trainer:
         return {name: float(value.detach()) for name, value in losses.items()}
 
     def _validate(self) -> dict[str, float]:
-        """Return sums over this process's share of the routes held out."""
+        """Return the sums of losses over this process's share of the validation frames."""
         sums = dict.fromkeys(self.progress.sums, 0.0)
         size = 2 * self._settings.batch
         frames = self._split.validation[self._fabric.global_rank :: self._fabric.world_size]
@@ -144,24 +147,24 @@ class Trainer:
 
 
 class _Forward:
-    """The network as a loss calls it: matrices are multiplied in bfloat16 if `low`."""
+    """The network as `Learner.loss` calls it; `bfloat16` sets the type of matrix products."""
 
-    def __init__(self, model: nn.Module, device: str, *, low: bool) -> None:
-        self._model, self._device, self._low = model, device, low
+    def __init__(self, model: nn.Module, device: str, *, bfloat16: bool) -> None:
+        self._model, self._device, self._bfloat16 = model, device, bfloat16
 
     @property
     def training(self) -> bool:
-        """Whether it is being trained."""
+        """True in training, False in validation."""
         return self._model.training
 
     def __call__(self, *inputs: Any) -> Any:
-        """Do a forward pass."""
-        with torch.autocast(self._device, torch.bfloat16, enabled=self._low):
+        """Run a forward pass."""
+        with torch.autocast(self._device, torch.bfloat16, enabled=self._bfloat16):
             return self._model(*inputs)
 
 
 def optimizer_of(network: nn.Module, settings: TrainingSettings) -> torch.optim.AdamW:
-    """Return AdamW that decays the weights of linear layers and nothing else."""
+    """Return AdamW with weight decay for the weights of linear layers only."""
     linear = [module for module in network.modules() if isinstance(module, nn.Linear)]
     decayed = [module.weight for module in linear]
     known = {id(weights) for weights in decayed}

@@ -12,13 +12,13 @@ from plant_bench.data.statistics import data_routes
 from plant_bench.errors import InputError
 from plant_bench.training.batches import Split, split_by_route
 from plant_bench.training.closed_loop import ClosedLoop, check_suite
-from plant_bench.training.column_store import Progress
+from plant_bench.training.column_store import ProgressCallback
 from plant_bench.training.data_provenance import source_of
 from plant_bench.training.events import Listener
 from plant_bench.training.frame_store import check_targets, load_frames, recordings_in
 from plant_bench.training.imitation import TrainingRequest, make_fabric, train
 from plant_bench.training.initial_weights import check_start
-from plant_bench.training.learners import Student
+from plant_bench.training.learners import LearnerSpec
 from plant_bench.training.loader import make_loader
 from plant_bench.training.settings import TrainingSettings
 
@@ -31,8 +31,8 @@ class Machine:
         accelerator: cpu, cuda, mps or auto.
         devices: Number of devices, one process each.
         threads: Threads of each training process; 0 for one per core.
-        workers: Processes that make frames and drive validations.
-        loaders: Processes for each device that make batches of what is not cached (rasters).
+        workers: Processes that convert episodes to frames and drive validations.
+        loaders: Processes per device that encode batches that are not cached (rasters).
     """
 
     accelerator: str = "auto"
@@ -47,9 +47,9 @@ class Validation:
     """Closed-loop validation drives.
 
     Attributes:
-        suite: Suite to drive, not one of the benchmark's; by default the held-out routes.
+        suite: Suite for validation, not one of the benchmark's; by default the held-out routes.
         routes: Selection of its routes, as in `score --routes`.
-        hazards: Whether to play hazards in validation.
+        hazards: Whether hazards are active in validation.
     """
 
     suite: str | None = field(default=None, metadata={"option": "validate_suite"})
@@ -64,16 +64,16 @@ class TrainingRun:
     Attributes:
         learner: The learner: a name, package.module:Class or file.py:Class.
         options: Options of the learner.
-        data: Folder with routes/ and episodes/; give it again for more. Towns and routes for
-            validation are the first one's.
-        out: Folder for the model, as models/mine.
-        settings: How to train.
-        share: Of each folder's episodes, the first.
-        start: Model to start from.
-        machine: What it runs on.
-        validation: What is driven where the settings say so.
-        work: Checkpoint, logs, validation; reports/training-NAME without it.
-        overwrite: Start anew instead of going on.
+        data: Data folder with routes/ and episodes/; repeat the option for several. Towns and
+            routes for validation are taken from the first.
+        out: Folder for the model, e.g. models/mine.
+        settings: The training settings.
+        share: Share of each data folder's episodes to train on.
+        start: Model folder with the initial weights.
+        machine: Hardware and processes.
+        validation: Closed-loop validation, if `settings.validate_every` is not 0.
+        work: Folder for checkpoint, logs and validation; default reports/training-NAME.
+        overwrite: Start anew instead of resuming.
     """
 
     learner: str
@@ -89,29 +89,29 @@ class TrainingRun:
     overwrite: bool = False
 
     @property
-    def student(self) -> Student:
-        """Who learns."""
-        return Student(self.learner, self.options)
+    def learner_spec(self) -> LearnerSpec:
+        """The learner and its options."""
+        return LearnerSpec(self.learner, self.options)
 
     @property
     def work_folder(self) -> Path:
-        """Where checkpoint, logs and validation runs are."""
+        """Folder of checkpoint, logs and validation runs."""
         return self.work or Path("reports") / f"training-{self.out.name}"
 
 
 @dataclass(frozen=True)
 class Listeners:
-    """Who is told how a course goes.
+    """Callbacks that report the progress of a training.
 
     Attributes:
-        on_frames: Of episodes made into frames.
-        on_encodings: Of episodes encoded.
-        on_split: What there is to learn from, once that is known.
-        on_event: Of the training.
+        on_frames: Called for each episode converted to frames.
+        on_encodings: Called for each encoded episode.
+        on_split: Called once with the training and validation sets.
+        on_event: Called with each event of the training.
     """
 
-    on_frames: Progress | None = None
-    on_encodings: Progress | None = None
+    on_frames: ProgressCallback | None = None
+    on_encodings: ProgressCallback | None = None
     on_split: Callable[[Split], None] | None = None
     on_event: Listener = lambda _event: None
 
@@ -119,36 +119,38 @@ class Listeners:
 SILENT = Listeners()
 
 
-def learn(course: TrainingRun, listeners: Listeners = SILENT) -> bool:
-    """Train to the end; False if Ctrl-C ended it. The same course goes on where it was stopped.
+def run_training(run: TrainingRun, listeners: Listeners = SILENT) -> bool:
+    """Train to the end; return False if Ctrl-C ended the training.
+
+    The same call resumes an interrupted training.
 
     Raises:
         InputError: Data or a folder cannot be used, or the folder holds another training.
     """
-    machine = course.machine
-    check_course(course)
+    machine = run.machine
+    check_training_run(run)
     if machine.threads:
         torch.set_num_threads(machine.threads)
     try:
-        split = _split(course, listeners)
-        # Before there are other processes, which would make the same:
+        split = _split(run, listeners)
+        # Before Fabric starts other processes, which would encode the same:
         loader = make_loader(
             split.frames,
-            course.student,
+            run.learner_spec,
             loaders=machine.loaders,
             workers=machine.workers,
             on_progress=listeners.on_encodings,
         )
         fabric = make_fabric(accelerator=machine.accelerator, devices=machine.devices)
         request = TrainingRequest(
-            course.student,
-            course.settings,
-            course.out,
-            course.work_folder,
-            _closed_loop(course, split),
-            course.overwrite,
-            course.start,
-            _sources(course),
+            run.learner_spec,
+            run.settings,
+            run.out,
+            run.work_folder,
+            _closed_loop(run, split),
+            run.overwrite,
+            run.start,
+            _sources(run),
         )
         if listeners.on_split is not None and fabric.is_global_zero:
             listeners.on_split(split)
@@ -161,66 +163,66 @@ def learn(course: TrainingRun, listeners: Listeners = SILENT) -> bool:
     return True
 
 
-def check_course(course: TrainingRun) -> None:
-    """Check what can be checked before frames are made of the data.
+def check_training_run(run: TrainingRun) -> None:
+    """Check a training's settings and folders before any data is converted.
 
     Raises:
-        InputError: It cannot be trained like this.
+        InputError: The training cannot run.
     """
     if importlib.util.find_spec("lightning_fabric") is None:
         message = "Training needs Lightning Fabric: pip install 'plant-bench[train]'."
         raise InputError(message)
-    if course.settings.patience and not course.settings.validate_every:
-        message = "--patience counts closed-loop validations: give --validate-every, too."
+    if run.settings.patience and not run.settings.validate_every:
+        message = "--patience counts closed-loop validations: --validate-every must be set, too."
         raise InputError(message)
-    learner = course.student.learner()
-    if course.start is not None:
-        check_start(learner, course.start)
-    if course.validation.suite is not None:
-        check_suite(course.validation.suite)
-    for folder in course.data:
+    learner = run.learner_spec.build()
+    if run.start is not None:
+        check_start(learner, run.start)
+    if run.validation.suite is not None:
+        check_suite(run.validation.suite)
+    for folder in run.data:
         recordings_in(folder)
-        check_targets(folder, course.settings.targets)
+        check_targets(folder, run.settings.targets)
 
 
-def _split(course: TrainingRun, listeners: Listeners) -> Split:
-    settings = course.settings
+def _split(run: TrainingRun, listeners: Listeners) -> Split:
+    settings = run.settings
     frames = load_frames(
-        course.data,
+        run.data,
         targets=settings.targets,
-        share=course.share,
-        workers=course.machine.workers,
+        share=run.share,
+        workers=run.machine.workers,
         on_progress=listeners.on_frames,
     )
     return split_by_route(frames, settings.held_out, settings.seed, settings.stationary_fraction)
 
 
-def _closed_loop(course: TrainingRun, split: Split) -> ClosedLoop | None:
-    asked = course.validation
-    if not course.settings.validate_every:
+def _closed_loop(run: TrainingRun, split: Split) -> ClosedLoop | None:
+    validation = run.validation
+    if not run.settings.validate_every:
         return None
-    first = course.data[0]
-    routes = asked.routes
-    if asked.suite is None and routes is None:
+    first = run.data[0]
+    routes = validation.routes
+    if validation.suite is None and routes is None:
         routes = ",".join(_held_out_in(first, split))
-    suite = asked.suite or str(first / "routes")
-    return ClosedLoop(suite, routes, asked.hazards, course.machine.workers)
+    suite = validation.suite or str(first / "routes")
+    return ClosedLoop(suite, routes, validation.hazards, run.machine.workers)
 
 
 def _held_out_in(data: Path, split: Split) -> list[str]:
-    """Return the routes held out that a folder has: others may lie in other folders alone."""
+    """Return the held-out routes that are in a data folder; others may be in other folders."""
     known = data_routes(data)
     found = [name for name in split.held_out if name in known]
     if not found:
         message = (
-            f"None of the routes held out is in {data / 'routes'}, where those driven for "
-            "validation are taken from. Hold out more with --held-out, put the largest folder "
-            "first, or say what to drive with --validate-suite."
+            f"None of the held-out routes is in {data / 'routes'}, the first data folder, which "
+            "validation uses. Hold out more routes (--held-out), give the largest folder first, or "
+            "give a suite (--validate-suite)."
         )
         raise InputError(message)
     return found
 
 
-def _sources(course: TrainingRun) -> tuple[str, ...]:
-    counts = [len(recordings_in(folder, course.share)) for folder in course.data]
-    return tuple(map(source_of, course.data, counts))
+def _sources(run: TrainingRun) -> tuple[str, ...]:
+    counts = [len(recordings_in(folder, run.share)) for folder in run.data]
+    return tuple(map(source_of, run.data, counts))

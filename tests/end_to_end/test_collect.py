@@ -49,8 +49,8 @@ def test_collect_reaches_the_requested_number_of_frames(place):
     frames = 0
     for path in sorted((place / "data" / "episodes").iterdir()):
         recording = Recording.load(path)
-        frames += len(recording.whole)
-        assert recording.whole == list(range(0, len(recording), 10))
+        frames += len(recording.complete_rows)
+        assert recording.complete_rows == list(range(0, len(recording), 10))
         assert recording.metadata["agent"] == "expert"
         assert recording.disturbed.mean() < 0.2
     summary = json.loads((place / "data" / "data.json").read_text())
@@ -115,7 +115,7 @@ def test_driver_option_is_recorded_in_the_data(tmp_path):
     [
         (["collect", "--out", "x", "--units", "1", "--frames", "5"], "give one of them"),
         (["collect", "--out", "x", "--frames", "5", "--density", "thick"], "no density 'thick'"),
-        (["collect", "--out", "x", "--driver", "sumo"], "it asks for simulator"),
+        (["collect", "--out", "x", "--driver", "sumo"], "its inputs include simulator"),
         (["data", "describe", "nowhere"], "There is no data in nowhere"),
         (["data", "check", "nowhere"], "There is no data in nowhere"),
     ],

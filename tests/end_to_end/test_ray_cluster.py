@@ -104,7 +104,7 @@ def test_losing_a_node_does_not_change_the_results(request_of, tmp_path):
             if sum(isinstance(one, EpisodeEnded) for one in events) == 1 and len(nodes) == 3:
                 cluster.remove_node(nodes.pop(), allow_graceful=False)
 
-        executor = RayExecutor(cluster.address, say=said.append)
+        executor = RayExecutor(cluster.address, on_message=said.append)
         run_suite(there.missing, there.folder, workers=1, on_event=listen, executor=executor)
 
     assert len(nodes) == 2

@@ -9,7 +9,7 @@ import pytest
 from plant_bench.agent import Control
 from plant_bench.agents.loading.checksum import agent_checksum
 from plant_bench.data.recording import Recording
-from plant_bench.runner.collect.collect_task import DriveTask, drive_one
+from plant_bench.runner.collect.collect_task import DriveTask, drive_episode
 from plant_bench.runner.collect.dagger import PATIENCE, TAKEOVER, DaggerOverride
 from plant_bench.runner.collect.data_folder import DataFolder, EpisodeNote
 from plant_bench.runner.collect.episode_plan import PlannedEpisode
@@ -91,7 +91,7 @@ def collected(route: Route, driver: str, folder: DataFolder) -> tuple[EpisodeNot
     for name in ("episodes", "unfinished"):
         (folder.path / name).mkdir(parents=True, exist_ok=True)
     episode = PlannedEpisode(job_on(route), perturbed=False, driver=driver)
-    note, _ = drive_one(DriveTask(episode, folder), lambda _share: None)
+    note, _ = drive_episode(DriveTask(episode, folder), lambda _share: None)
     assert not list((folder.path / "unfinished").iterdir())
     return note, folder.episode(episode.name)
 

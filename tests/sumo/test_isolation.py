@@ -140,7 +140,7 @@ def test_limits_without_isolate_are_refused(tmp_path):
     code, said = score(tmp_path, "cruise", "run", "--tick-limit", "3")
 
     assert code == 2
-    assert "--tick-limit limits a planner in a process of its own: give --isolate, too." in said
+    assert "--tick-limit requires --isolate: it limits a planner in a separate process." in said
 
 
 @pytest.mark.parametrize("kind", list(Kind))

@@ -127,7 +127,7 @@ def test_expert_is_queried_at_2_hz_until_the_scenes_differ(
     assert whole.actors.tolist() == told
     assert len(set(told)) > 1
     assert again.ticks.max() <= 30
-    assert again.note == ("Simulated again, from 1.6 s on it is another episode: the ego differs.")
+    assert again.note == "The simulation differs from the recording from 1.6 s on: the ego."
 
 
 def test_responses_of_a_changed_planner_are_not_used(
@@ -138,7 +138,7 @@ def test_responses_of_a_changed_planner_are_not_used(
 
     looked = review_episode(Recording.load(file), other, route, [Window(0, 40, 0)])
 
-    assert "answers otherwise than recorded" in looked.planner_note
+    assert "its action differs from the recorded one" in looked.planner_note
     assert looked.moments[40].planner is None
     assert looked.moments[40].expert is not None
 
@@ -148,5 +148,5 @@ def test_changed_route_is_refused(
 ) -> None:
     file, result = driven
 
-    with pytest.raises(InputError, match="is not what it was"):
+    with pytest.raises(InputError, match="has changed since"):
         next(simulate_again(Recording.load(file), result, beginning(90)))

@@ -17,7 +17,7 @@ from plant_bench.towns.generate import (
     town_names,
     town_spec,
 )
-from plant_bench.towns.netconvert import complaints_of_sumo
+from plant_bench.towns.netconvert import sumo_errors
 from plant_bench.towns.town_checks import find_dead_lanes, find_missing, find_unreachable
 from plant_bench.towns.unseen_towns import UNSEEN
 from plant_bench.world.town import Town, load_town
@@ -54,7 +54,7 @@ def test_unseen_towns_are_sound_and_reproducible(unseen):
 def test_sumo_loads_the_network_without_warnings(name):
     net = (networks_dir() / name / "town.net.xml").read_text(encoding="utf-8")
     assert "<!--" not in net
-    assert complaints_of_sumo(net) == []
+    assert sumo_errors(net) == []
 
 
 def test_network_is_strongly_connected_without_dead_lanes(town):

@@ -70,7 +70,7 @@ def test_towns_of_the_environment_variable_are_found_by_name(suite, monkeypatch)
 
 @pytest.mark.parametrize("name", ["x" * 300, "地" * 100, "../town01", "a/b", ""])
 def test_invalid_town_names_are_refused(name):
-    with pytest.raises(InputError, match="is no town's name") as error:
+    with pytest.raises(InputError, match="is not a valid town name") as error:
         town_dir(name)
 
     assert len(str(error.value)) < 200

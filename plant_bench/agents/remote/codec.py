@@ -12,7 +12,7 @@ from plant_bench.agents.remote.remote_errors import ProtocolError
 FLOAT64 = np.dtype("<f8")
 MOST_ITEMS = 100_000  # of one list or map in a message
 MOST_AXES = 5  # of an array
-MOST_PASSES = 1000  # forward passes reported in one response
+MOST_PASSES = 1000  # forward passes in one response
 _TYPE = re.compile(r"<(f[248]|[iu][248])|\|(b1|[iu]1)")
 
 
@@ -38,10 +38,10 @@ def unpack(data: bytes) -> dict[str, Any]:
             max_ext_len=0,
         )
     except (ValueError, msgpack.UnpackException, RecursionError, OverflowError) as error:
-        wrong = "it sent invalid msgpack."
+        wrong = "expected msgpack, got invalid data."
         raise ProtocolError(wrong) from error
     if not isinstance(message, dict) or not all(isinstance(key, str) for key in message):
-        wrong = f"it sent a {type(message).__name__}, expected a map with text keys."
+        wrong = f"expected a map with text keys, got a {type(message).__name__}."
         raise ProtocolError(wrong)
     return message
 

@@ -16,9 +16,10 @@ class LaunchCommand:
     """A program that speaks the protocol.
 
     Attributes:
-        spec: The planner's name as the user gave it.
+        spec: The planner's name as the user entered it.
         command: The program and its arguments.
-        agent: The planner to create in it, sent with "hello".
+        agent: The planner that the program creates, sent with "hello"; empty for the user's own
+            program.
         files: Arguments that are existing files: the program, a script, its configuration.
     """
 
@@ -39,11 +40,11 @@ def launch_command_of(spec: str) -> LaunchCommand:
         return LaunchCommand(spec, _SERVE, agent=spec)
     words = parsed.words
     if not words:
-        message = f"The agent '{spec}' names no program: expected command:./my_planner --flag."
+        message = f"Expected a program as in 'command:./my_planner --flag', got '{spec}'."
         raise InputError(message)
     if shutil.which(words[0]) is None:
-        there = Path(words[0]).exists()
-        wrong = "is not executable: chmod +x it" if there else "does not exist"
+        exists = Path(words[0]).exists()
+        wrong = "is not executable (use chmod +x)" if exists else "does not exist"
         message = f"The agent '{spec}' cannot be started: {words[0]} {wrong}."
         raise InputError(message)
     files = tuple(Path(word) for word in words if Path(word).is_file())

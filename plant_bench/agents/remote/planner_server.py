@@ -29,38 +29,38 @@ from plant_bench.inference_timing import listen_to_passes
 
 def main() -> None:
     """Serve requests until the benchmark closes its pipe."""
-    take, give = _own_pipes()
-    served = _Served()
-    while (data := _read(take, LENGTH.size)) is not None:
-        question = _read(take, LENGTH.unpack(data)[0])
-        if question is None:
+    requests, responses = _protocol_pipes()
+    server = _PlannerServer()
+    while (data := _read(requests, LENGTH.size)) is not None:
+        request = _read(requests, LENGTH.unpack(data)[0])
+        if request is None:
             return
-        answer = pack(served.answer(unpack(question)))
-        _write(give, LENGTH.pack(len(answer)) + answer)
+        response = pack(server.handle(unpack(request)))
+        _write(responses, LENGTH.pack(len(response)) + response)
 
 
-class _Served:
+class _PlannerServer:
     """Serves one planner; each "hello" creates a new one."""
 
     def __init__(self) -> None:
         self._agent: Agent | None = None
         self._components: PlannerComponents | None = None
-        self._answers: dict[str, Callable[[Wire], Wire]] = {
+        self._handlers: dict[str, Callable[[Wire], Wire]] = {
             "hello": self._hello,
             "reset": self._reset,
             "act": self._act,
             "rank": self._rank,
         }
 
-    def answer(self, question: Wire) -> Wire:
+    def handle(self, request: Wire) -> Wire:
         """Return the response to a request; exceptions of the planner become "failed" responses."""
         try:
-            return self._answers[question["type"]](question)
+            return self._handlers[request["type"]](request)
         except BaseException as error:  # noqa: BLE001  SystemExit and KeyboardInterrupt included
             return {"type": "failed", "error": type(error).__name__, "message": _text(error)}
 
-    def _hello(self, question: Wire) -> Wire:
-        spec = question["agent"]
+    def _hello(self, request: Wire) -> Wire:
+        spec = request["agent"]
         self._agent = agent = load_agent(spec)
         if self._components is None:
             self._components = components_of_loaded(spec, agent)
@@ -74,34 +74,34 @@ class _Served:
             "libraries": sorted(self._components.libraries),
         }
 
-    def _reset(self, question: Wire) -> Wire:
-        agent, route = self._planner, question["route"]
+    def _reset(self, request: Wire) -> Wire:
+        agent, route = self._planner, request["route"]
         agent.reset(None if route is None else route_in(route))
         return {"type": "ready", "interval": decision_interval(agent)}
 
-    def _act(self, question: Wire) -> Wire:
-        agent, observation = self._planner, observation_in(question)
+    def _act(self, request: Wire) -> Wire:
+        agent, observation = self._planner, observation_in(request)
         passes = listen_to_passes()
-        answer = _action_out(agent.act(observation)) | _reason_out(agent)
-        answer["interval"] = decision_interval(agent)
-        answer["passes"] = [[item.seconds, item.tokens] for item in passes[-MOST_PASSES:]]
-        return answer
+        response = _action_out(agent.act(observation)) | _reason_out(agent)
+        response["interval"] = decision_interval(agent)
+        response["passes"] = [[item.seconds, item.tokens] for item in passes[-MOST_PASSES:]]
+        return response
 
-    def _rank(self, question: Wire) -> Wire:
-        values = _ranks(self._planner, observation_in(question))
+    def _rank(self, request: Wire) -> Wire:
+        values = _ranks(self._planner, observation_in(request))
         return {"type": "ranks", "values": array_out(values)}
 
     @property
     def _planner(self) -> Agent:
         if self._agent is None:
-            message = "it got a request before hello."
+            message = "expected hello as the first request."
             raise AgentError(message)
         return self._agent
 
 
 def _ranks(agent: Agent, observation: Observation) -> np.ndarray:
     if not isinstance(agent, Ranker):
-        message = "it has no rank."
+        message = "it has no method rank."
         raise AgentError(message)
     return np.asarray(agent.rank(observation))
 
@@ -130,7 +130,7 @@ def _reason_out(agent: Agent) -> Wire:
         reason = reason_of(agent)
     except AgentError as error:
         return {"explain_failed": _text(error)}
-    except (Exception, SystemExit) as error:  # noqa: BLE001  ends the episode like any other
+    except (Exception, SystemExit) as error:  # noqa: BLE001  a failed explain ends the episode
         return {"explain_failed": f"explain raised {type(error).__name__}: {_text(error)}"}
     if reason is None:
         return {}
@@ -144,15 +144,15 @@ def _text(error: BaseException) -> str:
         return "no text"
 
 
-def _own_pipes() -> tuple[int, int]:
+def _protocol_pipes() -> tuple[int, int]:
     """Move the protocol's pipes off standard input and output, which the planner may use."""
-    take, give = os.dup(0), os.dup(1)
-    nothing = os.open(os.devnull, os.O_RDONLY)
-    os.dup2(nothing, 0)
-    os.close(nothing)
+    requests, responses = os.dup(0), os.dup(1)
+    null = os.open(os.devnull, os.O_RDONLY)
+    os.dup2(null, 0)
+    os.close(null)
     os.dup2(2, 1)
     sys.stdout = os.fdopen(1, "w", buffering=1, encoding="utf-8", errors="replace", closefd=False)
-    return take, give
+    return requests, responses
 
 
 def _read(descriptor: int, size: int) -> bytes | None:

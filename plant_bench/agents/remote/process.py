@@ -23,8 +23,8 @@ from plant_bench.errors import InputError
 
 GIGABYTE = 1_000_000_000
 LENGTH = struct.Struct("<I")  # before each message: its length in bytes
-LONGEST_ANSWER = 1 << 20  # bytes
-PRINTED = 262_144  # bytes of a process's output that are kept
+LONGEST_RESPONSE = 1 << 20  # bytes
+OUTPUT_LIMIT = 262_144  # bytes of a planner's output that are printed
 GRACE = 2.0  # s for the supervisor to report why a planner has closed its pipe
 CLOSING = 10.0  # s for the supervisor to end all processes that the planner started
 CHUNK = 1 << 16
@@ -54,7 +54,7 @@ class Limits:
         for name, value in vars(self).items():
             if not 0.0 < value < 1e6:
                 option = f"--{name.replace('_', '-')}-limit"
-                message = f"{option}: expected a number above 0, got {value:g}."
+                message = f"{option}: expected a number above 0 and below 1e6, got {value:g}."
                 raise InputError(message)
 
 
@@ -66,19 +66,19 @@ class PlannerProcess:
         limits: Its time and memory limits.
 
     Raises:
-        InputError: This is not Linux, which is needed to find and end its processes.
+        InputError: The system is not Linux, which is required to find and end its processes.
         OSError: It cannot be started.
     """
 
     def __init__(self, command: Sequence[str], limits: Limits) -> None:
         if not sys.platform.startswith("linux"):
-            message = "Planners in separate processes (--isolate, command:) need Linux."
+            message = "Planners in separate processes (--isolate, command:) require Linux."
             raise InputError(message)
         self.limits = limits
         control, self._control = os.pipe()
         self._status, status = os.pipe()
         memory = int(limits.memory * GIGABYTE)
-        options = (str(control), str(status), str(memory), str(PRINTED))
+        options = (str(control), str(status), str(memory), str(OUTPUT_LIMIT))
         self._supervisor = subprocess.Popen(
             [sys.executable, "-I", "-S", _SUPERVISOR, *options, *command],
             stdin=subprocess.PIPE,
@@ -90,7 +90,7 @@ class PlannerProcess:
         os.close(control)
         os.close(status)
         stdin, stdout = self._supervisor.stdin, self._supervisor.stdout
-        if stdin is None or stdout is None:  # never: both are pipes
+        if stdin is None or stdout is None:  # impossible: both are pipes
             raise RuntimeError
         self._to, self._from = stdin.fileno(), stdout.fileno()
         os.set_blocking(self._to, False)
@@ -109,7 +109,7 @@ class PlannerProcess:
             RemoteError: The process did not respond as it should.
         """
         if not self.alive:
-            message_ = "its process has been ended."
+            message_ = "its process has already been ended."
             raise ProcessEndedError(message_)
         try:
             return self._exchange(LENGTH.pack(len(message)) + message, seconds, limit)
@@ -137,11 +137,11 @@ class PlannerProcess:
     def _exchange(self, frame: bytes, seconds: float, limit: str) -> bytes:
         deadline = time.monotonic() + seconds
         self._expect_silence()
-        left, answer = memoryview(frame), bytearray()
+        left, response = memoryview(frame), bytearray()
         poll = select.poll()
         poll.register(self._from, select.POLLIN)
         poll.register(self._to, select.POLLOUT)
-        while (size := _size(answer)) is None or len(answer) < size:
+        while (size := _size(response)) is None or len(response) < size:
             wait = deadline - time.monotonic()
             events = dict(poll.poll(1000.0 * wait)) if wait > 0.0 else {}
             if not events:
@@ -152,11 +152,11 @@ class PlannerProcess:
                 if not left:
                     poll.unregister(self._to)
             if self._from in events:
-                answer += self._receive()
-        if len(answer) > size or left:
+                response += self._receive()
+        if len(response) > size or left:
             message = "it sent more than one response, or sent before the request."
             raise ProtocolError(message)
-        return bytes(answer[LENGTH.size :])
+        return bytes(response[LENGTH.size :])
 
     def _send(self, left: memoryview) -> memoryview:
         try:
@@ -206,17 +206,17 @@ def memory_limit(limits: Limits) -> MemoryLimitError:
     return MemoryLimitError(f"it uses more than {limits.memory:g} GB (--memory-limit).")
 
 
-def _size(answer: bytearray) -> int | None:
+def _size(response: bytearray) -> int | None:
     """Return the total size of the message being received; None while unknown.
 
     Raises:
         ProtocolError: The message is too long.
     """
-    if len(answer) < LENGTH.size:
+    if len(response) < LENGTH.size:
         return None
-    (length,) = LENGTH.unpack_from(answer)
-    if length > LONGEST_ANSWER:
-        message = f"it announced a message of more than {LONGEST_ANSWER} bytes."
+    (length,) = LENGTH.unpack_from(response)
+    if length > LONGEST_RESPONSE:
+        message = f"it announced a message of more than {LONGEST_RESPONSE} bytes."
         raise ProtocolError(message)
     return LENGTH.size + length
 

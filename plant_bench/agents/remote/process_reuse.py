@@ -13,7 +13,7 @@ from plant_bench.agents.remote.launch_command import LaunchCommand
 from plant_bench.agents.remote.messages import Wire, hello_out
 from plant_bench.agents.remote.process import Limits, PlannerProcess, memory_limit
 from plant_bench.agents.remote.remote_errors import ProtocolError, RemoteError
-from plant_bench.agents.remote.responses import Hello, answer_in
+from plant_bench.agents.remote.responses import Hello, response_in
 from plant_bench.errors import AgentError, InputError
 from plant_bench.sensing.inputs import check_inputs
 
@@ -71,11 +71,11 @@ class Connection:
         files = (*self.program.files, *map(Path, hello.files))
         return Profile(inputs, hello.interval, hello.ranks, files, tuple(hello.libraries))
 
-    def ask(self, question: Wire, *expected: type, starting: bool = False) -> Any:
+    def ask(self, request: Wire, *expected: type, starting: bool = False) -> Any:
         """Send a request and return the response.
 
         Args:
-            question: The request, from `messages`.
+            request: The request, from `messages`.
             expected: The allowed types of the response.
             starting: Use the time limit for starting up, not that for a decision.
 
@@ -84,13 +84,13 @@ class Connection:
         """
         process = self._process
         if process is None:
-            message = "it got a request before reset."
+            message = "expected reset as the first call."
             raise ProtocolError(message)
         seconds, limit = self._limits.tick, "--tick-limit"
         if starting:
             seconds, limit = self._limits.start_up, "--start-up-limit"
         try:
-            return answer_in(process.ask(pack(question), seconds, limit), *expected)
+            return response_in(process.ask(pack(request), seconds, limit), *expected)
         except RemoteError as error:
             process.close()
             if type(error).__name__ == MemoryError.__name__:

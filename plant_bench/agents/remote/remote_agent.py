@@ -9,7 +9,7 @@ from plant_bench.agents.remote.messages import observation_out, reset_out
 from plant_bench.agents.remote.process import Limits
 from plant_bench.agents.remote.process_reuse import Connection, Profile, first_profile
 from plant_bench.agents.remote.remote_errors import ProtocolError
-from plant_bench.agents.remote.responses import ControlAnswer, PlanAnswer, Ranks, Ready
+from plant_bench.agents.remote.responses import ControlResponse, PlanResponse, Ranks, Ready
 from plant_bench.errors import AgentError
 from plant_bench.inference_timing import ForwardPass, record_pass
 from plant_bench.world.route import Route
@@ -43,23 +43,23 @@ class RemoteAgent:
         connection = self._connection
         if not connection.alive and connection.begin() != self.profile:
             connection.close()
-            message = "its hello differs from its first one."
+            message = "its hello differs from that of its first process."
             raise ProtocolError(message)
         ready: Ready = connection.ask(reset_out(route), Ready, starting=True)
         self.interval = ready.interval
 
     def act(self, observation: Observation) -> Plan | Control:
         """Return the planner's action."""
-        question = observation_out("act", observation)
-        answer = self._connection.ask(question, ControlAnswer, PlanAnswer)
-        for seconds, tokens in answer.passes:
+        request = observation_out("act", observation)
+        response = self._connection.ask(request, ControlResponse, PlanResponse)
+        for seconds, tokens in response.passes:
             record_pass(ForwardPass(seconds, tokens))
-        reason, self._explain_failed = answer.reason, answer.explain_failed
+        reason, self._explain_failed = response.reason, response.explain_failed
         self._reason = None if reason is None else Reason(Cause(reason.cause), reason.actor)
-        self.interval = answer.interval
-        if isinstance(answer, ControlAnswer):
-            return Control(float(answer.acceleration), float(answer.steering))
-        return Plan(self._connection.array(answer.waypoints, axes=2))
+        self.interval = response.interval
+        if isinstance(response, ControlResponse):
+            return Control(float(response.acceleration), float(response.steering))
+        return Plan(self._connection.array(response.waypoints, axes=2))
 
     def explain(self) -> Reason | None:
         """Return the reason that came with the last action, or None."""
@@ -73,8 +73,8 @@ class RemoteRanker(RemoteAgent):
 
     def rank(self, observation: Observation) -> Float[np.ndarray, " actors"]:
         """Return the relevance of each actor."""
-        answer: Ranks = self._connection.ask(observation_out("rank", observation), Ranks)
-        return self._connection.array(answer.values, axes=1)
+        response: Ranks = self._connection.ask(observation_out("rank", observation), Ranks)
+        return self._connection.array(response.values, axes=1)
 
 
 def remote_agent(

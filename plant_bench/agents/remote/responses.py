@@ -16,16 +16,16 @@ Seconds = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
 Pass = Annotated[tuple[Seconds, Count], Field(strict=False)]  # msgpack has lists only
 
 
-class _Answer(BaseModel):
+class _Response(BaseModel):
     model_config = ConfigDict(strict=True, extra="forbid", frozen=True)
 
 
-class Hello(_Answer):
+class Hello(_Response):
     """A planner's description of itself.
 
     Attributes:
         protocol: The protocol version.
-        about: A one-line description.
+        about: One-line description.
         inputs: The inputs that it declares.
         interval: Ticks until its second decision.
         ranks: Whether it supports "rank".
@@ -44,28 +44,28 @@ class Hello(_Answer):
     libraries: Annotated[list[Text], Field(max_length=MOST_INPUTS)] = []
 
 
-class Ready(_Answer):
+class Ready(_Response):
     """The planner has been reset."""
 
     type: Literal["ready"]
     interval: int = 1
 
 
-class ReportedReason(_Answer):
+class ReportedReason(_Response):
     """Why a planner acted as it did."""
 
     cause: Annotated[int, Field(ge=min(Cause), le=max(Cause))]
     actor: int = -1
 
 
-class _Decision(_Answer):
+class _Decision(_Response):
     interval: int = 1
     reason: ReportedReason | None = None
     passes: Annotated[list[Pass], Field(max_length=MOST_PASSES)] = []
     explain_failed: Text | None = None
 
 
-class ControlAnswer(_Decision):
+class ControlResponse(_Decision):
     """A decision as a control; `check_action` checks that it is finite."""
 
     type: Literal["control"]
@@ -73,21 +73,21 @@ class ControlAnswer(_Decision):
     steering: float
 
 
-class PlanAnswer(_Decision):
+class PlanResponse(_Decision):
     """A decision as a plan; `check_action` checks its shape."""
 
     type: Literal["plan"]
     waypoints: dict[str, Any]
 
 
-class Ranks(_Answer):
+class Ranks(_Response):
     """The relevance of each actor."""
 
     type: Literal["ranks"]
     values: dict[str, Any]
 
 
-class Failed(_Answer):
+class Failed(_Response):
     """The planner's code has raised an exception."""
 
     type: Literal["failed"]
@@ -95,12 +95,12 @@ class Failed(_Answer):
     message: Text
 
 
-Answer = Hello | Ready | ControlAnswer | PlanAnswer | Ranks | Failed
-_READER: TypeAdapter[Answer] = TypeAdapter(Annotated[Answer, Field(discriminator="type")])
+Response = Hello | Ready | ControlResponse | PlanResponse | Ranks | Failed
+_READER: TypeAdapter[Response] = TypeAdapter(Annotated[Response, Field(discriminator="type")])
 _KINDS = ("hello", "ready", "control", "plan", "ranks", "failed")
 
 
-def answer_in(data: bytes, *expected: type[BaseModel]) -> Any:
+def response_in(data: bytes, *expected: type[BaseModel]) -> Any:
     """Return a planner's response, parsed as one of the expected types.
 
     Raises:
@@ -115,15 +115,15 @@ def answer_in(data: bytes, *expected: type[BaseModel]) -> Any:
         wrong = f"it does not speak version {PROTOCOL_VERSION} of the protocol."
         raise ProtocolError(wrong)
     try:
-        answer = _READER.validate_python(message)
+        response = _READER.validate_python(message)
     except ValidationError as error:
         raise ProtocolError(_first(error, message["type"])) from error
-    if isinstance(answer, Failed):
-        raise raised_remotely(answer.error, answer.message)
-    if not isinstance(answer, expected):
-        wrong = f"it sent an unexpected '{answer.type}'."
+    if isinstance(response, Failed):
+        raise raised_remotely(response.error, response.message)
+    if not isinstance(response, expected):
+        wrong = f"it sent an unexpected '{response.type}'."
         raise ProtocolError(wrong)
-    return answer
+    return response
 
 
 def _first(error: ValidationError, kind: str) -> str:

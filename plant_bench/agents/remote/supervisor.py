@@ -5,9 +5,9 @@ planner's output passes through here. It ends when the worker closes its pipe or
 kills the planner with all of its descendants, daemons included. Standard library only, so that it
 starts quickly:
 
-    supervisor.py CONTROL STATUS MEMORY PRINTED COMMAND...
+    supervisor.py CONTROL STATUS MEMORY OUTPUT COMMAND...
 
-CONTROL and STATUS are file descriptors, MEMORY and PRINTED limits in bytes. One line is written to
+CONTROL and STATUS are file descriptors, MEMORY and OUTPUT limits in bytes. One line is written to
 STATUS when the planner has ended: "exit CODE", "signal NUMBER", "memory", or "unstartable REASON".
 """
 
@@ -22,7 +22,7 @@ import time
 from pathlib import Path
 
 PERIOD_MS = 20  # between two checks of the planner's memory
-FAMILY_PERIOD = 0.25  # s between two searches for the processes it has started
+SEARCH_PERIOD = 0.25  # s between two searches for the planner's descendants
 SPARE_DATA = 1 << 30  # bytes by which RLIMIT_DATA exceeds the memory limit, at least
 TRUNCATED = b"\n[the planner's output is too long: the rest is dropped]\n"
 PR_SET_PDEATHSIG, PR_SET_CHILD_SUBREAPER = 1, 36  # linux/prctl.h
@@ -31,81 +31,83 @@ CHUNK = 65_536
 
 def main(arguments: list[str]) -> None:
     """Supervise a planner until it or the worker ends."""
-    control, status, memory, printed = (int(value) for value in arguments[:4])
+    control, status, memory, output_limit = (int(value) for value in arguments[:4])
     os.set_inheritable(control, False)
     os.set_inheritable(status, False)
     _prctl(PR_SET_CHILD_SUBREAPER, 1)  # orphaned descendants become children of this process
     signal.pthread_sigmask(signal.SIG_SETMASK, [])
-    words, planner_words = os.pipe()
+    output, planner_output = os.pipe()
     planner = os.fork()
     if planner == 0:
-        _become(arguments[4:], status, planner_words, memory)
-    for descriptor in (0, 1, planner_words):
+        _execute(arguments[4:], status, planner_output, memory)
+    for descriptor in (0, 1, planner_output):
         os.close(descriptor)
-    verdict = _Watch(planner, control, words, memory, printed).verdict()
+    line = _Monitor(planner, control, output, memory, output_limit).wait()
     with contextlib.suppress(OSError):
-        os.write(status, verdict.encode())
+        os.write(status, line.encode())
     end_descendants()
 
 
-class _Watch:
+class _Monitor:
     """Monitors one running planner; mutable."""
 
-    def __init__(self, planner: int, control: int, words: int, memory: int, printed: int) -> None:
+    def __init__(
+        self, planner: int, control: int, output: int, memory: int, output_limit: int
+    ) -> None:
         self._planner = planner
         self._control = control
-        self._words = words
-        self._memory = memory
-        self._printed = printed
-        self._family = {planner}
-        self._next_family = 0.0
+        self._output = output
+        self._memory_limit = memory
+        self._output_left = output_limit
+        self._processes = {planner}
+        self._next_search = 0.0
         self._poll = select.poll()
         self._poll.register(control, select.POLLIN)
-        self._poll.register(words, select.POLLIN)
+        self._poll.register(output, select.POLLIN)
 
-    def verdict(self) -> str:
+    def wait(self) -> str:
         """Wait for the end and return the status line; empty if the worker ends the planner."""
         while True:
             ready = dict(self._poll.poll(PERIOD_MS))
-            if self._words in ready:
-                self._pass_on()
+            if self._output in ready:
+                self._copy_output()
             ended, state = os.waitpid(self._planner, os.WNOHANG)
             if ended:
-                self._pass_on_the_rest()
+                self._copy_remaining_output()
                 return _status_line(state)
-            if self._held() > self._memory:
+            if self._memory_in_use() > self._memory_limit:
                 return "memory\n"
             if self._control in ready:
                 return ""
 
-    def _held(self) -> int:
+    def _memory_in_use(self) -> int:
         """Return the resident memory of the planner's processes, bytes."""
         now = time.monotonic()
-        if now >= self._next_family:
-            self._next_family = now + FAMILY_PERIOD
-            self._family = {self._planner, *descendants()}
-        return sum(map(resident, self._family))
+        if now >= self._next_search:
+            self._next_search = now + SEARCH_PERIOD
+            self._processes = {self._planner, *descendants()}
+        return sum(map(resident, self._processes))
 
-    def _pass_on(self) -> bool:
+    def _copy_output(self) -> bool:
         """Copy output up to the limit; return whether there was any."""
-        text = os.read(self._words, CHUNK)
+        text = os.read(self._output, CHUNK)
         if not text:
-            self._poll.unregister(self._words)
-        elif self._printed > 0:
-            kept = text[: self._printed]
-            self._printed -= len(kept)
-            _print(kept if self._printed > 0 else kept + TRUNCATED)
+            self._poll.unregister(self._output)
+        elif self._output_left > 0:
+            kept = text[: self._output_left]
+            self._output_left -= len(kept)
+            _print(kept if self._output_left > 0 else kept + TRUNCATED)
         return bool(text)
 
-    def _pass_on_the_rest(self) -> None:
-        os.set_blocking(self._words, False)
+    def _copy_remaining_output(self) -> None:
+        os.set_blocking(self._output, False)
         with contextlib.suppress(BlockingIOError, KeyError):
-            while self._printed > 0 and self._pass_on():
+            while self._output_left > 0 and self._copy_output():
                 pass
 
 
-def _become(command: list[str], status: int, words: int, memory: int) -> None:
-    """Execute the planner in this process; it dies with the supervisor."""
+def _execute(command: list[str], status: int, output: int, memory: int) -> None:
+    """Replace this process by the planner, which is killed when the supervisor ends."""
     _prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
     for number in (signal.SIGINT, signal.SIGPIPE, signal.SIGTERM):
         signal.signal(number, signal.SIG_DFL)
@@ -116,7 +118,7 @@ def _become(command: list[str], status: int, words: int, memory: int) -> None:
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     with contextlib.suppress(OSError):
         Path("/proc/self/oom_score_adj").write_text("1000", encoding="ascii")
-    os.dup2(words, 2)
+    os.dup2(output, 2)
     try:
         os.execvp(command[0], command)  # the user's own command
     except OSError as error:
@@ -152,7 +154,7 @@ def resident(process: int) -> int:
 
 
 def end_descendants(patience: float = 5.0) -> None:
-    """Kill all descendants, including those started meanwhile."""
+    """Kill all descendants, including any that are started meanwhile."""
     deadline = time.monotonic() + patience
     while time.monotonic() < deadline:
         for process in descendants():

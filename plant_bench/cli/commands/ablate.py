@@ -47,8 +47,8 @@ def ablate_learner(
     base: Annotated[
         Path | None,
         typer.Option(
-            help="Trained model whose network options are the base. Default: the learner's "
-            "defaults."
+            help="Trained model whose network options are the baseline of all variants. Default: "
+            "the learner's defaults."
         ),
     ] = None,
     seeds: Annotated[int, typer.Option(help="Number of trainings per variant.", min=1)] = 1,
@@ -57,14 +57,16 @@ def ablate_learner(
     repetitions: RepetitionsOption = 3,
     density: DensityOption = "dense",
     hazards: HazardsOption = True,
-    onnx: Annotated[bool, typer.Option("--onnx", help="Drive with ONNX graphs.")] = False,
+    onnx: Annotated[
+        bool, typer.Option("--onnx", help="Export each model to ONNX, and drive with that.")
+    ] = False,
     overwrite: OverwriteOption = False,
     **training_arguments: Any,
 ) -> None:
     """Train and score a learner with one change at a time, and write a table of the results.
 
-    Each variant is an ordinary training and an ordinary run; the same command again only does what
-    is missing. `ablations.md` and `ablations.csv` are written once all variants have been scored.
+    Each variant is an ordinary training and an ordinary run. The same command again continues with
+    what is missing. `ablations.md` and `ablations.csv` are written once all variants are scored.
 
     Example commands:
 
@@ -77,7 +79,7 @@ def ablate_learner(
     from plant_bench.training.ablation_run import AblationRequest
     from plant_bench.training.ablation_variants import Recipe
     from plant_bench.training.initial_weights import options_in
-    from plant_bench.training.learners import Student, learner_class
+    from plant_bench.training.learners import LearnerSpec, learner_class
     from plant_bench.training.settings import TrainingSettings
     from plant_bench.training.training_run import Machine
 
@@ -94,7 +96,7 @@ def ablate_learner(
     options = build_dataclass(kind.Options, own_values, start)
     request = AblationRequest(
         names or (),
-        Recipe(Student(learner, options), settings, values["share",]),
+        Recipe(LearnerSpec(learner, options), settings, values["share",]),
         values["data",],
         out,
         ScoreRequest("", suite, routes, repetitions, density=density, hazards=hazards),
@@ -140,10 +142,10 @@ def _training_options(learner: str) -> tuple[list[OptionField], list[OptionField
 
     kind = learner_class(learner)
     known = kind(kind.Options()).recipe
-    found = option_fields(TrainingRun, inside={"options": kind.Options}, without=_FIXED)
-    own = [item for item in found if item.path[0] == "options" and item.path[1] in known]
+    options = option_fields(TrainingRun, inside={"options": kind.Options}, without=_FIXED)
+    own = [item for item in options if item.path[0] == "options" and item.path[1] in known]
     return [
-        item for item in found if item.path[0] != "options" and item.path[-1] not in _NO_OPTION
+        item for item in options if item.path[0] != "options" and item.path[-1] not in _NO_OPTION
     ], own
 
 

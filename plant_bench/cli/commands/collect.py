@@ -10,7 +10,7 @@ from plant_bench.cli.options import CORES, EXIT_INTERRUPTED, DensityOption
 
 
 def collect(
-    out: Annotated[Path, typer.Option(help="Folder of the data.")],
+    out: Annotated[Path, typer.Option(help="Folder for the data.")],
     units: Annotated[
         float | None,
         typer.Option(help="Amount of data, in PlanT's units of 228,000 frames. Default: 1."),
@@ -27,7 +27,7 @@ def collect(
         float,
         typer.Option(
             help="Fraction of episodes in which the executed control is perturbed, so that the "
-            "data shows how to recover (PlanT: 0).",
+            "data contains recoveries (PlanT: 0).",
             min=0.0,
             max=1.0,
         ),
@@ -75,7 +75,7 @@ def collect(
     progress = CollectProgress(request.frames)
     try:
         with progress.bars:
-            found = collect_data(request, out, workers=workers, on_event=progress)
+            result = collect_data(request, out, workers=workers, on_event=progress)
     except KeyboardInterrupt:
         typer.echo(
             f"Stopped. {progress.frames:,} of {request.frames:,} frames are kept in {out}. Run the "
@@ -84,7 +84,7 @@ def collect(
         )
         raise typer.Exit(EXIT_INTERRUPTED) from None
     progress.print_speed(time.monotonic() - start, workers)
-    print_data(found.data, answers=bool(request.driver))
-    rows = [(reason, str(number)) for reason, number in found.left_out.items()]
-    print_rows(f"Excluded of {len(found.notes)} episodes", ["reason", "episodes"], rows)
-    typer.echo(f"Data: {found.path}")
+    print_data(result.data, answers=bool(request.driver))
+    rows = [(reason, str(number)) for reason, number in result.left_out.items()]
+    print_rows(f"Excluded of {len(result.notes)} episodes", ["reason", "episodes"], rows)
+    typer.echo(f"Data: {result.path}")

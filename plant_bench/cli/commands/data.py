@@ -7,7 +7,7 @@ import typer
 
 data_app = typer.Typer(no_args_is_help=True, help="Describe and check collected data.")
 
-Folder = Annotated[Path, typer.Argument(help="Folder of `plant-bench collect`.")]
+Folder = Annotated[Path, typer.Argument(help="Folder written by `plant-bench collect`.")]
 
 
 @data_app.command("describe")
@@ -45,7 +45,7 @@ def describe(
 def check(folder: Folder) -> None:
     """Read all files of collected data and check that they can be used.
 
-    Exit code 2 if a file is broken or truncated, or belongs to no route.
+    Exit code 2 if a file is broken, truncated or does not belong to any route.
 
     Example commands:
 
@@ -58,8 +58,8 @@ def check(folder: Folder) -> None:
     count = len(episode_files(folder))
     if faults:
         message = (
-            f"{len(faults)} of {count} files cannot be used. The first: {faults[0]} Remove the "
-            "broken files and run the same `plant-bench collect` again: it drives what is missing."
+            f"{len(faults)} of {count} files cannot be used. The first: {faults[0]} Remove these "
+            "files and run the same `plant-bench collect` command again to replace them."
         )
         raise InputError(message)
     typer.echo(f"{folder}: valid, {count} episodes.")

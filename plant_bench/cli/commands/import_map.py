@@ -24,12 +24,12 @@ def import_town(
     guess_signals: Annotated[
         bool,
         typer.Option(
-            "--guess-signals", help="Add traffic lights where a junction seems to need one."
+            "--guess-signals", help="Add traffic lights at junctions that seem to need them."
         ),
     ] = False,
     overwrite: OverwriteOption = False,
 ) -> None:
-    """Make a town with routes from a map, and list the parts that had to be changed or removed.
+    """Make a town with routes from a map, and list the parts that were changed or removed.
 
     Example commands:
 
@@ -57,7 +57,11 @@ def import_town(
         suite = save_imported_town(made, folder, origin, overwrite=overwrite)
     print_rows(f"Town {name}", list(HEADS), finding_rows(made.findings))
     if len(made.routes) < routes:
-        typer.echo(f"Found only {len(made.routes)} distinct routes of {routes}.", err=True)
+        typer.echo(
+            f"Expected {routes} routes, found {len(made.routes)}: the map has no more distinct "
+            "routes of this length.",
+            err=True,
+        )
     typer.echo(f"{name}: {made.town.lane_km:.1f} km of lanes, {len(made.routes)} routes")
     typer.echo(f"To drive it: plant-bench score --suite {suite} --agent expert")
 

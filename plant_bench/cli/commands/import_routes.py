@@ -14,12 +14,16 @@ def import_routes(
     town_map: Annotated[
         list[str],
         typer.Option(
-            help="CARLA_TOWN=TOWN: CARLA's town and the imported one (its name or folder). Repeat "
-            "the option for each town."
+            help="CARLA_TOWN=TOWN: name of CARLA's town, and name or folder of the imported one. "
+            "Repeat the option for each town."
         ),
     ],
     out: Annotated[
-        Path, typer.Option(help="Folder of the new suite; towns beside it are found by name.")
+        Path,
+        typer.Option(
+            help="Folder of the new suite. Towns in a folder `towns` inside or beside it are found "
+            "by name."
+        ),
     ],
     limit_distance: Annotated[
         float,
@@ -31,7 +35,7 @@ def import_routes(
 ) -> None:
     """Match CARLA's routes to the lanes of imported towns.
 
-    Exit code 1 if a route does not fit.
+    Exit code 1 if a route does not match.
 
     Example commands:
 

@@ -20,7 +20,7 @@ def replay(
         int | None, typer.Option(help="Repetition of the route. Default: the first.", min=0)
     ] = None,
     against: Annotated[
-        Path | None, typer.Option(help="Another run; its drive of the route is shown beside it.")
+        Path | None, typer.Option(help="Another run, shown side by side on the same route.")
     ] = None,
     html: Annotated[
         Path | None, typer.Option(help="Folder for an HTML page that plays the episode.")
@@ -28,7 +28,10 @@ def replay(
     mp4: Annotated[
         Path | None, typer.Option(help="Video file; requires plant-bench[video].")
     ] = None,
-    gif: Annotated[Path | None, typer.Option(help="Animated GIF file, of a part.")] = None,
+    gif: Annotated[
+        Path | None,
+        typer.Option(help="Animated GIF file; select a part of the episode with --from and --to."),
+    ] = None,
     png: Annotated[
         Path | None,
         typer.Option(help="Image file of one moment; with --from and --to a series of images."),
@@ -36,7 +39,8 @@ def replay(
     time: Annotated[
         float | None,
         typer.Option(
-            help="Time of --png, seconds. Default: the first infraction, or the middle if none."
+            help="Time of the --png image, seconds. Default: the first infraction, or the middle "
+            "of the episode if there is none."
         ),
     ] = None,
     start: Annotated[
@@ -107,7 +111,7 @@ def _write_page(sources: "list[ReplaySource]", out: Path) -> None:
     from plant_bench.reports.replay.replay_source import load_recording
 
     for source in sources:
-        load_recording(source)  # reports a broken recording before the page is begun
+        load_recording(source)  # report a broken recording before writing the page
     with progress_bars(8, MofNCompleteColumn()) as bars:
         bar = bars.add_task("replays", total=len(sources))
 

@@ -24,7 +24,7 @@ def report(
         list[Path] | None,
         typer.Argument(
             help="Folders of runs and of `plant-bench rfds`, and checkpoint files of CARLA's "
-            "leaderboard. Default: all below reports/."
+            "leaderboard. Default: all in reports/."
         ),
     ] = None,
     out: Annotated[Path, typer.Option(help="Output folder.")] = Path("reports/leaderboard"),
@@ -87,7 +87,7 @@ def _write(
     expert: bool,
     workers: int,
 ) -> "Leaderboard":
-    """Write the leaderboard, with bars on standard error."""
+    """Write the leaderboard, with progress bars on standard error."""
     from rich.markup import escape
     from rich.progress import TextColumn
 
@@ -113,7 +113,7 @@ def _write(
                 tasks["replays"] = bars.add_task(f"{'replays':<{WIDTH}}", total=total)
             bars.update(tasks["replays"], completed=done, total=total)
 
-        found = write_report(
+        leaderboard = write_report(
             runs,
             out,
             penalties=penalties,
@@ -126,7 +126,7 @@ def _write(
         )
         if "replays" not in tasks:
             bars.advance(tasks["steps"])
-    return found
+    return leaderboard
 
 
 def _print_ranking(leaderboard: "Leaderboard") -> None:
@@ -135,11 +135,9 @@ def _print_ranking(leaderboard: "Leaderboard") -> None:
     from plant_bench.text_escaping import table_cell
 
     for board in leaderboard.boards:
-        scores = [
-            f"{table_cell(line.planner)} {line.driving_score.mean:.1f}" for line in board.rows
-        ]
+        scores = [f"{table_cell(row.planner)} {row.driving_score.mean:.1f}" for row in board.rows]
         typer.echo(f"{board.protocol} ({board.world}): DS {', '.join(scores)}")
-        top = {line.id for line in board.rows[:2]}
+        top = {row.id for row in board.rows[:2]}
         for item in board.differences:
             if {item.better, item.worse} == top:
                 paired = item.paired

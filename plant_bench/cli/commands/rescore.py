@@ -41,11 +41,12 @@ def rescore_run(
                 err=True,
             )
 
-    found = rescore(run, penalties=chosen, on_episode=print_difference)
-    if found.summary is not None:
-        print_summary(found.summary)
+    rescored = rescore(run, penalties=chosen, on_episode=print_difference)
+    if rescored.summary is not None:
+        print_summary(rescored.summary)
     typer.echo(
-        f"{found.equal} of {found.total} records are equal, {found.absent} have no recording."
+        f"{rescored.equal} of {rescored.total} records are equal, {rescored.absent} have no "
+        "recording."
     )
-    if not found.agrees:
+    if not rescored.agrees:
         raise typer.Exit(1)

@@ -45,7 +45,7 @@ def score_rfds(
     address: AddressOption = None,
     out: Annotated[
         Path | None,
-        typer.Option(help="Folder of the runs, one sub-folder each. Default: as for `score`."),
+        typer.Option(help="Folder with a sub-folder for each run. Default: as for `score`."),
     ] = None,
     overwrite: OverwriteOption = False,
     recordings: Annotated[
@@ -70,25 +70,25 @@ def score_rfds(
         plant-bench rfds --agent rule-based --ranker masking
     """
     from plant_bench.api.rfds import RelevanceRequest, score_relevance
-    from plant_bench.api.score import Driving
+    from plant_bench.api.score import ExecutionSettings
     from plant_bench.cli.run_progress import RunMonitor, print_failures
     from plant_bench.reports.tables import print_relative_scores
     from plant_bench.runner.run.score_run import ScoreRequest
     from plant_bench.scoring.penalties import penalty_scheme_of
 
-    how = Driving(
+    settings = ExecutionSettings(
         workers=workers or CORES,
         overwrite=overwrite,
         recordings=recordings,
         penalties=penalty_scheme_of(penalties),
         executor=chosen_executor(executor, address, workers, print_note),
     )
-    drives = ScoreRequest("expert", suite, routes, repetitions, seed, density, hazards)
-    request = RelevanceRequest(agent, ranker or (), drives, out)
-    monitor = RunMonitor(how.penalties, named=True)
+    episodes = ScoreRequest("expert", suite, routes, repetitions, seed, density, hazards)
+    request = RelevanceRequest(agent, ranker or (), episodes, out)
+    monitor = RunMonitor(settings.penalties, named=True)
     with monitor.exit_on_ctrl_c():
-        found = score_relevance(request, how, monitor)
-    print_relative_scores(found.scores)
-    for run in found.runs:
+        result = score_relevance(request, settings, monitor)
+    print_relative_scores(result.scores)
+    for run in result.runs:
         typer.echo(f"Records: {run.folder.path}")
-    raise typer.Exit(max(print_failures(run) for run in found.runs))
+    raise typer.Exit(max(print_failures(run) for run in result.runs))

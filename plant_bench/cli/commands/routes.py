@@ -14,7 +14,7 @@ routes_app = typer.Typer(no_args_is_help=True, help="Build, check and list the r
 def build(
     suite: Annotated[
         str | None,
-        typer.Option(help="Name of the suite. Default: longest6, with --check all."),
+        typer.Option(help="Name of the suite. Default: longest6; with --check: all suites."),
     ] = None,
     town: Annotated[
         list[str] | None,
@@ -30,7 +30,7 @@ def build(
         bool, typer.Option("--check", help="Check the existing routes; write nothing.")
     ] = False,
 ) -> None:
-    """Choose the routes of a suite again; the same seed gives the same routes.
+    """Build a suite again by choosing its routes; the same seed gives the same routes.
 
     Example commands:
 
@@ -47,9 +47,9 @@ def build(
         return
     faults: list[str] = []
     for name in [suite] if suite is not None else SUITES:
-        found = check_suite(name)
-        faults.extend(found)
-        typer.echo(f"{name}: {'valid' if not found else f'{len(found)} faults'}")
+        suite_faults = check_suite(name)
+        faults.extend(suite_faults)
+        typer.echo(f"{name}: {f'{len(suite_faults)} faults' if suite_faults else 'valid'}")
     for fault in faults:
         typer.echo(fault, err=True)
     if faults:

@@ -28,10 +28,10 @@ from plant_bench.cli.options import (
 )
 from plant_bench.gc_policy import tune_garbage_collector
 from plant_bench.runner.workers.executors import LocalExecutor
-from plant_bench.runner.workers.preloading import loading
+from plant_bench.runner.workers.preloading import preloader
 
 if TYPE_CHECKING:
-    from plant_bench.api.score import Driving
+    from plant_bench.api.score import ExecutionSettings
     from plant_bench.runner.run.score_run import ScoreRequest
 
 
@@ -48,7 +48,7 @@ def score(
     routes: RoutesOption = None,
     repetitions: RepetitionsOption = 3,
     seed: Annotated[
-        int, typer.Option(help="Base seed of the traffic; the same for all compared agents.")
+        int, typer.Option(help="Base seed of the traffic; use the same one to compare agents.")
     ] = 0,
     density: DensityOption = "dense",
     hazards: HazardsOption = True,
@@ -58,7 +58,7 @@ def score(
     shard: Annotated[
         str | None,
         typer.Option(
-            help="Drive one part of the episodes, e.g. 1/8 (to 8/8); for array jobs that share "
+            help="Drive one part of the episodes: 1/8, 2/8, ..., 8/8 for eight jobs that share "
             "--out."
         ),
     ] = None,
@@ -77,8 +77,8 @@ def score(
 ) -> None:
     """Drive a route suite with a planner and print its scores.
 
-    The same command again runs only the missing episodes, so a run can be stopped with Ctrl-C at
-    any time. Crashed episodes are recorded and count in every mean.
+    The same command again drives only the missing episodes, so a run can be stopped with Ctrl-C at
+    any time. Crashed episodes are recorded and count in all means.
 
     Example commands:
 
@@ -92,15 +92,15 @@ def score(
     """
     tune_garbage_collector()
     cluster = chosen_executor(executor, address, workers, print_note)
-    here = LocalExecutor(workers or CORES, loading(agent, isolate=isolate))
+    here = LocalExecutor(workers or CORES, preloader(agent, isolate=isolate))
     # Connect first: the workers import their modules while this process imports its own.
     with here.connected() if cluster is None else nullcontext():
-        from plant_bench.api.score import Driving
+        from plant_bench.api.score import ExecutionSettings
         from plant_bench.runner.run.run_lock import Shard
         from plant_bench.runner.run.score_run import ScoreRequest
         from plant_bench.scoring.penalties import penalty_scheme_of
 
-        how = Driving(
+        settings = ExecutionSettings(
             workers=workers or CORES,
             overwrite=overwrite,
             recordings=recordings,
@@ -118,12 +118,12 @@ def score(
             ),
         )
         request = ScoreRequest(agent, suite, routes, repetitions, seed, density, hazards)
-        code = _drive(request, out, how)
+        code = _drive(request, out, settings)
     raise typer.Exit(code)
 
 
-def _drive(request: "ScoreRequest", out: Path | None, how: "Driving") -> int:
-    """Drive the missing episodes of a run, or until Ctrl-C, and print the scores.
+def _drive(request: "ScoreRequest", out: Path | None, settings: "ExecutionSettings") -> int:
+    """Drive the missing episodes of a run until they are finished or Ctrl-C; print the scores.
 
     Returns:
         The exit code: 2 if the agent failed in an episode, 1 if the simulator did.
@@ -132,9 +132,9 @@ def _drive(request: "ScoreRequest", out: Path | None, how: "Driving") -> int:
     from plant_bench.cli.run_progress import RunMonitor, print_failures
 
     start = time.monotonic()
-    monitor = RunMonitor(how.penalties)
+    monitor = RunMonitor(settings.penalties)
     with monitor.exit_on_ctrl_c():
-        run = drive_missing(request, out, how, monitor)
+        run = drive_missing(request, out, settings, monitor)
     from plant_bench.reports.tables import print_planner_time, print_speed, print_summary
     from plant_bench.runner.episode.jobs import episode_name
     from plant_bench.runner.run.speed import read_timings, speed_of, write_speed
@@ -142,15 +142,16 @@ def _drive(request: "ScoreRequest", out: Path | None, how: "Driving") -> int:
 
     if left := run.unfinished_by_others():
         typer.echo(
-            f"Shard {how.shard} is finished: {len(run.jobs)} episodes. {left} of the other shards' "
-            f"{len(run.others)} episodes are not finished; the last shard writes the summary."
+            f"Shard {settings.shard} is finished: {len(run.jobs)} episodes. {left} of the "
+            f"{len(run.others)} episodes of other shards are not finished; the last shard to "
+            "finish writes the summary."
         )
     else:
-        print_summary(write_summary(run.folder, penalties=how.penalties))
+        print_summary(write_summary(run.folder, penalties=settings.penalties))
         print_planner_time(write_speed(run.folder, map(episode_name, [*run.jobs, *run.others])))
     now = speed_of(read_timings(run.folder, map(episode_name, run.missing)))
-    print_speed(now, wall_s=time.monotonic() - start, workers=str(how))
+    print_speed(now, wall_s=time.monotonic() - start, workers=str(settings))
     if not run.missing:
-        typer.echo("Nothing to drive: all of these episodes were finished before.")
+        typer.echo("Nothing to drive: all episodes are finished.")
     typer.echo(f"Records: {run.folder.path}")
     return print_failures(run)

@@ -15,16 +15,16 @@ towns_app = typer.Typer(no_args_is_help=True, help="Build, check and list the to
 def build(
     town: Annotated[str | None, typer.Option(help="Name of the town. Default: all.")] = None,
     seed: Annotated[
-        int | None, typer.Option(help="Seed for another layout of the same character.", min=0)
+        int | None, typer.Option(help="Seed for another layout of the same kind of town.", min=0)
     ] = None,
     out: Annotated[
-        Path | None, typer.Option(help="Output folder, instead of the towns' own.")
+        Path | None, typer.Option(help="Output folder. Default: the folder of the built-in towns.")
     ] = None,
     check: Annotated[
         bool, typer.Option("--check", help="Check the existing towns; write nothing.")
     ] = False,
 ) -> None:
-    """Build towns again from specification and seed; the same seed gives the same bytes.
+    """Build towns again from specification and seed; the same seed gives identical files.
 
     Example commands:
 
@@ -39,9 +39,9 @@ def build(
     names = stored_towns() if seed is None else town_names()  # with a seed: one per character
     for name in [town] if town is not None else names:
         if check:
-            found = check_town(name)
-            faults.extend(f"{name}: {fault}" for fault in found)
-            typer.echo(f"{name}: {'valid' if not found else f'{len(found)} faults'}")
+            town_faults = check_town(name)
+            faults.extend(f"{name}: {fault}" for fault in town_faults)
+            typer.echo(f"{name}: {f'{len(town_faults)} faults' if town_faults else 'valid'}")
         else:
             folder = None if out is None else out / name
             typer.echo(f"{name}: {build_town(name, seed=seed, out=folder)}")

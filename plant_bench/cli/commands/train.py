@@ -68,14 +68,14 @@ def train_command(name: str) -> TyperCommand:
     from plant_bench.training.training_run import TrainingRun
 
     kind = learner_class(name)
-    found = option_fields(
+    fields = option_fields(
         TrainingRun, inside={"options": kind.Options}, without=frozenset({"learner"})
     )
 
     def train(**arguments: Any) -> None:
         from plant_bench.cli.training_progress import train_with_progress
 
-        values = {item.path: item.value(arguments[item.name]) for item in found}
+        values = {item.path: item.value(arguments[item.name]) for item in fields}
         options = build_dataclass(kind.Options, _inside("options", values))
         others = {path: value for path, value in values.items() if path[0] != "options"}
         run = build_dataclass(TrainingRun, {**others, ("learner",): name, ("options",): options})
@@ -84,16 +84,16 @@ def train_command(name: str) -> TyperCommand:
 
     first_line = inspect.cleandoc(kind.__doc__ or "").partition("\n")[0] or f"Train {name}."
     text = first_line + _DESCRIPTION.format(name=name, agent=kind.agent)
-    return command_of(name, with_options(train, [item.parameter() for item in found], text))
+    return command_of(name, with_options(train, [item.parameter() for item in fields], text))
 
 
 def command_of(name: str, function: Any) -> TyperCommand:
     """Turn a function into a command in the style of the other commands."""
     app = typer.Typer(add_completion=False, rich_markup_mode="markdown", context_settings=SETTINGS)
     app.command(name, context_settings=SETTINGS)(function)
-    found = typer.main.get_command(app)
-    assert isinstance(found, TyperCommand)  # noqa: S101  not a group, for a single command
-    return found
+    command = typer.main.get_command(app)
+    assert isinstance(command, TyperCommand)  # noqa: S101  not a group, for a single command
+    return command
 
 
 def _inside(name: str, values: dict[tuple[str, ...], Any]) -> dict[tuple[str, ...], Any]:

@@ -26,7 +26,7 @@ def verify_run(
     sample: Annotated[
         str, typer.Option(help="Episodes to simulate again: a percentage, e.g. 10%, or a number.")
     ] = "10%",
-    all_of_them: Annotated[
+    all_episodes: Annotated[
         bool, typer.Option("--all", help="Simulate all episodes again.")
     ] = False,
     seed: Annotated[
@@ -36,8 +36,8 @@ def verify_run(
     agent: Annotated[
         str | None,
         typer.Option(
-            help="Planner that drives again, as for `score`. Its code is executed: only name one "
-            "that you trust."
+            help="Planner that drives the sample, as for `score`. Its code is executed, so name "
+            "only one that you trust."
         ),
     ] = None,
     controls: Annotated[
@@ -45,14 +45,19 @@ def verify_run(
     ] = False,
     suite: Annotated[
         str | None,
-        typer.Option(help="Routes that you trust, if the run's suite is not built in."),
+        typer.Option(
+            help="Suite from a source that you trust; required if the run's suite is not built in."
+        ),
     ] = None,
     routes: Annotated[
         str | None, typer.Option(help="Routes that the run must contain. Default: all.")
     ] = None,
     repetitions: Annotated[
         int | None,
-        typer.Option(help="Repetitions per route that it must contain. Default: as in it.", min=1),
+        typer.Option(
+            help="Repetitions per route that the run must contain. Default: as many as it has.",
+            min=1,
+        ),
     ] = None,
     json: Annotated[Path | None, typer.Option(help="Write the findings to this JSON file.")] = None,
     isolate: IsolateOption = False,
@@ -62,10 +67,10 @@ def verify_run(
 ) -> None:
     """Verify a run's scores: check all its files, and simulate a sample of its episodes again.
 
-    Records, names, checksums and summary are checked for all episodes. A sample over all towns is
+    Records, names, checksums and summary are checked for all episodes. A sample from all towns is
     simulated again: with the agent if it is built in and has the same checksum, or is named with
-    --agent; otherwise with the recorded controls. Nothing in RUN is executed or changed. Exit code
-    0: confirmed, 1: something differs, 2: the run cannot be checked.
+    --agent; otherwise with the recorded controls. Nothing in RUN is executed or changed. Exit
+    codes: 0 confirmed, 1 a difference, 2 the run cannot be checked.
 
     Example commands:
 
@@ -88,7 +93,7 @@ def verify_run(
     )
     request = VerifyRequest(
         run,
-        "100%" if all_of_them else sample,
+        "100%" if all_episodes else sample,
         seed,
         workers,
         agent,
@@ -96,10 +101,10 @@ def verify_run(
         isolation=isolation,
     )
     with exit_on_ctrl_c():
-        found = _verify(request, suite=suite, routes=routes, repetitions=repetitions)
+        verification = _verify(request, suite=suite, routes=routes, repetitions=repetitions)
         if json is not None:
-            write_whole_text(json, found.to_json())
-    raise typer.Exit(0 if found.confirmed else 1)
+            write_whole_text(json, verification.to_json())
+    raise typer.Exit(0 if verification.confirmed else 1)
 
 
 def _verify(
@@ -119,8 +124,8 @@ def _verify(
     sample = verify.choose_sample(request, run)
     with progress_bars(18, TaskProgressColumn()) as bars:
         task = bars.add_task(f"{len(sample[0])} episodes", total=1.0)
-        found = verify.simulate_sample(
+        verification = verify.simulate_sample(
             request, run, driver, sample, lambda share: bars.update(task, completed=share)
         )
-    print_verification(found)
-    return found
+    print_verification(verification)
+    return verification

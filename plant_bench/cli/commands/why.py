@@ -18,7 +18,7 @@ def explain_run(
     run: Annotated[Path, typer.Argument(help="Folder of a run with recordings.")],
     route: Annotated[
         str | None,
-        typer.Argument(help="Id or number of a route. Without it, all infractions are listed."),
+        typer.Argument(help="Id or number of a route. Default: list all infractions of the run."),
     ] = None,
     repetition: Annotated[
         int | None,
@@ -81,7 +81,7 @@ class _EpisodeBar:
     def __init__(self) -> None:
         self._shown: tuple[Progress, TaskID] | None = None
 
-    def __enter__(self) -> "_EpisodeBar":  # noqa: PYI034 - as in sumo.py
+    def __enter__(self) -> "_EpisodeBar":  # noqa: PYI034 - the run-time type check has no Self
         return self
 
     def __exit__(self, *_: object) -> None:

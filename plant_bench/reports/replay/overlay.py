@@ -9,7 +9,7 @@ from plant_bench.agent import NO_ACTOR, PLAN_STEPS, Plan
 from plant_bench.data.recording import Recording
 from plant_bench.reports.replay.replay_frames import FRAME_TICKS
 from plant_bench.reports.replay.replay_source import ReplaySource
-from plant_bench.runner.review.expert_braking import EXPERT, ExpertView, told_by_expert
+from plant_bench.runner.review.expert_braking import EXPERT, ExpertView, recorded_expert_view
 from plant_bench.scoring.infractions import Infraction
 from plant_bench.scoring.results import EpisodeResult, HazardRecord
 from plant_bench.world.hazard_table import HAZARDS
@@ -86,7 +86,7 @@ def expert_view_of(source: ReplaySource, recording: Recording, route: Route) -> 
     They are in the recording if the expert drove, else the expert is queried.
     """
     if source.result.agent == EXPERT:
-        return told_by_expert(recording)
+        return recorded_expert_view(recording)
     ask = source.ask_expert
     return None if ask is None else ask(recording, source.result, route)
 

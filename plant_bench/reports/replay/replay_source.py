@@ -84,10 +84,10 @@ def load_recording(source: ReplaySource) -> Recording:
         )
         raise InputError(message)
     recording = Recording.load(source.recording)
-    if not len(recording) or len(recording.whole) < len(recording):
+    if not len(recording) or len(recording.complete_rows) < len(recording):
         message = (
             f"The recording {source.recording.name} is thinned: it has the actors at only "
-            f"{len(recording.whole)} of {len(recording)} ticks, as written by `plant-bench "
+            f"{len(recording.complete_rows)} of {len(recording)} ticks, as written by `plant-bench "
             "collect`. A replay needs all: drive the route with `plant-bench score --recordings`."
         )
         raise InputError(message)

@@ -1,1 +1,1 @@
-"""Collecting data with the expert."""
+"""Collects training data: the expert's actions, in episodes that it or another planner drives."""

@@ -1,4 +1,4 @@
-"""What a worker does to collect data: prepare a town, or drive an episode and judge its use."""
+"""Worker tasks of data collection: build a town, or drive an episode and decide if it is used."""
 
 from dataclasses import dataclass
 
@@ -20,7 +20,7 @@ from plant_bench.world.town import load_town
 
 @dataclass(frozen=True)
 class TownTask:
-    """A town to be prepared."""
+    """A town to build; picklable."""
 
     town: TrainingTown
     folder: DataFolder
@@ -29,14 +29,14 @@ class TownTask:
 
 @dataclass(frozen=True)
 class DriveTask:
-    """An episode to be driven."""
+    """An episode to drive; picklable."""
 
     episode: PlannedEpisode
     folder: DataFolder
 
 
 def prepare_town(task: TownTask, _report: Report) -> None:
-    """Build a town and draw its routes: what a worker does first."""
+    """Build a town and generate its routes."""
     town = task.town
     build_training_town(town, task.folder.towns)
     visits = training_visits(
@@ -45,8 +45,8 @@ def prepare_town(task: TownTask, _report: Report) -> None:
     task.folder.save_visits(town.name, visits)
 
 
-def drive_one(task: DriveTask, report: Report) -> tuple[EpisodeNote, Timing]:
-    """Drive an episode and keep its recording if it is of use: what a worker does."""
+def drive_episode(task: DriveTask, report: Report) -> tuple[EpisodeNote, Timing]:
+    """Drive an episode, and add its recording to the data unless it must be excluded."""
     episode, folder = task.episode, task.folder
     recording = folder.unfinished(episode.name)
     done = run_episode(
@@ -56,7 +56,7 @@ def drive_one(task: DriveTask, report: Report) -> tuple[EpisodeNote, Timing]:
         thinning=FRAME_TICKS,
         override=_override(episode),
     )
-    note = _note(done.result, done.timing.ticks, answered=bool(episode.driver))
+    note = _note(done.result, done.timing.ticks, dagger=bool(episode.driver))
     if note.left_out:
         recording.unlink()
     else:
@@ -70,13 +70,13 @@ def _override(episode: PlannedEpisode) -> Override | None:
     return Perturbation(episode.job.seed) if episode.perturbed else None
 
 
-def _note(result: EpisodeResult, ticks: int, *, answered: bool) -> EpisodeNote:
+def _note(result: EpisodeResult, ticks: int, *, dagger: bool) -> EpisodeNote:
     collisions = [item for item in result.infractions if item.kind in COLLISIONS]
-    counted = [item for item in collisions if answered or item.cause != "ego"]
+    counted = [item for item in collisions if dagger or item.cause != "ego"]
     return EpisodeNote(
         route=result.route,
         status=result.status.value,
-        left_out=why_not_answered(result) if answered else why_left_out(result),
+        left_out=exclusion_reason_dagger(result) if dagger else exclusion_reason(result),
         frames=ticks // FRAME_TICKS + 1,
         metres=result.distance,
         seconds=result.duration,
@@ -84,8 +84,8 @@ def _note(result: EpisodeResult, ticks: int, *, answered: bool) -> EpisodeNote:
     )
 
 
-def why_left_out(result: EpisodeResult) -> str:
-    """Return why an episode that the expert drove must not be learned from; empty if it may be."""
+def exclusion_reason(result: EpisodeResult) -> str:
+    """Return why an episode that the expert drove is excluded from the data; empty if it is not."""
     if result.status is not Status.COMPLETED:
         return result.status.value.removeprefix("Failed - ")
     if any(item.kind in COLLISIONS and item.cause == "ego" for item in result.infractions):
@@ -95,10 +95,10 @@ def why_left_out(result: EpisodeResult) -> str:
     return ""
 
 
-def why_not_answered(result: EpisodeResult) -> str:
-    """Return why an episode that another planner drove is of no use; empty if it is of use.
+def exclusion_reason_dagger(result: EpisodeResult) -> str:
+    """Return why an episode that another planner drove is excluded; empty if it is not.
 
-    How it drove is no reason: its mistakes are what the expert's answers are wanted for.
+    Driving mistakes are no reason: DAgger needs the expert's actions in those states.
     """
     if result.status is Status.AGENT_CRASHED:
         return f"Agent crashed: {result.reason}"
@@ -106,7 +106,7 @@ def why_not_answered(result: EpisodeResult) -> str:
 
 
 def lost_note(episode: PlannedEpisode, reason: str) -> EpisodeNote:
-    """Return the note of an episode that the simulator never brought to an end."""
+    """Return the note of an episode whose simulation crashed repeatedly."""
     status = Status.SIMULATION_CRASHED.value
     return EpisodeNote(
         route=episode.job.route.id, status=status, left_out=f"Simulation crashed: {reason}"

@@ -1,4 +1,4 @@
-"""Collecting data: episodes of the expert over worker processes until there are enough frames."""
+"""Collects training data: drives episodes on worker processes until there are enough frames."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from plant_bench.errors import SimulationError
 from plant_bench.runner.collect.collect_task import (
     DriveTask,
     TownTask,
-    drive_one,
+    drive_episode,
     lost_note,
     prepare_town,
 )
@@ -33,9 +33,9 @@ from plant_bench.sim.densities import density_of
 from plant_bench.towns.training_towns import TrainingTown, training_towns
 from plant_bench.world.route import PROTOCOL, Route
 
-FIRST_RATE = 0.55  # frames a metre of route expected before anything is known
-LEAST_RATE = 0.05
-HOPELESS = 20  # episodes without one that is of use
+EXPECTED_RATE = 0.55  # frames per metre of route, before the first episode
+MIN_RATE = 0.05  # frames per metre
+MAX_EXCLUDED = 20  # first episodes; if all are excluded, the collection is aborted
 
 
 @dataclass(frozen=True)
@@ -46,24 +46,24 @@ class TownsPrepared:
 
 
 @dataclass(frozen=True)
-class Began:
-    """A worker has begun an episode."""
+class DriveStarted:
+    """A worker has started an episode."""
 
     worker: int
     name: str
 
 
 @dataclass(frozen=True)
-class Went:
-    """How far a worker is with its episode, 0 to 1."""
+class DriveProgressed:
+    """Progress of a worker's episode, 0 to 1."""
 
     worker: int
     share: float
 
 
 @dataclass(frozen=True)
-class Ended:
-    """An episode's note is on disk; no worker and timing where that was so before."""
+class DriveEnded:
+    """An episode's note is on disk; worker and timing are None if it was there before."""
 
     worker: int | None
     name: str
@@ -71,7 +71,7 @@ class Ended:
     timing: Timing | None
 
 
-CollectEvent = TownsPrepared | Began | Went | Ended
+CollectEvent = TownsPrepared | DriveStarted | DriveProgressed | DriveEnded
 
 
 def collect(
@@ -81,23 +81,22 @@ def collect(
     workers: int,
     on_event: Callable[[CollectEvent], None],
 ) -> list[EpisodeNote]:
-    """Collect data until there is as much as asked for; go on with what is there.
+    """Collect data until there are enough frames; existing episodes of the folder are reused.
 
-    What is collected depends on the request alone: not on the number of workers, nor on whether it
-    was interrupted.
+    The data depends on the request alone, not on the number of workers or on interruptions.
 
     Args:
-        request: What is asked for.
-        out: The folder.
+        request: The request.
+        out: Folder of the data.
         workers: Number of processes.
-        on_event: Told what happens, in this process.
+        on_event: Called in this process with each event.
 
     Returns:
-        How each episode that counts has ended.
+        The notes of all planned episodes.
 
     Raises:
         InputError: The request cannot be met, or the folder holds data of another origin.
-        SimulationError: Worker processes do not start, or no episode is of use.
+        SimulationError: Worker processes do not start, or all first episodes are excluded.
     """
     request.check()
     density_of(request.density)
@@ -141,30 +140,30 @@ class _Collection:
         self._visits: dict[str, list[list[Route]]] = {}
         self._towns = training_towns()
         self._notes: list[EpisodeNote] = []
-        self._metres = 0.0  # of route, of the episodes that have notes
+        self._metres = 0.0  # length of the routes planned so far
 
     def run(self) -> list[EpisodeNote]:
         plan = planned_episodes(self._request, self._towns, self._visits_of, agent_checksum(EXPERT))
         while (missing := self._request.frames - self._frames()) > 0:
-            self._check_hope()
+            self._check_any_used()
             self._drive(self._next_round(plan, missing))
         return self._notes
 
     def _frames(self) -> int:
         return sum(note.frames for note in self._notes if not note.left_out)
 
-    def _check_hope(self) -> None:
-        if len(self._notes) >= HOPELESS and not self._frames():
+    def _check_any_used(self) -> None:
+        if len(self._notes) >= MAX_EXCLUDED and not self._frames():
             driver = f"'{self._request.driver}'" if self._request.driver else "The expert"
             message = (
-                f"{driver} finished none of {len(self._notes)} episodes; the first: "
-                f"{self._notes[0].route}: {self._notes[0].left_out}. Nothing can be collected."
+                f"{driver} drove {len(self._notes)} episodes, and none can be used as data; the "
+                f"first, {self._notes[0].route}: {self._notes[0].left_out}."
             )
             raise SimulationError(message)
 
     def _next_round(self, plan: Iterator[PlannedEpisode], frames: int) -> list[PlannedEpisode]:
-        """Return the next episodes, as many as are expected to give the frames that are missing."""
-        rate = max(self._frames() / self._metres, LEAST_RATE) if self._metres else FIRST_RATE
+        """Return the next episodes, as many as are expected to yield the missing frames."""
+        rate = max(self._frames() / self._metres, MIN_RATE) if self._metres else EXPECTED_RATE
         chosen, metres = [], 0.0
         while metres * rate < frames:
             chosen.append(next(plan))
@@ -173,21 +172,21 @@ class _Collection:
         return chosen
 
     def _drive(self, episodes: list[PlannedEpisode]) -> None:
-        """Drive a round; those of one town after another, since workers keep few towns at hand."""
-        found = {episode.name: self._folder.note(episode.name) for episode in episodes}
-        for name, note in found.items():
+        """Drive a round, sorted by town, since workers cache few towns."""
+        notes = {episode.name: self._folder.note(episode.name) for episode in episodes}
+        for name, note in notes.items():
             if note is not None:
-                self._on_event(Ended(None, name, note, None))
-        missing = [episode for episode in episodes if found[episode.name] is None]
+                self._on_event(DriveEnded(None, name, note, None))
+        missing = [episode for episode in episodes if notes[episode.name] is None]
         missing.sort(key=lambda one: (one.job.route.town, -one.job.route.length))
 
         def listen(event: Event) -> None:
             episode = missing[event.task]
             match event:
                 case Started():
-                    self._on_event(Began(event.worker, episode.name))
+                    self._on_event(DriveStarted(event.worker, episode.name))
                 case Progressed():
-                    self._on_event(Went(event.worker, event.share))
+                    self._on_event(DriveProgressed(event.worker, event.share))
                 case Finished():
                     end(event.worker, episode, *event.value)
                 case Lost():
@@ -197,12 +196,12 @@ class _Collection:
             worker: int, episode: PlannedEpisode, note: EpisodeNote, timing: Timing | None
         ) -> None:
             self._folder.save(episode.name, note)
-            found[episode.name] = note
-            self._on_event(Ended(worker, episode.name, note, timing))
+            notes[episode.name] = note
+            self._on_event(DriveEnded(worker, episode.name, note, timing))
 
         tasks = [DriveTask(episode, self._folder) for episode in missing]
-        self._run(tasks, drive_one, listen)
-        self._notes += [note for note in found.values() if note is not None]
+        self._run(tasks, drive_episode, listen)
+        self._notes += [note for note in notes.values() if note is not None]
 
     def _visits_of(self, town: TrainingTown) -> list[list[Route]]:
         if town.name not in self._visits:
@@ -212,14 +211,14 @@ class _Collection:
         return self._visits[town.name]
 
     def _prepare(self, first: TrainingTown) -> None:
-        """Build a town, and with it all that will be needed for so many frames."""
+        """Build a town, together with all others that the request is expected to need."""
         routes = [visit for visits in self._visits.values() for visit in visits]
         metres = sum(route.length for visit in routes for route in visit) / max(len(routes), 1)
-        wanted = round(self._request.frames / (FIRST_RATE * metres)) if metres else 1
-        place = self._towns.index(first)
+        count = round(self._request.frames / (EXPECTED_RATE * metres)) if metres else 1
+        start = self._towns.index(first)
         towns = [
             town
-            for town in self._towns[place : max(place + 1, wanted)]
+            for town in self._towns[start : max(start + 1, count)]
             if not self._folder.has_visits(town.name)
         ]
         tasks = [TownTask(town, self._folder, self._request.seed) for town in towns]

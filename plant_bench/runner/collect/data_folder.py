@@ -1,12 +1,12 @@
-"""The folder of collected data: one recording an episode, the routes, and all that is derived.
+"""The folder of collected data: reads and writes recordings, episode notes and routes.
 
-collect.json: what was asked for and what it is made with (`Origin`).
-routes/<town>.json: the routes of a town, a suite file; "visits" tells which are driven together.
-towns/<town>/: further towns; the benchmark's own are not copied.
+collect.json: settings, checksums and versions (`Origin`).
+routes/<town>.json: the routes of a town as a suite file; "visits" groups those driven together.
+towns/<town>/: generated training towns; the benchmark's towns are not copied.
 episodes/<route>_r<repetition>_<key>.parquet: a thinned recording (`data.recording`).
-records/<the same>.json: how the episode ended (`EpisodeNote`), also of those left out of the data.
-data.json, README.md: derived; a summary, and the data card.
-unfinished/, logs/: what is being written, and what the workers printed.
+records/<the same>.json: how the episode ended (`EpisodeNote`), also for excluded episodes.
+data.json, README.md: a summary and the data card, both derived.
+unfinished/, logs/: recordings being written, and output of the workers.
 """
 
 from dataclasses import dataclass
@@ -25,21 +25,21 @@ _PARTS = ("episodes", "records", "routes", "towns", "unfinished", "logs")
 
 
 class Origin(BaseModel):
-    """What all episodes of a folder have in common; only the number of frames may grow.
+    """Settings, checksums and versions that all episodes of a folder share.
 
     Attributes:
         seed: The base seed.
-        density: Of the traffic.
-        perturb: Share of episodes with perturbations.
-        protocol: The rules.
-        agent: Who answered, and drove unless there is a driver.
+        density: Traffic density.
+        perturb: Fraction of episodes with perturbations.
+        protocol: Name and version of the rules.
+        agent: The planner whose actions are recorded.
         agent_checksum: Content hash of the agent's code.
-        driver: Who drove while the agent answered; empty if it was the agent.
+        driver: The planner whose actions were executed; empty if it was the agent.
         driver_checksum: Content hash of the driver's code and weights.
-        rules: Content hash of the code that moves and judges the world.
-        collecting: Content hash of what else decides the drives; empty in folders of earlier days,
-            which can be read but not added to.
-        versions: Of everything that could change a number.
+        rules: Content hash of the rules' code; see `rules_checksum`.
+        collecting: Content hash of all code that affects the data; see `collecting_checksum`. Empty
+            in folders of older versions, which can be read but not extended.
+        versions: Versions of all software that can change the data.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -57,31 +57,31 @@ class Origin(BaseModel):
     versions: dict[str, str]
 
     def differences(self, other: "Origin") -> list[str]:
-        """Return what of this origin is not so in another.
+        """Return the fields, with their values, that differ from another origin.
 
-        Versions do not count, nor another name for the same driver.
+        Versions are not compared, nor are names of drivers with equal checksums.
         """
-        same = {"driver"} if self.driver_checksum == other.driver_checksum else set()
-        ours, theirs = self.model_dump(exclude={"versions", *same}), other.model_dump()
+        ignored = {"driver"} if self.driver_checksum == other.driver_checksum else set()
+        mine, theirs = self.model_dump(exclude={"versions", *ignored}), other.model_dump()
         return [
             f"{name} {str(value)[:16] or 'unknown'}"
-            for name, value in ours.items()
+            for name, value in mine.items()
             if value != theirs[name]
         ]
 
 
 class EpisodeNote(BaseModel):
-    """How one episode ended; nothing of it depends on the clock.
+    """How one episode ended; independent of the clock.
 
     Attributes:
         route: Route id.
         status: A `Status` value.
-        left_out: Why it is not in the data; empty if it is.
-        frames: Samples at 2 Hz, counted whether it is in the data or not.
-        metres: Driven.
-        seconds: Simulated.
-        collisions: Those that others caused; an expert's own leave the episode out. All of them
-            where another planner drove.
+        left_out: Why the episode is excluded from the data; empty if it is not.
+        frames: Number of samples at 2 Hz, also for excluded episodes.
+        metres: Distance driven.
+        seconds: Simulated time.
+        collisions: Number of collisions that other actors caused (an episode in which the expert
+            caused one is excluded); of all collisions if another planner drove.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -106,14 +106,14 @@ class DataFolder:
     path: Path
 
     def create(self, origin: Origin) -> None:
-        """Make the folder or go on with it; clear away what was left half written.
+        """Create or open the folder, and remove partly written files of an interrupted run.
 
         Raises:
-            InputError: It cannot be written, or holds data of another origin.
+            InputError: The folder cannot be written to, or holds data of another origin.
         """
         writer = RunFolder(self.path)
         for name in _PARTS:
-            writer.make(name)
+            writer.make_subfolder(name)
         for leftover in (
             *self.path.glob(f"**/*{UNFINISHED}"),
             *(self.path / "unfinished").iterdir(),
@@ -122,17 +122,17 @@ class DataFolder:
         earlier = self.origin()
         if earlier is not None and (other := earlier.differences(origin)):
             message = (
-                f"{self.path} holds data of another origin ({', '.join(other)}). Choose another "
-                "folder with --out, or remove it: data of two origins is not mixed."
+                f"{self.path} holds data of another origin ({', '.join(other)}), which cannot be "
+                "mixed with new data. Choose another folder with --out, or remove this one."
             )
             raise InputError(message)
         self.write("collect.json", origin.model_dump_json(indent=1) + "\n")
 
     def origin(self) -> Origin | None:
-        """Return what all episodes have in common; None where nobody has written it down.
+        """Return the content of `collect.json`; None if the file is missing.
 
         Raises:
-            InputError: It is broken.
+            InputError: The file is broken.
         """
         path = self.path / "collect.json"
         if not path.is_file():
@@ -145,44 +145,44 @@ class DataFolder:
 
     @property
     def towns(self) -> Path:
-        """Where further towns lie."""
+        """Folder of the generated towns."""
         return self.path / "towns"
 
     def episode(self, name: str) -> Path:
-        """Return where an episode's recording lies."""
+        """Return the path of an episode's recording."""
         return self.path / "episodes" / f"{name}.parquet"
 
     def unfinished(self, name: str) -> Path:
-        """Return where an episode's recording is written before its end is known."""
+        """Return the path of an episode's recording while the episode is driven."""
         return self.path / "unfinished" / f"{name}.parquet"
 
     def note(self, name: str) -> EpisodeNote | None:
-        """Return how an episode ended, if that and its recording are there."""
+        """Return an episode's note; None if the note or the recording is missing."""
         try:
             text = read_text(self.path / "records" / f"{name}.json")
             note = EpisodeNote.model_validate_json(text)
         except (OSError, ValueError):
-            return None  # missing or broken: it is driven again
+            return None  # missing or broken: the episode is driven again
         return note if note.left_out or self.episode(name).is_file() else None
 
     def notes(self) -> list[EpisodeNote]:
-        """Return how all episodes have ended, by name."""
+        """Return the notes of all episodes, sorted by name."""
         names = [path.stem for path in sorted((self.path / "records").glob("*.json"))]
         return [note for note in map(self.note, names) if note is not None]
 
     def save(self, name: str, note: EpisodeNote) -> None:
-        """Write down how an episode ended.
+        """Write an episode's note.
 
         Raises:
-            InputError: It cannot be written.
+            InputError: The file cannot be written.
         """
         self.write(f"records/{name}.json", note.model_dump_json(indent=1) + "\n")
 
     def write(self, name: str, text: str) -> None:
-        """Write a text file, whole or not at all.
+        """Write a text file, completely or not at all.
 
         Raises:
-            InputError: It cannot be written.
+            InputError: The file cannot be written.
         """
         RunFolder(self.path).write(name, text)
 
@@ -190,18 +190,18 @@ class DataFolder:
         """Write a town's routes as a suite file."""
         routes = sorted((route for visit in visits for route in visit), key=lambda route: route.id)
         ids = [[route.id for route in visit] for visit in visits]
-        about = {"suite": "training", "visits": ids}
-        self.write(f"routes/{town}.json", suite_text(about, routes))
+        header = {"suite": "training", "visits": ids}
+        self.write(f"routes/{town}.json", suite_text(header, routes))
 
     def has_visits(self, town: str) -> bool:
-        """Tell whether a town's routes are there."""
+        """Return whether a town's routes are on disk."""
         return (self.path / "routes" / f"{town}.json").is_file()
 
     def visits(self, town: str) -> list[list[Route]]:
-        """Return a town's routes, grouped by the visit on which they are driven.
+        """Return a town's routes, grouped by visit.
 
         Raises:
-            InputError: They are missing or broken.
+            InputError: The file is missing or broken.
         """
         path = self.path / "routes" / f"{town}.json"
         routes = {route.id: route for route in load_suite(str(path))}
@@ -209,5 +209,8 @@ class DataFolder:
             visits = read_json(path)["visits"]
             return [[routes[name] for name in visit] for visit in visits]
         except (OSError, KeyError, TypeError, ValueError) as error:
-            message = f"{path} does not tell its visits. Remove it, and collect again."
+            message = (
+                f'{path} has no valid "visits": expected lists of its route ids. Remove the file, '
+                "and collect again."
+            )
             raise InputError(message) from error

@@ -1,7 +1,8 @@
-"""Which episodes data is collected on: an endless order, of which as many are driven as it takes.
+"""Plans the episodes of data collection, as an endless sequence.
 
-The order depends on the request alone. Towns are visited in turn, each time on other routes; when
-all routes have been driven, they are driven again in other traffic, as PlanT's 2x and 3x data.
+The sequence depends on the request alone. Towns are visited in turn, on other routes at each visit.
+When all routes have been driven, they are driven again in other traffic, as for PlanT's 2x and 3x
+data.
 """
 
 import hashlib
@@ -16,19 +17,19 @@ from plant_bench.towns.training_routes import benchmark_routes
 from plant_bench.towns.training_towns import TrainingTown
 from plant_bench.world.route import Route
 
-VISITS = 5  # of a town before its routes are driven again; all routes are about one unit
+VISITS = 5  # visits of a town before its routes repeat; all routes together are about one UNIT
 EXPERT = "expert"
 RESERVED_SEEDS, RESERVED_REPETITIONS = 20, 20  # base seeds and repetitions of the benchmark
 
 
 @dataclass(frozen=True)
 class PlannedEpisode:
-    """One episode to be driven; picklable.
+    """One episode to drive; picklable.
 
     Attributes:
-        job: What to drive.
-        perturbed: Whether with perturbations.
-        driver: Who drives while the job's agent answers; empty if it drives itself.
+        job: The job, whose agent's actions are recorded.
+        perturbed: Whether the executed control is perturbed.
+        driver: The planner whose actions are executed; empty if it is the job's agent.
     """
 
     job: Job
@@ -47,12 +48,12 @@ def planned_episodes(
     visits: Callable[[TrainingTown], list[list[Route]]],
     agent_checksum: str,
 ) -> Iterator[PlannedEpisode]:
-    """Yield episodes without end, in the order in which they count.
+    """Yield episodes without end, in the order in which they are added to the data.
 
     Args:
-        request: What is asked for.
-        towns: In the order they are visited.
-        visits: Gives a town's routes, grouped by visit; asked for when they are needed.
+        request: The request.
+        towns: Towns in the order of visits.
+        visits: Returns a town's routes, grouped by visit; called when they are needed.
         agent_checksum: Content hash of the expert.
     """
     for repetition in count():
@@ -74,20 +75,20 @@ def _planned(
         seed=seed,
         density=request.density,
     )
-    return PlannedEpisode(job, _share_of(seed) < request.perturb, request.driver)
+    return PlannedEpisode(job, _uniform_of(seed) < request.perturb, request.driver)
 
 
 def training_seed(seed: int, route: str, repetition: int) -> int:
-    """Return an episode's traffic seed: never one that the benchmark drives with.
+    """Return an episode's traffic seed, which is never one of the benchmark's.
 
     >>> training_seed(0, "town01-long-0", 0) in benchmark_seeds()
     False
     """
     attempt = 0
     while True:
-        found = repetition_seed(seed, f"training|{attempt}|{route}", repetition)
-        if found not in benchmark_seeds():
-            return found
+        candidate = repetition_seed(seed, f"training|{attempt}|{route}", repetition)
+        if candidate not in benchmark_seeds():
+            return candidate
         attempt += 1
 
 
@@ -102,7 +103,7 @@ def benchmark_seeds() -> frozenset[int]:
     )
 
 
-def _share_of(seed: int) -> float:
-    """Return a number of 0 to 1 that a seed decides."""
+def _uniform_of(seed: int) -> float:
+    """Return a pseudo-random number from 0 to 1 for a seed."""
     digest = hashlib.sha256(f"perturbed|{seed}".encode()).digest()
     return int.from_bytes(digest[:4], "big") / 2.0**32

@@ -1,7 +1,7 @@
 """Perturbs the executed control during data collection, so that the driver must recover.
 
 The recorded action remains the driver's own. A perturbation adds steering or acceleration for a
-moment; it ends early if the ego is too far from its route.
+short time; it ends early if the ego is too far from its route.
 """
 
 import math
@@ -11,14 +11,15 @@ from dataclasses import dataclass
 from plant_bench.agent import Control
 from plant_bench.world.scene import TICK, WHEELBASE, Scene
 
-FIRST, PAUSE = (2.0, 10.0), (6.0, 16.0)  # s of driving until the first one, and between two
-STEERED = 0.75  # share that pulls the wheels; the others change the speed
-TIME = (0.5, 1.0)  # s
-ASIDE = (0.4, 0.9)  # m aside that a pull would leave while it lasts, if nobody answered it
-HARDEST_PULL = 0.2  # rad
-MOST_OFFSET = 0.6  # m from the route at which a pull ends: what follows stays within about 1 m
-BRAKING, PUSHING = (1.0, 3.5), (0.5, 1.5)  # m/s2
-SLOWEST = 3.0  # m/s: below it there is nothing to recover from
+DELAY = (2.0, 10.0)  # s of driving before the first perturbation
+PAUSE = (6.0, 16.0)  # s between two perturbations
+STEERING_FRACTION = 0.75  # fraction that changes the steering; the others change the acceleration
+DURATION = (0.5, 1.0)  # s
+DISPLACEMENT = (0.4, 0.9)  # m, lateral displacement at its end if the driver did not react
+MAX_STEERING = 0.2  # rad
+MAX_OFFSET = 0.6  # m from the route at which it ends; the ego then stays within about 1 m
+BRAKING, ACCELERATING = (1.0, 3.5), (0.5, 1.5)  # m/s2
+MIN_SPEED = 3.0  # m/s; at lower speeds there is nothing to recover from
 
 
 @dataclass(frozen=True)
@@ -26,7 +27,7 @@ class Pulse:
     """One perturbation.
 
     Attributes:
-        end: The tick at which it is over.
+        end: First tick without the perturbation.
         steering: Radians added to the front wheels' angle.
         acceleration: m/s2 added.
     """
@@ -37,44 +38,44 @@ class Pulse:
 
 
 class Perturbation:
-    """Disturbs one episode now and then; mutable. Equal seeds and drives give equal perturbations.
+    """Perturbs one episode; mutable. Equal seeds and scenes give equal perturbations.
 
     Args:
-        seed: Draws when and how.
+        seed: Random seed.
     """
 
     def __init__(self, seed: int) -> None:
-        self._draw = random.Random(f"perturbation|{seed}")
-        self._wait = self._draw.uniform(*FIRST)
-        self._push: Pulse | None = None
+        self._rng = random.Random(f"perturbation|{seed}")
+        self._wait = self._rng.uniform(*DELAY)
+        self._pulse: Pulse | None = None
 
     def executed(self, scene: Scene, _progress: float, offset: float, control: Control) -> Control:
-        """Return what is executed: the driver's own control most of the time."""
-        push = self._push
-        if push is not None and (scene.tick >= push.end or self._is_far(push, offset)):
-            push = self._push = None
-            self._wait = self._draw.uniform(*PAUSE)
-        if push is None:
-            if scene.ego.speed < SLOWEST:
+        """Return the control to execute: the driver's, plus the current perturbation if any."""
+        pulse = self._pulse
+        if pulse is not None and (scene.tick >= pulse.end or self._is_far(pulse, offset)):
+            pulse = self._pulse = None
+            self._wait = self._rng.uniform(*PAUSE)
+        if pulse is None:
+            if scene.ego.speed < MIN_SPEED:
                 return control
             self._wait -= TICK
-            if self._wait > 0.0 or abs(offset) > 0.5 * MOST_OFFSET:
+            if self._wait > 0.0 or abs(offset) > 0.5 * MAX_OFFSET:
                 return control
-            push = self._push = self._begin(scene)
-        return Control(control.acceleration + push.acceleration, control.steering + push.steering)
+            pulse = self._pulse = self._begin(scene)
+        return Control(control.acceleration + pulse.acceleration, control.steering + pulse.steering)
 
-    def _is_far(self, push: Pulse, offset: float) -> bool:
-        """Tell whether a pull has taken the ego far enough to the side it pulls to."""
-        return push.steering * offset > 0.0 and abs(offset) > MOST_OFFSET
+    def _is_far(self, pulse: Pulse, offset: float) -> bool:
+        """Return whether the ego is too far from the route, on the side it is steered to."""
+        return pulse.steering * offset > 0.0 and abs(offset) > MAX_OFFSET
 
     def _begin(self, scene: Scene) -> Pulse:
-        draw = self._draw
-        time = draw.uniform(*TIME)
+        rng = self._rng
+        time = rng.uniform(*DURATION)
         end = scene.tick + max(round(time / TICK), 1)
-        if draw.random() < STEERED:
+        if rng.random() < STEERING_FRACTION:
             metres = scene.ego.speed * time
-            pull = math.atan(2.0 * WHEELBASE * draw.uniform(*ASIDE) / metres**2)
-            return Pulse(end, steering=draw.choice((-1.0, 1.0)) * min(pull, HARDEST_PULL))
-        harder = draw.random() < 0.5
-        pull = draw.uniform(*PUSHING) if harder else -draw.uniform(*BRAKING)
-        return Pulse(end, acceleration=pull)
+            angle = math.atan(2.0 * WHEELBASE * rng.uniform(*DISPLACEMENT) / metres**2)
+            return Pulse(end, steering=rng.choice((-1.0, 1.0)) * min(angle, MAX_STEERING))
+        faster = rng.random() < 0.5
+        change = rng.uniform(*ACCELERATING) if faster else -rng.uniform(*BRAKING)
+        return Pulse(end, acceleration=change)

@@ -1,4 +1,4 @@
-"""What data is asked for, and the unit it is counted in."""
+"""The request of a data collection, with its command line and checks."""
 
 import shlex
 from dataclasses import dataclass
@@ -12,14 +12,15 @@ FRAME_TICKS = 10  # 2 Hz
 
 @dataclass(frozen=True)
 class CollectRequest:
-    """What data is asked for.
+    """The requested data.
 
     Attributes:
-        frames: Samples at 2 Hz, at least.
-        seed: The base seed: of routes, traffic and perturbations.
-        density: Of the traffic.
-        perturb: Share of episodes with perturbations, 0 to 1.
-        driver: Who drives while the expert answers; empty if the expert drives.
+        frames: Minimum number of samples at 2 Hz.
+        seed: Base seed of routes, traffic and perturbations.
+        density: Traffic density.
+        perturb: Fraction of episodes with perturbations, 0 to 1.
+        driver: Planner whose actions are executed while the expert's are recorded; empty for the
+            expert itself.
     """
 
     frames: int
@@ -29,25 +30,25 @@ class CollectRequest:
     driver: str = ""
 
     def command(self, out: str) -> str:
-        """Return the command that collects this into a folder; see `without_folders`."""
+        """Return the command line that collects this data, without private folders."""
         parts = ["plant-bench", "collect", "--out", out]
-        parts += ["--frames", str(self.frames)] if self.frames else []  # where nobody knows
+        parts += ["--frames", str(self.frames)] if self.frames else []  # 0 if unknown
         parts += ["--seed", str(self.seed), "--density", self.density]
         parts += ["--perturb", f"{self.perturb:g}"] if self.perturb else []
         parts += ["--driver", self.driver] if self.driver else []
         return shlex.join(map(without_folders, parts))
 
     def check(self) -> None:
-        """Check the numbers.
+        """Check the values.
 
         Raises:
-            InputError: What was found, and what is wanted.
+            InputError: A value is invalid.
         """
         if self.frames < 1:
             message = f"frames: expected at least 1, got {self.frames}."
             raise InputError(message)
         if self.driver and self.perturb:
-            message = "--driver and --perturb both change what is driven: give one of them."
+            message = "--driver and --perturb exclude each other: both change the executed control."
             raise InputError(message)
         if not 0.0 <= self.perturb <= 1.0:
             message = f"--perturb: expected a fraction of episodes, 0 to 1, got {self.perturb:g}."

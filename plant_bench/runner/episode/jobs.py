@@ -19,14 +19,14 @@ class Job:
     """One episode to be driven; picklable.
 
     Attributes:
-        agent: As given to `load_agent`.
+        agent: Name of the agent, as for `load_agent`.
         agent_checksum: Content hash of the agent.
-        route: To drive.
-        repetition: From 0.
+        route: Route to drive.
+        repetition: Number of the repetition, from 0.
         seed: The scenario's seed.
-        density: Of the traffic.
-        hazards: Whether the route's hazards are played.
-        planner: The agent's name where it is driven, if it lies elsewhere there; empty if not.
+        density: Traffic density.
+        hazards: Whether the route's hazards are enabled.
+        planner: Name of the agent with the paths of another machine; empty if `agent` is valid.
     """
 
     agent: str
@@ -40,12 +40,12 @@ class Job:
 
     @cached_property
     def scenario(self) -> Scenario:
-        """What the episode depends on, apart from the agent."""
+        """The scenario: everything that defines the episode except the agent."""
         return Scenario(self.route, self.seed, self.density, self.hazards)
 
     @cached_property
     def key(self) -> str:
-        """A content hash: of the scenario, the planner, the town and the rules as they are."""
+        """Content hash of the scenario, the planner, the town and the rules."""
         parts = (
             self.scenario.protocol,
             self.agent,
@@ -58,7 +58,7 @@ class Job:
         return hashlib.sha256("|".join(parts).encode()).hexdigest()
 
     def header(self, inputs: frozenset[str]) -> EpisodeHeader:
-        """Return what is known before the episode starts."""
+        """Return the part of the record that is known before the episode starts."""
         return EpisodeHeader(
             protocol=self.scenario.protocol,
             agent=self.agent,
@@ -84,15 +84,15 @@ def repetition_seed(seed: int, route: str, repetition: int) -> int:
     False
     """
     digest = hashlib.sha256(f"{seed}|{route}|{repetition}".encode()).digest()
-    return int.from_bytes(digest[:4], "big") >> 1  # SUMO takes 31 bits
+    return int.from_bytes(digest[:4], "big") >> 1  # SUMO accepts 31 bits
 
 
 def select_routes(routes: Sequence[Route], selection: str | None) -> list[Route]:
-    """Return the routes that a text like "0,3-5,town02-1" names, in the suite's order.
+    """Return the routes of a selection such as "0,3-5,town02-1", in the suite's order.
 
     Args:
         routes: The suite.
-        selection: Places in the suite counted from 0, ranges of them, and route ids; None is all.
+        selection: Indices of routes from 0, ranges of indices and route ids; None for all.
 
     Raises:
         InputError: A part names no route.
@@ -102,7 +102,7 @@ def select_routes(routes: Sequence[Route], selection: str | None) -> list[Route]
 
 
 def select_ids(ids: Sequence[str], selection: str | None) -> list[str]:
-    """Return the route ids that a selection names; as `select_routes`.
+    """Return the route ids of a selection; see `select_routes`.
 
     Raises:
         InputError: A part names no route.
@@ -111,21 +111,21 @@ def select_ids(ids: Sequence[str], selection: str | None) -> list[str]:
         return list(ids)
     chosen: set[int] = set()
     for part in selection.split(","):
-        chosen.update(_places(list(ids), part.strip()))
-    return [name for place, name in enumerate(ids) if place in chosen]
+        chosen.update(_indices(list(ids), part.strip()))
+    return [name for index, name in enumerate(ids) if index in chosen]
 
 
-def _places(ids: list[str], part: str) -> range:
+def _indices(ids: list[str], part: str) -> range:
     if part in ids:
         return range(ids.index(part), ids.index(part) + 1)
     first, dash, last = part.partition("-")
     if first.isdecimal() and (last.isdecimal() or not dash):
-        places = range(int(first), int(last or first) + 1)
-        if places and places[-1] < len(ids):
-            return places
+        indices = range(int(first), int(last or first) + 1)
+        if indices and indices[-1] < len(ids):
+            return indices
     message = (
-        f"There is no route '{part}' in this suite: numbers 0 to {len(ids) - 1}, ranges such as "
-        f"0-2 and ids such as {ids[0]} are wanted.{did_you_mean(part, ids)}"
+        f"There is no route '{part}' in this suite: expected numbers from 0 to {len(ids) - 1}, "
+        f"ranges such as 0-2, or ids such as {ids[0]}.{did_you_mean(part, ids)}"
     )
     raise InputError(message)
 
@@ -143,13 +143,13 @@ def make_jobs(
     """Return one job for each route and repetition.
 
     Args:
-        agent: As given to `load_agent`.
+        agent: Name of the agent, as for `load_agent`.
         agent_checksum: Content hash of the agent.
-        routes: To drive.
-        repetitions: Episodes on each route, each with a seed of its own.
+        routes: Routes to drive.
+        repetitions: Episodes per route, each with its own seed.
         seed: The base seed.
-        density: Of the traffic.
-        hazards: Whether the routes' hazards are played.
+        density: Traffic density.
+        hazards: Whether the routes' hazards are enabled.
     """
     return [
         Job(
@@ -167,6 +167,6 @@ def make_jobs(
 
 
 def episode_name(job: Job) -> str:
-    """Return the name of an episode's files, which tells all that the episode depends on."""
+    """Return the name of an episode's files: route, repetition and key."""
     route = re.sub(r"[^\w.-]", "_", job.route.id)
     return f"{route}_r{job.repetition}_{job.key[:KEY_LENGTH]}"

@@ -1,8 +1,8 @@
 """Hashes of the code that an episode depends on; part of the key that names its files.
 
-An episode's key is made of the scenario, the planner (`agents.loading.checksum`), the town and the
-rules: all code that the loop of an episode imports, and the versions of the libraries that compute.
-What cannot change a record is listed in `HARMLESS`, with the reason.
+An episode's key covers the scenario, the planner (`agents.loading.checksum`), the town and the
+rules: all code that the episode loop imports, and the versions of the numerical libraries. Modules
+that cannot change a record are listed in `HARMLESS`, with the reason.
 """
 
 import hashlib
@@ -23,25 +23,25 @@ WORLD = "plant_bench.sim"
 COLLECTING = "plant_bench.runner.collect.collect_task"
 
 HARMLESS = {
-    "plant_bench.agents": "planners, and how they are found: each has a checksum of its own",
-    "plant_bench.data": "writes down what was driven; reads it for data and replays",
-    "plant_bench.data_files": "where files lie: towns and routes have checksums of their content",
+    "plant_bench.agents": "planners, which have their own checksums, and how they are found",
+    "plant_bench.data": "writes and reads recordings",
+    "plant_bench.data_files": "paths of files: towns and routes have checksums of their content",
     "plant_bench.errors": "texts of messages",
     "plant_bench.text_escaping": "texts of messages",
-    "plant_bench.gc_policy": "when Python looks for cycles",
-    "plant_bench.inference_timing": "tells how long a network takes; goes into timing/ alone",
+    "plant_bench.gc_policy": "when the garbage collector runs",
+    "plant_bench.inference_timing": "duration of a network's forward pass; only in timing/",
     "plant_bench.untrusted_files": "how files are read: their content has checksums",
     "plant_bench.user_modules": "how modules of planners are found",
-    "plant_bench.runner.collect.data_folder": "where collected data lies",
-    "plant_bench.runner.episode.jobs": "what is asked for: the scenario's key holds it",
-    "plant_bench.runner.episode.keys": "makes the keys",
-    "plant_bench.runner.episode.outcome": "a record and its timing, side by side",
-    "plant_bench.runner.episode.timing": "the clock; goes into timing/ alone",
-    "plant_bench.runner.run": "the run's folder and what is said of it",
-    "plant_bench.runner.workers": "which process drives",
-    "plant_bench.scoring.penalties": "turns records into scores when they are read",
-    "plant_bench.source_code": "makes the keys",
-    "plant_bench.towns": "makes towns and routes: their content has checksums",
+    "plant_bench.runner.collect.data_folder": "the folder of collected data",
+    "plant_bench.runner.episode.jobs": "the request, which the scenario's key covers",
+    "plant_bench.runner.episode.keys": "computes the keys",
+    "plant_bench.runner.episode.outcome": "a record with its timing",
+    "plant_bench.runner.episode.timing": "measured times; only in timing/",
+    "plant_bench.runner.run": "the run's folder and its summaries",
+    "plant_bench.runner.workers": "the process in which an episode runs",
+    "plant_bench.scoring.penalties": "computes scores from records",
+    "plant_bench.source_code": "computes the keys",
+    "plant_bench.towns": "generates towns and routes, whose content has checksums",
     "plant_bench.atomic_files": "how files are written",
     "plant_bench.world.hazard_sketch": "how hazards are drawn in tables and pages",
 }
@@ -49,25 +49,24 @@ HARMLESS = {
 
 @cache
 def rules_modules() -> frozenset[str]:
-    """Return the modules that move and judge the world and decide what planners are shown.
+    """Return the modules of the simulation, the referee and the planners' observations.
 
-    The room of the simulator is taken as a whole: it looks scripts up by their names.
+    The simulation package is included completely, since it imports hazards by name.
     """
     return import_closure(LOOP, *modules_below(WORLD), without=HARMLESS)
 
 
 @cache
 def rules_checksum() -> str:
-    """Return a hash of the code that moves and judges the world, and of the libraries it needs."""
+    """Return a hash of the rules' code and of the versions of the libraries it needs."""
     return _hash(rules_modules())
 
 
 @cache
 def collecting_checksum() -> str:
-    """Return a hash of all code that decides collected drives, the rules included.
+    """Return a hash of all code that affects collected data, including the rules.
 
-    That is also how towns and routes are made, who drives instead of the expert and what is
-    executed instead of its answers.
+    It also covers the generation of towns and routes, DAgger and the perturbations.
     """
     without = {name for name in HARMLESS if name != "plant_bench.towns"}
     return _hash(rules_modules() | import_closure(COLLECTING, without=without))

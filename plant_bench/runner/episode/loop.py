@@ -25,38 +25,38 @@ PROGRESS_INTERVAL = 100  # ticks between two calls of the progress callback
 
 @runtime_checkable
 class Override(Protocol):
-    """Executes something else than the agent's control now and then, to collect data."""
+    """Replaces the agent's control at some ticks, for data collection."""
 
     def executed(
         self, scene: Scene, progress: float, offset: float, control: Control, /
     ) -> Control:
-        """Return what is executed.
+        """Return the control to execute.
 
         Args:
-            scene: Where the ego is.
-            progress: Metres of the route that it has driven.
-            offset: Its lateral distance from the route, metres, positive to the left.
-            control: What the agent asks for.
+            scene: The current scene.
+            progress: Distance driven along the route, metres.
+            offset: Lateral distance of the ego from the route, metres, positive to the left.
+            control: The agent's control.
         """
         ...
 
 
 class Episode:
-    """A scenario in motion and its referee; mutable, and a context manager that ends SUMO.
+    """A running simulation and its referee; mutable, and a context manager that closes SUMO.
 
-    Whoever drives calls `advance` until the referee has a status: a planner (`drive`), a learner by
-    reinforcement, or the controls of a recording.
+    The driver calls `advance` until the episode is over. Drivers are planners (`drive`), learners
+    in reinforcement learning, and recorded controls.
 
     Attributes:
-        simulation: The world.
+        simulation: The simulation.
         referee: Judges each scene.
-        scene: The present one.
-        watch: Adds up the time of each part.
+        scene: The current scene.
+        watch: Measures the time of each part.
 
     Args:
-        scenario: What to drive.
-        self_driving: Let SUMO's own driver drive; controls go unheard then.
-        watch: Has run since the episode began, where that was before; else a new one.
+        scenario: The scenario to drive.
+        self_driving: Let SUMO's driver model drive; controls then have no effect.
+        watch: A stopwatch that was started earlier; None to start one now.
 
     Raises:
         InputError: The town or the density does not exist.
@@ -81,11 +81,11 @@ class Episode:
 
     @property
     def over(self) -> bool:
-        """Whether the referee has ended it."""
+        """Whether the referee has ended the episode."""
         return self.referee.status is not None
 
     def advance(self, control: Control) -> Scene:
-        """Execute a control for one tick, judge what comes of it and return it.
+        """Execute a control for one tick, judge the new scene and return it.
 
         Raises:
             SimulationError: SUMO has lost the ego.
@@ -98,7 +98,7 @@ class Episode:
         return scene
 
     def hazards(self) -> tuple[HazardRecord, ...]:
-        """Return what has become of the route's hazards by now."""
+        """Return the current state of the route's hazards."""
         return tuple(
             HazardRecord.model_validate(outcome._asdict()) for outcome in self.simulation.outcomes
         )
@@ -108,7 +108,7 @@ class Episode:
         return result_of(self.referee, header, crash=crash, hazards=self.hazards())
 
     def close(self) -> None:
-        """End SUMO; the process may then start another simulation."""
+        """Close SUMO; the process may then start another simulation."""
         self.simulation.close()
 
 
@@ -117,11 +117,11 @@ class Step:
     """One tick of an episode that a planner drives.
 
     Attributes:
-        scene: What there is, before anything is executed.
-        observation: What the planner was shown of it; None at ticks at which it was not asked.
-        decision: What it answered; None as above.
-        control: What is executed at this tick.
-        disturbed: Whether that is something else than the planner asked for.
+        scene: The scene before the control is executed.
+        observation: The planner's observation; None at ticks without a decision.
+        decision: The planner's decision; None at the same ticks.
+        control: The control to execute at this tick.
+        disturbed: Whether an override has changed the planner's control.
     """
 
     scene: Scene
@@ -136,7 +136,7 @@ def drive(
 ) -> Iterator[Step]:
     """Let a planner drive an episode until the referee ends it; yield before each tick.
 
-    The tick is executed when the next step is asked for.
+    The tick is executed when the iterator is advanced.
 
     Raises:
         AgentError: The planner fails.
@@ -147,19 +147,19 @@ def drive(
     control = Control(0.0, 0.0)
     watch.lap("start_up")
     while not episode.over:
-        scene, seen, decision = episode.scene, None, None
+        scene, observation, decision = episode.scene, None, None
         if planner.due(scene.tick):
             facts = episode.simulation.privileged() if planner.privileged else None
             watch.lap("privileged")
-            seen = planner.observe(scene, referee.progress, referee.offset, facts)
+            observation = planner.observe(scene, referee.progress, referee.offset, facts)
             watch.lap("simulation")
-            decision = planner.decide(scene, seen)
+            decision = planner.decide(scene, observation)
             watch.lap("agent")
             control = decision.control
         executed = control
         if override is not None:
             executed = override.executed(scene, referee.progress, referee.offset, control)
-        yield Step(scene, seen, decision, executed, executed != control)
+        yield Step(scene, observation, decision, executed, executed != control)
         episode.advance(executed)
 
 
@@ -175,28 +175,28 @@ def run_episode(
     """Drive one episode to its end.
 
     Args:
-        job: What to drive.
-        recording: Where to write every tick, if anywhere.
-        progress: Told the share of the route driven, now and then.
-        thinning: Record the actors at every so many ticks alone.
-        override: Changes what is executed; for collecting data, never for scores.
-        load: Makes the planner.
+        job: The episode to drive.
+        recording: Path of the recording; None to write none.
+        progress: Called every `PROGRESS_INTERVAL` ticks with the fraction of the route completed.
+        thinning: Interval of the ticks at which actors are recorded.
+        override: Changes the executed control; for data collection, never for scores.
+        load: Loads the planner.
 
     Raises:
         InputError: The agent, the town or the density does not exist.
-        SimulationError: SUMO fails; the episode says nothing about the agent then.
+        SimulationError: SUMO fails; this is not a failure of the agent.
     """
     watch = Stopwatch()
     agent = load(job.planner or job.agent)
     header = job.header(agent.inputs)
-    about = header.model_dump(mode="json")
-    recorder = None if recording is None else Recorder(recording, about, every=thinning)
+    metadata = header.model_dump(mode="json")
+    recorder = None if recording is None else Recorder(recording, metadata, every=thinning)
     crash: Crash | None = None
     self_driving = Input.SIMULATOR in agent.inputs
     with Episode(job.scenario, self_driving=self_driving, watch=watch) as episode:
         try:
             for step in drive(episode, PlannerSession(agent, job.route, job.seed), override):
-                _keep(step, recorder)
+                _record_step(step, recorder)
                 if progress is not None and step.scene.tick % PROGRESS_INTERVAL == 0:
                     progress(episode.referee.completion)
         except AgentError as error:
@@ -205,13 +205,13 @@ def run_episode(
     scene = episode.scene
     if recorder is not None:
         recorder.add(scene)
-        told = [hazard.model_dump(mode="json") for hazard in result.hazards]
-        recorder.close(hazards=told, **({} if crash is None else vars(crash)))
+        hazards = [hazard.model_dump(mode="json") for hazard in result.hazards]
+        recorder.close(hazards=hazards, **({} if crash is None else vars(crash)))
         watch.lap("recording")
     return Outcome(result, watch.timing(scene.time, scene.tick))
 
 
-def _keep(step: Step, recorder: Recorder | None) -> None:
+def _record_step(step: Step, recorder: Recorder | None) -> None:
     if recorder is None:
         return
     if step.decision is None:

@@ -8,7 +8,7 @@ from plant_bench.scoring.results import EpisodeResult
 
 @dataclass(frozen=True)
 class Outcome:
-    """An episode that has ended."""
+    """The record and the timing of a finished episode."""
 
     result: EpisodeResult
     timing: Timing

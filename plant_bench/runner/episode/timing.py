@@ -1,4 +1,4 @@
-"""Timing of an episode by part; everything that depends on the clock is here."""
+"""Measures the wall time of an episode by part, and the latency of the planner's decisions."""
 
 import time
 from typing import Annotated
@@ -14,25 +14,25 @@ Amount = Annotated[float, Field(ge=0.0, le=1e12)]  # so that sums of them are fi
 
 
 class Timing(BaseModel):
-    """All of an episode that depends on the clock; no score does.
+    """Measured times of an episode; no score depends on them.
 
     Attributes:
-        wall_s: Wall time of the whole episode.
-        start_up_s: Of it, until the first tick.
-        simulation_s: Of it, in SUMO and the ego's model.
-        privileged_s: Of it, gathering privileged facts.
-        agent_s: Of it, in the agent.
-        referee_s: Of it, judging.
-        recording_s: Of it, writing the recording.
-        simulated_s: Simulated time.
-        ticks: Ticks driven.
-        latency_p50_ms: Median time of one decision.
-        latency_p95_ms: 95th percentile.
-        latency_p99_ms: 99th percentile.
-        late_share: Share of decisions that took longer than a tick.
-        inference_ms: Median time of one forward pass (IT); None where the planner tells none.
-        inference_tokens: Median number of tokens of these passes.
-        processor: What all this was measured on.
+        wall_s: Wall time of the whole episode, seconds.
+        start_up_s: Wall time until the first tick, seconds.
+        simulation_s: Wall time in SUMO and the ego's model, seconds.
+        privileged_s: Wall time for privileged facts, seconds.
+        agent_s: Wall time in the planner, seconds.
+        referee_s: Wall time in the referee, seconds.
+        recording_s: Wall time for writing the recording, seconds.
+        simulated_s: Simulated time, seconds.
+        ticks: Number of ticks.
+        latency_p50_ms: Median time of one decision, milliseconds.
+        latency_p95_ms: 95th percentile of the same.
+        latency_p99_ms: 99th percentile of the same.
+        late_share: Fraction of decisions that took longer than a tick.
+        inference_ms: Median time of one forward pass (IT), milliseconds; None if not reported.
+        inference_tokens: Median number of tokens of a forward pass; None if not reported.
+        processor: Name of the processor.
     """
 
     model_config = ConfigDict(frozen=True)
@@ -56,7 +56,7 @@ class Timing(BaseModel):
 
 
 class Stopwatch:
-    """Adds up the wall time spent in each part of an episode; mutable."""
+    """Sums the wall time spent in each part of an episode; mutable."""
 
     def __init__(self) -> None:
         self.begin = self._last = time.perf_counter()
@@ -67,7 +67,7 @@ class Stopwatch:
         self.passes = listen_to_passes()
 
     def lap(self, part: str) -> None:
-        """Put the time since the last lap down to a part."""
+        """Add the time since the last lap to a part."""
         now = time.perf_counter()
         duration = now - self._last
         self._last = now
@@ -76,7 +76,7 @@ class Stopwatch:
             self.decisions.append(duration)
 
     def timing(self, simulated: float, ticks: int) -> Timing:
-        """Return what was measured of an episode of so many simulated seconds and ticks."""
+        """Return the timing of an episode; `simulated` is its simulated time in seconds."""
         p50, p95, p99 = np.percentile(self.decisions or [0.0], (50, 95, 99)).tolist()
         late = sum(decision > TICK for decision in self.decisions)
         return Timing(

@@ -1,1 +1,1 @@
-"""Runs on a Ray cluster."""
+"""Runs tasks on the nodes of a Ray cluster."""

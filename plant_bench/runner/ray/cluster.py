@@ -9,21 +9,21 @@ from contextlib import contextmanager
 
 from plant_bench.errors import InputError
 
-REACH = 10.0  # s in which the cluster must answer
+CONNECT_TIMEOUT = 10.0  # s
 
 
 @contextmanager
 def connection_to(address: str) -> Iterator[None]:
-    """Be a driver of a cluster; within another such context nothing is done.
+    """Connect this process to a cluster; nested contexts reuse the connection.
 
     Args:
-        address: As of `RayExecutor`.
+        address: See `RayExecutor`.
 
     Raises:
-        InputError: It does not answer.
+        InputError: The cluster does not respond.
     """
-    _check_answers(address)
-    os.environ.setdefault("RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO", "0")  # else a warning on each use
+    _check_reachable(address)
+    os.environ.setdefault("RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO", "0")  # avoids a warning on each use
     import ray
 
     if ray.is_initialized():
@@ -39,8 +39,8 @@ def connection_to(address: str) -> Iterator[None]:
     except Exception as error:
         message = (
             f"There is no Ray cluster at '{address}' ({' '.join(str(error).split())[:200]}). "
-            "Start one with `ray start --head`, or give its --address: auto, HOST:6379 on a "
-            "machine of the cluster, ray://HOST:10001 from elsewhere."
+            "Start one with `ray start --head`, or pass its --address: auto or HOST:6379 on a "
+            "machine of the cluster, ray://HOST:10001 from other machines."
         )
         raise InputError(message) from error
     try:
@@ -49,13 +49,13 @@ def connection_to(address: str) -> Iterator[None]:
         ray.shutdown()
 
 
-def _check_answers(address: str) -> None:
-    """Refuse an address at which nobody listens: Ray itself would try for minutes."""
+def _check_reachable(address: str) -> None:
+    """Reject an address without a server at once; Ray itself would retry for minutes."""
     host, colon, port = address.removeprefix("ray://").rpartition(":")
     if not colon:
         return
     try:
-        with socket.create_connection((host, int(port)), timeout=REACH):
+        with socket.create_connection((host, int(port)), timeout=CONNECT_TIMEOUT):
             return
     except (OSError, ValueError) as error:
         message = f"No response at the --address '{address}' ({error})."

@@ -1,8 +1,8 @@
 """Runs tasks on a Ray cluster, with the same events and results as local processes.
 
-Each worker is an actor bound to a node that supervises one process (`runner.ray.node`). A failure
-in that process counts as it does locally. A lost actor is not a failure of its task: the task runs
-again elsewhere. Only this process writes into the run's folder.
+Each worker is an actor on a fixed node that supervises one process (`runner.ray.node`). A failure
+in that process counts as in a local run. A lost actor does not count as a failure of its task: the
+task runs again on another node. Only this process writes into the run's folder.
 """
 
 import time
@@ -15,25 +15,25 @@ from typing import Any
 
 from plant_bench.errors import InputError, SimulationError
 from plant_bench.runner.ray.cluster import connection_to
-from plant_bench.runner.ray.node import Brought, Cannot, News, NodeWorker
+from plant_bench.runner.ray.node import ActorReply, NodeWorker, Refusal, TaskOutput
 from plant_bench.runner.ray.payload import Payload, pack
 from plant_bench.runner.workers.executors import (
-    Agenda,
     Finished,
-    Keep,
     Listener,
     Progressed,
+    SaveFile,
     Started,
+    TaskQueue,
 )
-from plant_bench.runner.workers.worker import Done, Failed, Ready, Share, Work
+from plant_bench.runner.workers.worker import Failed, Message, Progress, Ready, TaskResult, Work
 
-LOSSES = 10  # a task that has lost its worker this often is left for another run
-STARTS = 3  # workers that are lost in a row before they are ready: their node takes no part
-LOOK = 2.0  # s between two looks for nodes that have come
-ALONE = 60.0  # s that a run waits for nodes when there is none left
-FAREWELL = 3.0  # s that actors are given to tidy up
+MAX_LOST_WORKERS = 10  # a task that has lost its worker this often is left for another run
+MAX_FAILED_STARTS = 3  # workers lost during start-up before their node is excluded
+POLL_INTERVAL = 2.0  # s between two searches for new nodes
+NO_NODE_TIMEOUT = 60.0  # s that a run waits for a node when none is left
+CLEANUP_TIMEOUT = 3.0  # s for actors to remove their folders
 
-Say = Callable[[str], None]
+OnMessage = Callable[[str], None]
 
 
 @dataclass(frozen=True)
@@ -42,61 +42,67 @@ class RayExecutor:
 
     Attributes:
         address: "auto", "HOST:PORT" of a cluster this machine is part of, or "ray://HOST:PORT".
-        workers: The most that work at a time; None for one on each CPU of the cluster.
-        say: Told in one line what the user should know: nodes refused and lost.
+        workers: Maximum number of workers; None for one per CPU of the cluster.
+        on_message: Called with one line for the user for each excluded node and lost worker.
     """
 
     address: str = "auto"
     workers: int | None = None
-    say: Say = print
+    on_message: OnMessage = print
 
     def __str__(self) -> str:
-        most = "all CPUs" if self.workers is None else f"{self.workers} workers"
-        return f"{most} of the Ray cluster at {self.address}"
+        count = "all CPUs" if self.workers is None else f"{self.workers} workers"
+        return f"{count} of the Ray cluster at {self.address}"
 
     def connected(self) -> AbstractContextManager[None]:
-        """Be connected to the cluster; see `Executor`.
+        """Connect to the cluster; see `Executor`.
 
         Raises:
-            InputError: It is not there.
+            InputError: The cluster does not respond.
         """
         return connection_to(self.address)
 
     def run_tasks(
-        self, tasks: Sequence[Any], work: Work, *, on_event: Listener, logs: Path, keep: Keep
+        self,
+        tasks: Sequence[Any],
+        work: Work,
+        *,
+        on_event: Listener,
+        logs: Path,
+        save_file: SaveFile,
     ) -> None:
         """Run all tasks; see `Executor`.
 
         Raises:
-            InputError: The cluster is not there, or no node of it gives equal results.
-            SimulationError: There is no node left, or tasks have lost theirs too often.
+            InputError: The cluster does not respond, or all nodes are excluded.
+            SimulationError: No node is left, or tasks have lost their workers too often.
         """
         if not tasks:
             return
         payload = pack(tasks)
         with self.connected():
-            pool = _RayPool(self, tasks, work, payload, on_event, logs, keep)
+            pool = _RayPool(self, tasks, work, payload, on_event, logs, save_file)
             try:
                 while pool.busy():
-                    pool.listen()
+                    pool.process_replies()
             finally:
                 pool.stop()
         pool.check_complete()
 
 
 @dataclass(slots=True)
-class _Remote:
+class _RemoteWorker:
     number: int
     actor: Any
     node: str
-    name: str  # of the node, for people
-    answer: Any  # the call that is under way
+    name: str  # of the node, as shown to the user
+    reply: Any  # reference to the result of the current call
     task: int | None = None
     ready: bool = False
 
 
 class _RayPool:
-    """Actors on the nodes of a cluster, and what they have to do; mutable."""
+    """Actors on the nodes of a cluster, and their tasks; mutable."""
 
     def __init__(
         self,
@@ -106,103 +112,103 @@ class _RayPool:
         payload: Payload,
         on_event: Listener,
         logs: Path,
-        keep: Keep,
+        save_file: SaveFile,
     ) -> None:
         import ray
 
         self._ray = ray
         self._settings, self._tasks, self._work = settings, tasks, work
-        self._on_event, self._logs, self._keep = on_event, logs, keep
+        self._on_event, self._logs, self._save_file = on_event, logs, save_file
         self._payload = ray.put(payload)
-        self._agenda = Agenda(len(tasks), on_event)
-        self._workers: list[_Remote] = []
-        self._refused: dict[str, str] = {}  # why, by node
-        self._losses: Counter[int] = Counter()
-        self._stillborn: Counter[str] = Counter()  # workers lost before they were ready, by node
-        self._left: list[int] = []
-        self._farewells: list[Any] = []
-        self._looked = -LOOK
-        self._alone_since: float | None = None
+        self._queue = TaskQueue(len(tasks), on_event)
+        self._workers: list[_RemoteWorker] = []
+        self._excluded: dict[str, str] = {}  # reason by node
+        self._lost_workers: Counter[int] = Counter()
+        self._failed_starts: Counter[str] = Counter()  # by node
+        self._dropped_tasks: list[int] = []
+        self._cleanups: list[Any] = []
+        self._last_search = -POLL_INTERVAL
+        self._no_node_since: float | None = None
 
     def busy(self) -> bool:
-        """Tell whether a task waits or is worked on."""
-        return bool(self._agenda.waiting) or any(one.task is not None for one in self._workers)
+        """Return whether a task is pending or running."""
+        return bool(self._queue.pending) or any(one.task is not None for one in self._workers)
 
-    def listen(self) -> None:
-        """Wait until workers say something, and answer them; take in nodes that have come."""
-        if time.monotonic() - self._looked >= LOOK:
-            self._looked = time.monotonic()
-            self._grow()
-        answers = {one.answer: one for one in self._workers if one.answer is not None}
-        if not answers:
-            time.sleep(LOOK)
+    def process_replies(self) -> None:
+        """Wait until workers reply, and handle one reply; start workers on new nodes."""
+        if time.monotonic() - self._last_search >= POLL_INTERVAL:
+            self._last_search = time.monotonic()
+            self._add_workers()
+        replies = {one.reply: one for one in self._workers if one.reply is not None}
+        if not replies:
+            time.sleep(POLL_INTERVAL)
             return
-        ready, _ = self._ray.wait(list(answers), num_returns=1, timeout=LOOK)
-        for answer in ready:
-            self._take(answers[answer])
+        ready, _ = self._ray.wait(list(replies), num_returns=1, timeout=POLL_INTERVAL)
+        for reply in ready:
+            self._receive(replies[reply])
 
     def stop(self) -> None:
-        """End all workers, whatever they do."""
+        """Kill all workers, after a short time to clean up."""
         try:
-            said = self._farewells + [one.actor.close.remote() for one in self._workers]
-            if said:
-                self._ray.wait(said, num_returns=len(said), timeout=FAREWELL)
+            calls = self._cleanups + [one.actor.close.remote() for one in self._workers]
+            if calls:
+                self._ray.wait(calls, num_returns=len(calls), timeout=CLEANUP_TIMEOUT)
         finally:
             for one in self._workers:
                 self._ray.kill(one.actor)
 
     def check_complete(self) -> None:
-        """Say which tasks were left.
+        """Check that no task was dropped.
 
         Raises:
-            SimulationError: Some were.
+            SimulationError: Tasks were dropped.
         """
-        if self._left:
+        if self._dropped_tasks:
             message = (
-                f"{len(self._left)} episodes lost their node {LOSSES} times each and are left. "
-                "The others are kept; the same command again runs these."
+                f"{len(self._dropped_tasks)} episodes lost their node {MAX_LOST_WORKERS} times "
+                "each and were not run. The others are saved; repeat the command to run these."
             )
             raise SimulationError(message)
 
-    def _grow(self) -> None:
-        """Put workers on the nodes that have room for them, one a node and round."""
+    def _add_workers(self) -> None:
+        """Start workers on free CPUs, spread evenly over the nodes."""
         nodes = {node["NodeID"]: node for node in self._ray.nodes() if node["Alive"]}
-        room = {
-            name: int(node["Resources"].get("CPU", 0)) - self._on(name)
+        free_cpus = {
+            name: int(node["Resources"].get("CPU", 0)) - self._workers_on(name)
             for name, node in nodes.items()
-            if name not in self._refused
+            if name not in self._excluded
         }
-        self._check_any_left(nodes, room)
-        wanted = len(self._agenda.waiting) - sum(one.task is None for one in self._workers)
+        self._check_any_left(nodes, free_cpus)
+        needed = len(self._queue.pending) - sum(one.task is None for one in self._workers)
         if self._settings.workers is not None:
-            wanted = min(wanted, self._settings.workers - len(self._workers))
-        places = [
-            (turn, name) for name, number in room.items() for turn in range(number) if number > 0
+            needed = min(needed, self._settings.workers - len(self._workers))
+        slots = [
+            (turn, name) for name, count in free_cpus.items() for turn in range(count) if count > 0
         ]
-        for _, name in sorted(places)[: max(wanted, 0)]:
-            self._hire(name, _name_of(nodes[name]))
+        for _, name in sorted(slots)[: max(needed, 0)]:
+            self._start_worker(name, _name_of(nodes[name]))
 
-    def _on(self, name: str) -> int:
+    def _workers_on(self, name: str) -> int:
         return sum(one.node == name for one in self._workers)
 
-    def _check_any_left(self, nodes: dict[str, Any], room: dict[str, int]) -> None:
-        if self._workers or any(number > 0 for number in room.values()):
-            self._alone_since = None
+    def _check_any_left(self, nodes: dict[str, Any], free_cpus: dict[str, int]) -> None:
+        if self._workers or any(count > 0 for count in free_cpus.values()):
+            self._no_node_since = None
             return
-        if self._refused:
-            reasons = sorted(set(self._refused.values()))
-            message = f"No node of the Ray cluster can take part: {' | '.join(reasons)}"
+        if self._excluded:
+            reasons = sorted(set(self._excluded.values()))
+            message = f"All nodes of the Ray cluster are excluded: {' | '.join(reasons)}"
             raise InputError(message)
         now = time.monotonic()
-        self._alone_since = now if self._alone_since is None else self._alone_since
-        if now - self._alone_since >= ALONE:
+        self._no_node_since = now if self._no_node_since is None else self._no_node_since
+        if now - self._no_node_since >= NO_NODE_TIMEOUT:
             message = (
-                f"The Ray cluster has had no CPU for {ALONE:.0f} s ({len(nodes)} nodes). Finished "
-                "episodes are kept; the same command again runs the others."
+                f"The Ray cluster has had no CPU for {NO_NODE_TIMEOUT:.0f} s ({len(nodes)} nodes). "
+                "Finished episodes are saved; repeat the command to run the others."
             )
             raise SimulationError(message)
 
-    def _hire(self, node: str, name: str) -> None:
+    def _start_worker(self, node: str, name: str) -> None:
         from ray.util.scheduling_strategies import NodeAffinitySchedulingStrategy
 
         taken = {one.number for one in self._workers}
@@ -210,90 +216,92 @@ class _RayPool:
         remote: Any = self._ray.remote(NodeWorker)
         strategy = NodeAffinitySchedulingStrategy(node, soft=False)
         actor = remote.options(num_cpus=1, max_restarts=0, scheduling_strategy=strategy).remote()
-        answer = actor.start.remote(self._payload, self._work)
-        self._workers.append(_Remote(number, actor, node, f"{name} ({node[:8]})", answer))
+        reply = actor.start.remote(self._payload, self._work)
+        self._workers.append(_RemoteWorker(number, actor, node, f"{name} ({node[:8]})", reply))
 
-    def _take(self, one: _Remote) -> None:
-        """Hear what a worker has said, and ask it for more."""
+    def _receive(self, one: _RemoteWorker) -> None:
+        """Handle a worker's reply, and call it again."""
         from ray.exceptions import RayError, RayTaskError
 
         try:
-            news: News = self._ray.get(one.answer)
+            reply: ActorReply = self._ray.get(one.reply)
         except RayTaskError as error:
-            self._refuse(one, _last_line(error.cause or error))
+            self._exclude_node(one, _last_line(error.cause or error))
             return
         except RayError as error:
-            self._lose(one, _last_line(error))
+            self._handle_loss(one, _last_line(error))
             return
-        if news.printed:
+        if reply.output:
             with (self._logs / f"worker{one.number}.log").open("ab") as log:
-                log.write(news.printed)
-        self._hear(one, news)
+                log.write(reply.output)
+        self._handle_message(one, reply.message)
 
-    def _hear(self, one: _Remote, news: News) -> None:
-        message, task = news.message, one.task
-        if isinstance(message, Cannot):
-            self._refuse(one, message.reason)
+    def _handle_message(self, one: _RemoteWorker, message: Message | Refusal | None) -> None:
+        task = one.task
+        if isinstance(message, Refusal):
+            self._exclude_node(one, message.reason)
             return
-        if isinstance(message, Share) and task is not None:
+        if isinstance(message, Progress) and task is not None:
             self._on_event(Progressed(one.number, task, message.share))
-        elif isinstance(message, Done) and task is not None:
-            brought: Brought = message.value
-            for name, content in brought.files.items():
-                self._keep(name, content)
+        elif isinstance(message, TaskResult) and task is not None:
+            output: TaskOutput = message.value
+            for name, content in output.files.items():
+                self._save_file(name, content)
             one.task = None
-            self._on_event(Finished(one.number, task, brought.value))
+            self._on_event(Finished(one.number, task, output.value))
         elif isinstance(message, Failed):
             if message.fatal:
                 raise InputError(message.reason)
             one.task = None
             if task is not None:
-                self._agenda.fail(one.number, task, message.reason)
+                self._queue.fail(one.number, task, message.reason)
         one.ready = one.ready or isinstance(message, Ready)
-        self._ask(one)
+        self._call_again(one)
 
-    def _ask(self, one: _Remote) -> None:
-        """Give a worker its next task, or ask how it goes on with the one it has."""
+    def _call_again(self, one: _RemoteWorker) -> None:
+        """Query the progress of a worker's task, or send it its next task."""
         if one.task is not None:
-            one.answer = one.actor.step.remote(None)
-        elif self._agenda.waiting:
-            one.task = self._agenda.waiting.popleft()
-            one.answer = one.actor.step.remote(self._tasks[one.task])
+            one.reply = one.actor.step.remote(None)
+        elif self._queue.pending:
+            one.task = self._queue.pending.popleft()
+            one.reply = one.actor.step.remote(self._tasks[one.task])
             self._on_event(Started(one.number, one.task))
         else:
-            self._dismiss(one)
+            self._release(one)
 
-    def _dismiss(self, one: _Remote) -> None:
+    def _release(self, one: _RemoteWorker) -> None:
         self._workers.remove(one)
-        self._farewells.append(one.actor.close.remote())
+        self._cleanups.append(one.actor.close.remote())
         one.actor.__ray_terminate__.remote()
 
-    def _refuse(self, one: _Remote, reason: str) -> None:
-        """Take nothing more from a node whose results could differ."""
-        if one.node not in self._refused:
-            self._refused[one.node] = f"{one.name}: {reason}"
-            self._settings.say(f"Node {one.name} takes no part: {reason}")
-        self._drop(one)
+    def _exclude_node(self, one: _RemoteWorker, reason: str) -> None:
+        """Use a node no more, since its results could differ or workers do not start there."""
+        if one.node not in self._excluded:
+            self._excluded[one.node] = f"{one.name}: {reason}"
+            self._settings.on_message(f"Node {one.name} is excluded: {reason}")
+        self._remove(one)
 
-    def _lose(self, one: _Remote, reason: str) -> None:
-        """Let a task whose worker is gone run again elsewhere: it is not the task's fault."""
+    def _handle_loss(self, one: _RemoteWorker, reason: str) -> None:
+        """Remove a lost worker and requeue its task, without counting a failure of the task."""
         if not one.ready:
-            self._stillborn[one.node] += 1
-            if self._stillborn[one.node] >= STARTS:
-                self._refuse(one, reason)
+            self._failed_starts[one.node] += 1
+            if self._failed_starts[one.node] >= MAX_FAILED_STARTS:
+                self._exclude_node(one, reason)
                 return
         if one.task is not None:
-            self._losses[one.task] += 1
-            self._settings.say(f"A worker on node {one.name} is lost; its episode runs elsewhere.")
-        self._drop(one)
+            self._lost_workers[one.task] += 1
+            self._settings.on_message(
+                f"A worker on node {one.name} was lost; its episode is run again."
+            )
+        self._remove(one)
 
-    def _drop(self, one: _Remote) -> None:
-        """Do without a worker; its task waits again, if it has not been lost too often."""
+    def _remove(self, one: _RemoteWorker) -> None:
+        """Remove a worker; requeue its task unless it has lost too many workers."""
         self._workers.remove(one)
-        if one.task is not None and self._losses[one.task] >= LOSSES:
-            self._left.append(one.task)
+        if one.task is not None and self._lost_workers[one.task] >= MAX_LOST_WORKERS:
+            self._dropped_tasks.append(one.task)
         elif one.task is not None:
-            self._agenda.waiting.appendleft(one.task)
+            self._queue.pending.appendleft(one.task)
         self._ray.kill(one.actor)
 
 

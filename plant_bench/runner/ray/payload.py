@@ -1,8 +1,8 @@
 """Payload sent to Ray nodes with a run's tasks: planners' code and weights, and towns.
 
-On the node, the files have the same absolute paths as here, below a per-run folder. Relative paths
-therefore keep their meaning. Received files are checked by hash, and so is all that must be
-installed on every node: plant-bench itself, SUMO, the packages.
+On the node, the files have the same absolute paths as here, below a folder of the actor, so that
+relative paths remain valid. Received files are checked by hash. What must be installed on every
+node (plant-bench, SUMO, the packages) is checked by version or hash.
 """
 
 import hashlib
@@ -25,18 +25,18 @@ from plant_bench.runner.workers.isolation import Isolation, loader_of
 from plant_bench.source_code import code_hash, file_hash, library_versions, module_name
 from plant_bench.world.town import town_checksum
 
-LARGEST = 2**31  # bytes of a planner's files together
+MAX_BYTES = 2**31  # total size of the files
 _PACKAGE = Path(__file__).resolve().parents[2]
 
 
 @dataclass(frozen=True)
 class Requirements:
-    """What a task needs to find where it runs.
+    """Files that a task requires on another machine.
 
     Attributes:
-        agents: Planners, as given to `load_agent`.
+        agents: Planners, as named for `load_agent`.
         towns: Folders of towns.
-        isolation: Keeps the planners in processes of their own.
+        isolation: Runs the planners in separate processes; None to load them in the workers.
     """
 
     agents: frozenset[str] = frozenset()
@@ -46,196 +46,196 @@ class Requirements:
 
 @dataclass(frozen=True)
 class NodePaths:
-    """Where payload lies on a node.
+    """Paths of the payload on a node.
 
     Attributes:
-        root: Of the tree of files that travelled.
-        output: Stands for the run's folder: what a task writes below it travels back.
-        towns: Folders of those towns that have travelled.
+        root: Folder below which the sent files have their absolute paths.
+        output: Replaces the run's folder: files that a task writes below it are sent back.
+        town_folders: Folders that contain the sent towns.
     """
 
     root: Path
     output: Path
-    towns: tuple[Path, ...] = ()
+    town_folders: tuple[Path, ...] = ()
 
-    def found(self, path: str) -> Path:
-        """Return where a file of the other machine lies here."""
+    def on_node(self, path: str) -> Path:
+        """Return the path on the node of a file of the sending machine."""
         return self.root / Path(path).relative_to("/")
 
     def planner(self, agent: str) -> str:
-        """Return how a planner is named here: with the absolute paths that it has here."""
+        """Return a planner's name with its paths replaced by those on the node."""
 
-        def here(path: str) -> str:
-            moved = self.found(os.path.expanduser(path))  # noqa: PTH111  Path would join again
+        def replaced(path: str) -> str:
+            moved = self.on_node(os.path.expanduser(path))  # noqa: PTH111  expanduser of Path normalizes the path
             return str(moved) if moved.exists() else path
 
-        return with_paths(agent, here)
+        return with_paths(agent, replaced)
 
 
 @runtime_checkable
 class Portable(Protocol):
-    """A task that can be done on another machine."""
+    """A task that can run on another machine."""
 
     @property
-    def needs(self) -> Requirements:
-        """What it must find there."""
+    def requirements(self) -> Requirements:
+        """Files that the task requires there."""
         ...
 
-    def at(self, place: NodePaths) -> "Portable":
-        """Return the same task with the paths it has there."""
+    def with_paths(self, paths: NodePaths) -> "Portable":
+        """Return the same task with the paths of that machine."""
         ...
 
 
 @dataclass(frozen=True)
 class Payload:
-    """What travels, and what must be as it is here.
+    """Files sent to the nodes, and the checksums and versions that must be equal there.
 
     Attributes:
         files: Content by absolute path.
-        digests: Hash of each, by the same path.
-        programs: Those of them that may be executed.
-        folder: The working folder, from which relative paths are meant.
-        imports: Folders in which modules among the files are found.
-        towns_in: Folders in which towns among the files are found.
+        digests: SHA-256 of each file, by the same path.
+        executables: Paths of executable files.
+        working_folder: Absolute path of the folder that relative paths start from.
+        import_folders: Entries of Python's search path for the modules among the files.
+        town_folders: Folders that contain the towns among the files.
         agents: Planners that must load there.
-        known: Names and hashes of the files that make these planners.
+        file_hashes: Names and hashes of the files that these planners consist of.
         libraries: Names and versions of the packages that these planners compute with.
-        isolation: Keeps them in processes of their own.
-        towns: Checksum of each town.
-        facts: Versions and hashes that must be equal.
+        isolation: Runs the planners in separate processes; None to load them in the workers.
+        towns: Checksum by town.
+        environment: Versions and hashes by name; see `environment`.
     """
 
     files: Mapping[str, bytes]
     digests: Mapping[str, str]
-    programs: frozenset[str]
-    folder: str
-    imports: tuple[str, ...]
-    towns_in: tuple[str, ...]
+    executables: frozenset[str]
+    working_folder: str
+    import_folders: tuple[str, ...]
+    town_folders: tuple[str, ...]
     agents: tuple[str, ...]
-    known: frozenset[tuple[str, str]]
+    file_hashes: frozenset[tuple[str, str]]
     libraries: frozenset[str]
     isolation: Isolation | None
     towns: Mapping[str, str]
-    facts: Mapping[str, str]
+    environment: Mapping[str, str]
 
 
 def pack(tasks: Iterable[Portable]) -> Payload:
-    """Return what tasks need that no installation of plant-bench holds.
+    """Return the files that tasks require and that plant-bench does not install.
 
     Raises:
-        InputError: A planner's files cannot be read, or are too large to travel.
+        InputError: A planner's files cannot be read, or are too large to send.
     """
-    needs = {task.needs for task in tasks}
-    agents = tuple(sorted({agent for need in needs for agent in need.agents}))
-    towns = sorted({town for need in needs for town in need.towns})
-    isolation = next((need.isolation for need in needs if need.isolation is not None), None)
+    required = {task.requirements for task in tasks}
+    agents = tuple(sorted({agent for item in required for agent in item.agents}))
+    towns = sorted({town for item in required for town in item.towns})
+    isolation = next((item.isolation for item in required if item.isolation is not None), None)
     components = [components_of(agent, loader_of(isolation)) for agent in agents]
-    mine = {path.absolute() for item in components for path in item.files}
-    code = {path for path in mine if not path.is_relative_to(_PACKAGE)}
+    planner_files = {path.absolute() for item in components for path in item.files}
+    code = {path for path in planner_files if not path.is_relative_to(_PACKAGE)}
     modules = {path for path in code if path.suffix == ".py"}
-    code |= {near for path in modules for near in path.parent.glob("*.py")}
-    code |= {path for path in (near.with_suffix(".pickle") for near in modules) if path.is_file()}
-    further = [town for town in towns if not _installed(town)]
-    near_towns = {path for folder in further for path in folder.iterdir() if path.is_file()}
-    files = _read(code | {path.absolute() for path in near_towns})
+    code |= {sibling for path in modules for sibling in path.parent.glob("*.py")}
+    code |= {path for path in (item.with_suffix(".pickle") for item in modules) if path.is_file()}
+    user_towns = [town for town in towns if not _installed(town)]
+    town_files = {path for folder in user_towns for path in folder.iterdir() if path.is_file()}
+    files = _read(code | {path.absolute() for path in town_files})
     return Payload(
         files=files,
         digests={path: _digest(content) for path, content in files.items()},
-        programs=frozenset(path for path in files if os.access(path, os.X_OK)),
-        folder=str(Path.cwd()),
-        imports=_import_folders(path for path in code if path.suffix == ".py"),
-        towns_in=tuple(sorted({str(folder.parent.absolute()) for folder in further})),
+        executables=frozenset(path for path in files if os.access(path, os.X_OK)),
+        working_folder=str(Path.cwd()),
+        import_folders=_import_folders(path for path in code if path.suffix == ".py"),
+        town_folders=tuple(sorted({str(town.parent.absolute()) for town in user_towns})),
         agents=agents,
-        known=frozenset((path.name, file_hash(path)) for path in mine | code),
+        file_hashes=frozenset((path.name, file_hash(path)) for path in planner_files | code),
         libraries=frozenset(
             text for item in components for text in library_versions(item.libraries)
         ),
-        isolation=None if isolation is None else isolation.elsewhere(),
+        isolation=None if isolation is None else isolation.for_other_machine(),
         towns={town.name: town_checksum(town.name, [town.parent]) for town in towns},
-        facts=facts(),
+        environment=environment(),
     )
 
 
-def unpack(payload: Payload, place: NodePaths) -> None:
-    """Write what has travelled, and check that it is what was sent.
+def unpack(payload: Payload, paths: NodePaths) -> None:
+    """Write the received files after checking their hashes.
 
     Raises:
-        InputError: It is not.
+        InputError: A file differs from the one that was sent.
     """
     for path, content in payload.files.items():
         if _digest(content) != payload.digests[path]:
-            message = f"{path} has arrived with another content."
+            message = f"{path} was changed in transit: its SHA-256 differs from the sender's."
             raise InputError(message)
-        target = place.found(path)
+        target = paths.on_node(path)
         target.parent.mkdir(parents=True, exist_ok=True)
         target.write_bytes(content)
-        if path in payload.programs:
+        if path in payload.executables:
             target.chmod(0o700)
-    place.found(payload.folder).mkdir(parents=True, exist_ok=True)
-    place.output.mkdir(parents=True, exist_ok=True)
+    paths.on_node(payload.working_folder).mkdir(parents=True, exist_ok=True)
+    paths.output.mkdir(parents=True, exist_ok=True)
 
 
-def enter(payload: Payload, place: NodePaths) -> NodePaths:
-    """Let this process find what has travelled; for a process that does nothing else.
+def activate(payload: Payload, paths: NodePaths) -> NodePaths:
+    """Make this process use the received files: sets its working folder and import paths.
 
     Returns:
-        The place, with the towns that are there.
+        The paths, with the folders of the received towns.
     """
-    os.chdir(place.found(payload.folder))
-    imports = [str(place.found(folder)) for folder in payload.imports]
-    sys.path[:0] = imports
+    os.chdir(paths.on_node(payload.working_folder))
+    folders = [str(paths.on_node(folder)) for folder in payload.import_folders]
+    sys.path[:0] = folders
     others = [item for item in os.environ.get("PYTHONPATH", "").split(os.pathsep) if item]
-    if imports or others:  # for planners in processes of their own
-        os.environ["PYTHONPATH"] = os.pathsep.join([*imports, *others])
-    return replace(place, towns=tuple(map(place.found, payload.towns_in)))
+    if folders or others:  # for planners in separate processes
+        os.environ["PYTHONPATH"] = os.pathsep.join([*folders, *others])
+    return replace(paths, town_folders=tuple(map(paths.on_node, payload.town_folders)))
 
 
-def check_arrived(payload: Payload, place: NodePaths) -> None:
-    """Check that planners and towns are here what they are where they were sent from.
+def check_payload(payload: Payload, paths: NodePaths) -> None:
+    """Check that planners and towns are the same here as on the sending machine.
 
     Raises:
-        InputError: One is missing or another.
+        InputError: One is missing or differs.
     """
     for town, checksum in payload.towns.items():
-        if town_checksum(town, place.towns) != checksum:
-            message = f"The town '{town}' is another one."
+        if town_checksum(town, paths.town_folders) != checksum:
+            message = f"The town '{town}' differs from the one of the run."
             raise InputError(message)
     load = loader_of(payload.isolation)
     for agent in payload.agents:
-        components = components_of(place.planner(agent), load)
+        components = components_of(paths.planner(agent), load)
         for path in sorted(components.files):
-            if (path.name, file_hash(path)) not in payload.known:
-                message = f"'{agent}' is another planner: {path.name} differs."
+            if (path.name, file_hash(path)) not in payload.file_hashes:
+                message = f"'{agent}' differs from the planner of the run: {path.name} has changed."
                 raise InputError(message)
         for text in library_versions(components.libraries):
             if text not in payload.libraries:
-                message = f"'{agent}' would compute with another version here: {text}."
+                message = f"'{agent}' would use another version of a library here: {text}."
                 raise InputError(message)
 
 
 @cache
-def facts() -> dict[str, str]:
-    """Return what must be equal on all machines of a run, for equal results."""
-    found = installed_versions()
+def environment() -> dict[str, str]:
+    """Return versions and hashes that must be equal on all machines of a run, by name."""
+    versions = installed_versions()
     try:
-        found["onnxruntime"] = version("onnxruntime")
+        versions["onnxruntime"] = version("onnxruntime")
     except PackageNotFoundError:
-        found["onnxruntime"] = "not installed"
-    found["rules of the benchmark"] = rules_checksum()[:8]
+        versions["onnxruntime"] = "not installed"
+    versions["rules of the benchmark"] = rules_checksum()[:8]
     modules = filter(None, map(module_name, _PACKAGE.rglob("*.py")))
-    return found | {"code of plant-bench": code_hash(modules)[:8]}
+    return versions | {"code of plant-bench": code_hash(modules)[:8]}
 
 
-def differences(wanted: Mapping[str, str], found: Mapping[str, str]) -> str:
-    """Return in words what is not equal; empty where all is.
+def differences(here: Mapping[str, str], there: Mapping[str, str]) -> str:
+    """Return a text that names all differences; empty if there are none.
 
     >>> differences({"libsumo": "1.28.0"}, {"libsumo": "1.27.0"})
     'libsumo 1.27.0 there, 1.28.0 here'
     """
     return "; ".join(
-        f"{name} {found.get(name, 'unknown')} there, {value} here"
-        for name, value in wanted.items()
-        if found.get(name) != value
+        f"{name} {there.get(name, 'unknown')} there, {value} here"
+        for name, value in here.items()
+        if there.get(name) != value
     )
 
 
@@ -244,19 +244,20 @@ def _installed(town: Path) -> bool:
 
 
 def _read(paths: Iterable[Path]) -> dict[str, bytes]:
-    found = sorted(set(paths))
-    size = sum(path.stat().st_size for path in found)
-    if size > LARGEST:
+    unique = sorted(set(paths))
+    size = sum(path.stat().st_size for path in unique)
+    if size > MAX_BYTES:
         message = (
-            f"The files of planner and towns have {size / 2**30:.1f} GiB together: at most "
-            f"{LARGEST / 2**30:.0f} travel to other machines. Install them on each of them."
+            f"The files of planner and towns have {size / 2**30:.1f} GiB in total; at most "
+            f"{MAX_BYTES / 2**30:.0f} GiB can be sent to other machines. "
+            "Install them on each machine."
         )
         raise InputError(message)
-    return {str(path): path.read_bytes() for path in found}
+    return {str(path): path.read_bytes() for path in unique}
 
 
 def _import_folders(modules: Iterable[Path]) -> tuple[str, ...]:
-    """Return the entries of Python's search path below which modules lie, in its order."""
+    """Return the entries of Python's search path that contain the modules, in order."""
     parents = {str(parent) for path in modules for parent in path.parents}
     entries = [str(Path(entry).absolute()) for entry in sys.path if entry]
     return tuple(entry for entry in dict.fromkeys(entries) if entry in parents)

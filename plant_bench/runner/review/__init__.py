@@ -1,1 +1,1 @@
-"""Episodes simulated again: resimulation, verification, explanations."""
+"""Resimulates recorded episodes, to explain infractions and to verify submitted runs."""

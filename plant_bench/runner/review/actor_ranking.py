@@ -1,4 +1,4 @@
-"""Which actors matter to a planner at one moment of an episode, as it says itself or by masking."""
+"""Ranks actors by relevance to a planner at one tick, by its `rank` method or by masking."""
 
 import copy
 
@@ -9,35 +9,37 @@ from plant_bench.agents.ranking.masking import Masking
 from plant_bench.runner.decisions import call_planner
 
 
-def ranking_before(agent: Agent, seen: Observation) -> tuple[int, ...] | None:
-    """Return the ids of the actors in sight, the most relevant first, before a planner decides.
+def rank_actors(agent: Agent, observation: Observation) -> tuple[int, ...] | None:
+    """Return the ids of the observed actors, the most relevant first; to be called before `act`.
 
-    A copy of the planner is asked, so that it does not notice; None where it cannot be copied or is
-    shown no actors. One that has no `rank` is asked by masking: who changes nothing is no part of
-    that ranking.
+    A copy of the planner is queried, so that its state does not change. A planner without `rank` is
+    ranked by masking, which leaves out actors that do not change its action.
+
+    Returns:
+        None if the planner cannot be copied or its observation has no actors.
 
     Raises:
         AgentError: The planner fails.
     """
-    actors = seen.actors
+    actors = observation.actors
     if actors is None:
         return None
     try:
-        other = copy.deepcopy(agent)
-    except Exception:  # noqa: BLE001  whatever a planner holds that cannot be copied
+        duplicate = copy.deepcopy(agent)
+    except Exception:  # noqa: BLE001  a planner may hold any object that cannot be copied
         return None
     if not len(actors):
         return ()
-    itself = isinstance(other, Ranker)
-    ranks = relevance_of(other if itself else Masking(other), seen)
+    has_rank = isinstance(duplicate, Ranker)
+    ranks = relevance_of(duplicate if has_rank else Masking(duplicate), observation)
     order = np.lexsort((actors.ids, -ranks))
-    return tuple(int(actors.ids[place]) for place in order if itself or ranks[place] > 0.0)
+    return tuple(int(actors.ids[row]) for row in order if has_rank or ranks[row] > 0.0)
 
 
-def relevance_of(ranker: Ranker, seen: Observation) -> np.ndarray:
-    """Return the relevance of each actor in sight, as a ranker tells it.
+def relevance_of(ranker: Ranker, observation: Observation) -> np.ndarray:
+    """Return the relevance of each observed actor.
 
     Raises:
-        AgentError: It raised something.
+        AgentError: The ranker raised an exception.
     """
-    return np.asarray(call_planner("rank", ranker.rank, seen))
+    return np.asarray(call_planner("rank", ranker.rank, observation))

@@ -1,4 +1,4 @@
-"""Compares a record with the result of simulating its episode again."""
+"""Compares an episode's record with the record of its resimulation."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -10,12 +10,12 @@ from plant_bench.scoring.results import EpisodeResult
 
 @dataclass(frozen=True)
 class Difference:
-    """The first field in which a record is not what simulating again gives.
+    """The first field in which a record and its resimulation differ; written as JSON.
 
     Attributes:
-        field: For instance "infractions[0].time".
-        told: By the record.
-        again: Now.
+        field: Path of the field, for example "infractions[0].time".
+        told: Value in the record.
+        again: Value in the resimulation.
     """
 
     field: str
@@ -24,13 +24,13 @@ class Difference:
 
 
 @dataclass(frozen=True)
-class Checked:
-    """An episode that was simulated again.
+class EpisodeCheck:
+    """The result of resimulating one episode; written as JSON.
 
     Attributes:
-        name: Of its files.
-        town: Where.
-        difference: None where the record is equal, byte for byte.
+        name: Name of the episode's files.
+        town: Name of the town.
+        difference: The first difference; None if both records have the same bytes.
     """
 
     name: str
@@ -38,25 +38,25 @@ class Checked:
     difference: Difference | None
 
 
-def first_difference(told: EpisodeResult, again: EpisodeResult) -> Difference | None:
-    """Return the first field in which two records differ, in the order of the first's format."""
-    again = again.as_format(told.format)
-    if told.to_json() == again.to_json():
+def first_difference(recorded: EpisodeResult, again: EpisodeResult) -> Difference | None:
+    """Return the first field in which two records differ, in the format version of the first."""
+    again = again.as_format(recorded.format)
+    if recorded.to_json() == again.to_json():
         return None
-    one, other = (_flat(item.model_dump(mode="json")) for item in (told, again))
+    one, other = (_flat(item.model_dump(mode="json")) for item in (recorded, again))
     for field in {**other, **one}:
         if one.get(field) != other.get(field) or type(one.get(field)) is not type(other.get(field)):
             return Difference(field, _shown(one, field), _shown(other, field))
-    message = "Two records have different texts and equal fields."
+    message = "The records' JSON texts differ although all fields are equal."
     raise InputError(message)
 
 
 def _flat(value: Any, name: str = "") -> dict[str, Any]:
-    """Return the leaves of nested values by their paths."""
+    """Return the leaves of a nested value by their paths."""
     if isinstance(value, dict):
         parts = [(f"{name}.{key}" if name else str(key), item) for key, item in value.items()]
     elif isinstance(value, list):
-        parts = [(f"{name}[{place}]", item) for place, item in enumerate(value)]
+        parts = [(f"{name}[{index}]", item) for index, item in enumerate(value)]
     else:
         return {name: value}
     return {path: leaf for part, item in parts for path, leaf in _flat(item, part).items()}

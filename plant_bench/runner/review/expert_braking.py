@@ -12,21 +12,21 @@ EXPERT = "expert"
 
 @dataclass(frozen=True, eq=False)
 class ExpertView:
-    """Whom the expert would brake for, and when.
+    """The actors that the expert would brake for, by tick.
 
     Attributes:
-        ticks: When it was asked, rising.
-        actors: Ids of whom it would brake for; `NO_ACTOR` where no actor decides.
-        note: Why it could not be asked, or only up to some time; empty where it was.
+        ticks: Ticks at which the expert was queried, ascending.
+        actors: Id of the actor it would brake for; `NO_ACTOR` if no actor decides.
+        note: Why it was not queried, or only up to some time; empty if it always was.
     """
 
-    ticks: Int[np.ndarray, " asked"]
-    actors: Int[np.ndarray, " asked"]
+    ticks: Int[np.ndarray, " queries"]
+    actors: Int[np.ndarray, " queries"]
     note: str = ""
 
 
-def told_by_expert(recording: Recording) -> ExpertView:
-    """Return what the expert told while it drove itself."""
-    told = [(row, item.actor) for row, item in enumerate(recording.reasons) if item is not None]
-    ticks, actors = np.array(told, int).reshape(-1, 2).T
+def recorded_expert_view(recording: Recording) -> ExpertView:
+    """Return the actors that the expert recorded as its reasons while it drove itself."""
+    rows = [(row, item.actor) for row, item in enumerate(recording.reasons) if item is not None]
+    ticks, actors = np.array(rows, int).reshape(-1, 2).T
     return ExpertView(ticks, actors)

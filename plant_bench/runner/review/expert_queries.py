@@ -14,20 +14,18 @@ from plant_bench.world.route import Route
 from plant_bench.world.route_progress import RouteProgress
 from plant_bench.world.scene import TICK
 
-SPACING = 10  # ticks between two questions: 2 Hz, as replays ask for attention
-STANDING = (
-    0.5  # m/s, below which it is asked as often as it wants: then it counts how long it waits
-)
+QUERY_INTERVAL = 10  # ticks between two queries: 2 Hz, as for attention in replays
+STATIONARY_SPEED = 0.5  # m/s: below it, every decision is queried, as the expert counts its wait
 
 
 def ask_expert(recording: Recording, result: EpisodeResult, route: Route) -> ExpertView:
-    """Return whom the expert would brake for in the scenes of a recording.
+    """Return the actors that the expert would brake for in the scenes of a recording.
 
-    The episode is simulated again with the recorded controls. The expert needs what only the
-    simulator knows, so it is asked no more from the first scene on that differs.
+    The episode is simulated again with the recorded controls. The expert needs privileged facts
+    from the simulator, so its queries end at the first scene that differs from the recording.
 
     Args:
-        recording: Of every tick.
+        recording: Recording of every tick.
         result: The episode's record.
         route: The route it was driven on.
     """
@@ -37,17 +35,19 @@ def ask_expert(recording: Recording, result: EpisodeResult, route: Route) -> Exp
     try:
         expert = PlannerSession(load_agent(EXPERT), route, result.seed)
         expert.start()
-        place = RouteProgress(route)
+        position = RouteProgress(route)
         for tick in simulate_again(recording, result, route, until=len(recording) - 2):
             scene = tick.recorded
-            place.follow(scene.ego.x, scene.ego.y)
+            position.follow(scene.ego.x, scene.ego.y)
             if tick.difference:
-                note = _differs(scene.tick, tick.difference)
+                note = _difference_note(scene.tick, tick.difference)
                 break
-            standing = scene.ego.speed < STANDING
-            if tick.row % SPACING == 0 or (standing and expert.due(scene.tick)):
-                seen = expert.observe(scene, place.progress, place.offset, tick.facts())
-                reason = expert.decide(scene, seen).reason
+            stationary = scene.ego.speed < STATIONARY_SPEED
+            if tick.row % QUERY_INTERVAL == 0 or (stationary and expert.due(scene.tick)):
+                observation = expert.observe(
+                    scene, position.progress, position.offset, tick.facts()
+                )
+                reason = expert.decide(scene, observation).reason
                 ticks.append(tick.row)
                 actors.append(NO_ACTOR if reason is None else reason.actor)
     except PlantBenchError as error:
@@ -55,5 +55,5 @@ def ask_expert(recording: Recording, result: EpisodeResult, route: Route) -> Exp
     return ExpertView(np.array(ticks, int), np.array(actors, int), note)
 
 
-def _differs(tick: int, what: str) -> str:
-    return f"Simulated again, from {tick * TICK:.1f} s on it is another episode: {what} differs."
+def _difference_note(tick: int, difference: str) -> str:
+    return f"The simulation differs from the recording from {tick * TICK:.1f} s on: {difference}."

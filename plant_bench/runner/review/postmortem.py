@@ -13,7 +13,7 @@ from plant_bench.agents.loading.registry import load_agent
 from plant_bench.data.recording import Recording
 from plant_bench.errors import AgentError, InputError
 from plant_bench.runner.decisions import Decision, PlannerSession, same_action
-from plant_bench.runner.review.actor_ranking import ranking_before
+from plant_bench.runner.review.actor_ranking import rank_actors
 from plant_bench.runner.review.resimulation import Tick, simulate_again
 from plant_bench.runner.review.review_frames import Moment, Postmortem, Window
 from plant_bench.scoring.results import EpisodeResult
@@ -33,68 +33,68 @@ def review_episode(
     windows: Sequence[Window],
     progress: Callable[[float], None] | None = None,
 ) -> Postmortem:
-    """Simulate an episode again and keep the moments of some windows.
+    """Simulate an episode again and return the moments in given windows.
 
     Args:
-        recording: Of every tick.
+        recording: Recording of every tick.
         result: The episode's record.
         route: The route it was driven on.
-        windows: To be looked at; the simulation ends with the last of them.
-        progress: Told the share that is done, now and then.
+        windows: Time windows of interest; the simulation ends with the last of them.
+        progress: Called repeatedly with the fraction of the work done, 0 to 1.
 
     Raises:
-        InputError: The recording is thinned, or the route is not what it was.
+        InputError: The recording is thinned, or the route has changed.
         SimulationError: SUMO fails.
     """
-    look = _Look(recording, result, route, windows)
+    review = _Review(recording, result, route, windows)
     until = max((window.last for window in windows), default=0)
     for tick in simulate_again(recording, result, route, until=until):
-        look.at(tick)
+        review.process(tick)
         if progress is not None and tick.row % PROGRESS_INTERVAL == 0:
             progress(tick.row / max(until, 1))
-    return look.postmortem()
+    return review.postmortem()
 
 
 class _ShadowAgent:
-    """A shadow that may drop out; mutable.
+    """A planner in shadow mode, which is disabled when it fails or no longer applies; mutable.
 
     Attributes:
-        note: Why it has dropped out; empty while it has not.
-        last: Its last answer.
-        shadow: Who is asked; None after it has dropped out.
+        note: Why it was disabled; empty if it is not.
+        last: Its last decision.
+        session: The planner's session; None if it is disabled.
     """
 
     def __init__(self, agent: Agent | None, route: Route, seed: int, note: str = "") -> None:
         self.note = note
         self.last: Decision | None = None
-        self.shadow: PlannerSession | None = None
+        self.session: PlannerSession | None = None
         if agent is not None:
             try:
-                self.shadow = PlannerSession(agent, route, seed)
-                self.shadow.start()
+                self.session = PlannerSession(agent, route, seed)
+                self.session.start()
             except AgentError as error:
-                self.drop(str(error))
+                self.disable(str(error))
 
-    def drop(self, why: str) -> None:
-        """Ask it no more."""
-        self.note, self.last, self.shadow = why, None, None
+    def disable(self, reason: str) -> None:
+        """Stop querying the planner."""
+        self.note, self.last, self.session = reason, None, None
 
-    def ask(
-        self, scene: Scene, place: RouteProgress, facts: Privileged | None, *, ranking: bool
+    def query(
+        self, scene: Scene, position: RouteProgress, facts: Privileged | None, *, ranking: bool
     ) -> None:
-        """Ask it, which may make it drop out."""
-        if self.shadow is None:
+        """Query the planner's decision; an `AgentError` disables it."""
+        if self.session is None:
             return
         try:
-            seen = self.shadow.observe(scene, place.progress, place.offset, facts)
-            ranks = ranking_before(self.shadow.agent, seen) if ranking else None
-            self.last = replace(self.shadow.decide(scene, seen), ranking=ranks)
+            observation = self.session.observe(scene, position.progress, position.offset, facts)
+            ranks = rank_actors(self.session.agent, observation) if ranking else None
+            self.last = replace(self.session.decide(scene, observation), ranking=ranks)
         except AgentError as error:
-            self.drop(f"asked again at {scene.time:.1f} s, it failed: {error}")
+            self.disable(f"it failed when queried at {scene.time:.1f} s: {error}")
 
 
-class _Look:
-    """Goes through the ticks of one episode; mutable."""
+class _Review:
+    """Queries the planners and collects moments, tick by tick; mutable."""
 
     def __init__(
         self,
@@ -105,37 +105,37 @@ class _Look:
     ) -> None:
         self._result, self._route, self._windows = result, route, windows
         self._actions = recording.actions
-        self._place = RouteProgress(route)
+        self._position = RouteProgress(route)
         self._sensors = Sensors(route, result.seed, PERCEIVED)
         self._expert = _ShadowAgent(load_agent("expert"), route, result.seed)
         self._planner = _ShadowAgent(*_planner_of(result, route))
-        shadow = self._planner.shadow
-        self._ranked_itself = shadow is not None and isinstance(shadow.agent, Ranker)
+        session = self._planner.session
+        self._ranked_itself = session is not None and isinstance(session.agent, Ranker)
         self._plan: Plan | None = None
         self._planned_at: EgoState = recording[0].ego
         self._difference, self._differs_at = "", None
         self._ticks = 0
         self._moments: dict[int, Moment] = {}
 
-    def at(self, tick: Tick) -> None:
-        """Look at the next tick."""
+    def process(self, tick: Tick) -> None:
+        """Process the next tick."""
         scene = tick.recorded
-        self._place.follow(scene.ego.x, scene.ego.y)
+        self._position.follow(scene.ego.x, scene.ego.y)
         self._ticks += 1
         if tick.difference and self._differs_at is None:
             self._difference, self._differs_at = tick.difference, scene.tick
-            self._without_facts()
+            self._disable_privileged()
         if tick.decided:
             action = self._actions[tick.row]
             self._plan = action if isinstance(action, Plan) else None
             self._planned_at = scene.ego
-        if tick.row < len(self._actions) - 1:  # nobody is asked at the last scene of an episode
-            self._ask(tick)
+        if tick.row < len(self._actions) - 1:  # no decision is made at the last scene
+            self._query(tick)
         if any(scene.tick in window for window in self._windows):
             self._moments[scene.tick] = self._moment(scene, tick.control)
 
     def postmortem(self) -> Postmortem:
-        """Return all that was seen."""
+        """Return the collected data."""
         return Postmortem(
             result=self._result,
             route=self._route,
@@ -148,34 +148,34 @@ class _Look:
             expert_note=self._expert.note,
         )
 
-    def _without_facts(self) -> None:
-        """Drop who needs privileged facts, since there are none for the recorded scenes now."""
+    def _disable_privileged(self) -> None:
+        """Disable planners with privileged inputs, since the recording has none."""
         for shadow in (self._expert, self._planner):
-            if shadow.shadow is not None and shadow.shadow.privileged:
-                shadow.drop(f"simulated again, {self._difference} differ from what was recorded")
+            if shadow.session is not None and shadow.session.privileged:
+                shadow.disable(f"the simulation differs from the recording: {self._difference}")
 
-    def _ask(self, tick: Tick) -> None:
+    def _query(self, tick: Tick) -> None:
         scene, expert, planner = tick.recorded, self._expert, self._planner
-        asks = [item for item in (expert, planner) if item.shadow and item.shadow.due(scene.tick)]
-        if planner.shadow is not None and tick.decided != (planner in asks):
-            planner.drop(_otherwise(scene))
-            asks = [item for item in asks if item is not planner]
-        if any(item.shadow is not None and item.shadow.privileged for item in asks):
+        due = [item for item in (expert, planner) if item.session and item.session.due(scene.tick)]
+        if planner.session is not None and tick.decided != (planner in due):
+            planner.disable(_changed_code_note(scene))
+            due = [item for item in due if item is not planner]
+        if any(item.session is not None and item.session.privileged for item in due):
             facts = tick.facts()
         else:
             facts = None
         ranking = any(window.ranked_from <= scene.tick <= window.last for window in self._windows)
-        for item in asks:
-            item.ask(scene, self._place, facts, ranking=ranking and item is planner)
-        asked = planner.last if planner in asks else None
-        if asked is not None and not same_action(asked, self._actions[tick.row]):
-            planner.drop(_otherwise(scene))
+        for item in due:
+            item.query(scene, self._position, facts, ranking=ranking and item is planner)
+        decision = planner.last if planner in due else None
+        if decision is not None and not same_action(decision, self._actions[tick.row]):
+            planner.disable(_changed_code_note(scene))
 
     def _moment(self, scene: Scene, control: Control) -> Moment:
-        place = self._place
+        position = self._position
         return Moment(
             scene=scene,
-            seen=self._sensors.observe(scene, place.progress, place.offset),
+            seen=self._sensors.observe(scene, position.progress, position.offset),
             control=control,
             plan=self._plan,
             planned_at=self._planned_at,
@@ -185,15 +185,15 @@ class _Look:
 
 
 def _planner_of(result: EpisodeResult, route: Route) -> tuple[Agent | None, Route, int, str]:
-    """Return the planner that drove, as far as it can be asked again, or why not."""
+    """Return the arguments of `_ShadowAgent` for the planner that drove."""
     if Input.SIMULATOR.value in result.inputs:
-        return None, route, result.seed, "SUMO's own driver drove, who cannot be asked"
+        return None, route, result.seed, "SUMO's driver model drove, which cannot be queried"
     try:
         return load_agent(result.agent), route, result.seed, ""
     except InputError as error:
         return None, route, result.seed, str(error)
 
 
-def _otherwise(scene: Scene) -> str:
-    when = round(scene.tick * TICK, 2)
-    return f"asked again, it answers otherwise than recorded (at {when} s): its code has changed"
+def _changed_code_note(scene: Scene) -> str:
+    time = round(scene.tick * TICK, 2)
+    return f"at {time} s its action differs from the recorded one, so its code has changed"

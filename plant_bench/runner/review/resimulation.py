@@ -24,15 +24,15 @@ class Tick:
     """One tick of a recording, simulated again.
 
     Attributes:
-        row: Of the recording.
-        recorded: The scene as it was recorded.
-        difference: What of the simulated scene is another; empty where both are equal.
-        control: What is executed now: the recorded answer, held until the next one; what was driven
-            last where SUMO's own driver drives.
-        decided: Whether the planner was asked at this tick.
-        facts: Tells what only the simulator knows of this scene; true of it if nothing differs, and
-            to be asked before the next tick.
-        episode: The episode as it is simulated now; judged up to this scene.
+        row: Row of the recording.
+        recorded: The recorded scene.
+        difference: How the simulated scene differs; empty if both are equal.
+        control: The control executed at this tick: that of the latest recorded action or, if SUMO's
+            driver model drives, the recorded acceleration and steering.
+        decided: Whether the recording has a decision of the planner at this tick.
+        facts: Returns the privileged facts of the simulated scene; to be called before the next
+            tick. They belong to the recorded scene if there is no difference.
+        episode: The simulated episode; its referee has judged this scene.
     """
 
     row: int
@@ -45,19 +45,19 @@ class Tick:
 
 
 def scenario_of(result: EpisodeResult, route: Route) -> Scenario:
-    """Return the scenario of an episode that was driven.
+    """Return the scenario of a recorded episode.
 
     Raises:
-        InputError: The route is another one now.
+        InputError: The route has changed since.
     """
     for hazards in (True, False):
         scenario = Scenario(route, result.seed, result.density, hazards)
         if scenario.key == result.scenario:
             return scenario
     message = (
-        f"Route {result.route} is not what it was when this episode was driven "
-        f"({result.route_checksum[:12]}, now {route.checksum[:12]}): it cannot be simulated again. "
-        "Score the run again."
+        f"Route {result.route} has changed since this episode was driven (checksum "
+        f"{result.route_checksum[:12]}, now {route.checksum[:12]}), so the episode cannot be "
+        "simulated again. Score the run again."
     )
     raise InputError(message)
 
@@ -68,17 +68,17 @@ def simulate_again(
     """Simulate a recorded episode again; the simulation ends with the iteration.
 
     Args:
-        recording: Of every tick.
+        recording: Recording of every tick.
         result: The episode's record.
         route: The route it was driven on.
-        until: The last tick that is wanted; None for the whole episode.
+        until: Last tick to simulate; None for the whole episode.
 
     Raises:
-        InputError: The recording is thinned, the route has changed or the town is not there.
+        InputError: The recording is thinned, the route has changed or the town is missing.
         SimulationError: SUMO fails.
     """
-    if len(recording.whole) < len(recording):
-        message = "A thinned recording does not hold every tick: it cannot be simulated again."
+    if len(recording.complete_rows) < len(recording):
+        message = "A thinned recording does not contain every tick and cannot be simulated again."
         raise InputError(message)
     scenario = scenario_of(result, route)
     last = len(recording) - 1 if until is None else min(until, len(recording) - 1)
@@ -89,7 +89,7 @@ def simulate_again(
         simulation = episode.simulation
         for row in range(last + 1):
             scene, action = recording[row], actions[row]
-            if self_driving:  # what the planner asks for goes unheard
+            if self_driving:  # the planner's controls have no effect
                 control = Control(scene.ego.acceleration, scene.ego.steering)
             elif action is not None:
                 control = control_of(action, scene.ego)
@@ -108,15 +108,15 @@ def simulate_again(
 
 
 def scene_difference(one: Scene, other: Scene) -> str:
-    """Return in what two scenes differ, number for number; empty if in nothing."""
+    """Return how two scenes differ, compared exactly; empty if they are equal."""
     if one.tick != other.tick:
-        return f"tick {one.tick}, again {other.tick}"
+        return f"tick {one.tick}, simulated {other.tick}"
     if one.ego != other.ego:
         return "the ego"
     if not np.array_equal(one.actors.ids, other.actors.ids):
-        who = sorted({*one.actors.ids.tolist()} ^ {*other.actors.ids.tolist()})
-        return f"who is in sight ({', '.join(map(str, who[:3]))})"
+        ids = sorted({*one.actors.ids.tolist()} ^ {*other.actors.ids.tolist()})
+        return f"the set of actors ({', '.join(map(str, ids[:3]))})"
     for name in ("poses", "speeds", "extents", "kinds"):
         if not np.array_equal(getattr(one.actors, name), getattr(other.actors, name)):
             return f"the actors' {name}"
-    return "" if np.array_equal(one.lights, other.lights) else "the lights"
+    return "" if np.array_equal(one.lights, other.lights) else "the traffic lights"

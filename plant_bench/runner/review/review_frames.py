@@ -11,12 +11,13 @@ from plant_bench.world.scene import EgoState, Scene
 
 @dataclass(frozen=True, slots=True)
 class Window:
-    """A part of an episode to look at.
+    """A range of ticks of an episode.
 
     Attributes:
-        first: Its first tick.
-        last: Its last tick.
-        ranked_from: The tick from which on the planner is asked who matters; may be an earlier one.
+        first: First tick.
+        last: Last tick, inclusive.
+        ranked_from: First tick at which the planner's actor ranking is queried; may precede
+            `first`.
     """
 
     first: int
@@ -29,16 +30,16 @@ class Window:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Moment:
-    """One tick.
+    """One tick of a postmortem.
 
     Attributes:
-        scene: As recorded.
-        seen: What a planner with all inputs but the privileged is given of it.
-        control: What was executed from here on.
-        plan: The recorded plan in force; None for planners that answer with controls.
-        planned_at: The ego when that plan was made.
-        planner: The planner's last answer, asked again; None where it could not be.
-        expert: The expert's last answer; None where the scenes differ.
+        scene: The recorded scene.
+        seen: Observation with all inputs except the privileged ones.
+        control: The control executed at this tick.
+        plan: The latest recorded plan; None for planners that return controls.
+        planned_at: State of the ego when that plan was made.
+        planner: The planner's latest decision in shadow mode; None if it cannot be queried.
+        expert: The expert's latest decision in shadow mode; None if it cannot be queried.
     """
 
     scene: Scene
@@ -52,18 +53,18 @@ class Moment:
 
 @dataclass(frozen=True, eq=False)
 class Postmortem:
-    """An episode that was looked at again.
+    """The review of one episode.
 
     Attributes:
-        result: Its record.
+        result: The episode's record.
         route: The route it was driven on.
-        moments: By tick: those of the windows.
-        ticks: How many scenes were simulated again and compared.
-        difference: In what the first scene that is another differs; empty where all are equal.
-        differs_at: Its tick; None where all are equal.
-        planner_note: Why the planner's ranking is not there (from some tick on); empty if it is.
-        ranked_itself: Whether the ranking is the planner's own; else it is by masking.
-        expert_note: Why the expert's answers end before the scenes differ; empty if they do not.
+        moments: Moments of the windows by tick.
+        ticks: Number of scenes that were simulated again and compared.
+        difference: How the first differing scene differs; empty if all scenes are equal.
+        differs_at: Tick of that scene; None if all scenes are equal.
+        planner_note: Why the planner was not queried, or only up to some tick; empty if it was.
+        ranked_itself: Whether the ranking comes from the planner's `rank`; else from masking.
+        expert_note: Why the expert was not queried, or only up to some tick; empty if it was.
     """
 
     result: EpisodeResult

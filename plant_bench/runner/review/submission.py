@@ -12,10 +12,10 @@ from plant_bench.runner.episode.jobs import Job, select_routes
 from plant_bench.runner.review.submission_checks import (
     Finding,
     check_names,
-    choices_of,
     count_findings,
     episode_of,
     inputs_findings,
+    nonstandard_settings,
     record_findings,
     run_findings,
     summary_findings,
@@ -32,12 +32,12 @@ class Submission:
     """A run to be verified.
 
     Attributes:
-        folder: Where it lies.
-        provenance: What it says it was made with.
-        routes: The suite's routes by id, as they are here.
-        records: By the name of their files.
-        findings: What is not as it should be.
-        notes: What the reader should know.
+        folder: The run's folder.
+        provenance: Settings and versions that the run claims.
+        routes: The installed suite's routes by id.
+        records: Episode records by the name of their files.
+        findings: Values that differ from the expected ones.
+        notes: Remarks for the reader that are not findings.
     """
 
     folder: RunFolder
@@ -48,7 +48,7 @@ class Submission:
     notes: tuple[str, ...]
 
     def job(self, result: EpisodeResult) -> Job:
-        """Return the episode that a record should be of: from the suite here, not from it.
+        """Return the episode that a record should belong to, made from the installed suite.
 
         Raises:
             KeyError: The suite has no such route.
@@ -66,22 +66,22 @@ def read_submission(
     """Read a run and check everything that needs no simulator.
 
     Args:
-        path: Its folder.
-        suite: The suite it should be of; None for the one of ours that it names.
-        selection: The routes it should have driven; None for all of the suite.
-        repetitions: Of each route; None for as many as it says.
+        path: The run's folder.
+        suite: The expected suite; None for the built-in suite that the run names.
+        selection: The expected routes; None for all of the suite.
+        repetitions: Expected repetitions of each route; None for the number that the run claims.
 
     Raises:
-        InputError: It is no run, or its suite is not known here.
+        InputError: The folder holds no run, or its suite is not installed.
     """
     folder = RunFolder.open(path)
-    check_place(folder.path)
+    check_no_links(folder.path)
     provenance = Provenance.load(folder.run_file)
     routes = _suite(provenance, suite)
-    wanted = select_routes(list(routes.values()), selection)
+    expected = select_routes(list(routes.values()), selection)
     records, findings = _records(folder)
     if not records:
-        message = f"{path} has no episode records that can be read: there is nothing to verify."
+        message = f"{path} has no readable episode records: there is nothing to verify."
         raise InputError(message)
     known = {name: result for name, result in records.items() if result.route in routes}
     for name, result in records.items():
@@ -90,30 +90,32 @@ def read_submission(
         repetitions = max([provenance.repetitions, *(r.repetition + 1 for r in records.values())])
     findings += inputs_findings(records)
     findings += run_findings(provenance, routes)
-    findings += count_findings(records.values(), wanted, repetitions)
+    findings += count_findings(records.values(), expected, repetitions)
     findings += summary_findings(folder, list(records.values()))
     keys, notes = check_names(known, provenance, routes)
-    notes += choices_of(folder, provenance, repetitions)
+    notes += nonstandard_settings(folder, provenance, repetitions)
     return Submission(folder, provenance, routes, known, (*findings, *keys), tuple(notes))
 
 
-def check_place(path: Path) -> None:
-    """Check that the parts of a run are its own, not links to elsewhere.
+def check_no_links(path: Path) -> None:
+    """Check that the parts of a run are not symbolic links.
 
     Raises:
-        InputError: One is a link.
+        InputError: One is a symbolic link.
     """
     for part in ("run.json", "summary.json", "summary.csv", "episodes", "recordings"):
         if (path / part).is_symlink():
-            message = f"{path / part} is a link: a run to be verified holds its files itself."
+            message = (
+                f"{path / part} is a symbolic link. A run to be verified must contain its files."
+            )
             raise InputError(message)
 
 
 def _suite(provenance: Provenance, suite: str | None) -> dict[str, Route]:
     if suite is None and provenance.suite not in suite_names():
         message = (
-            f"The run is of the suite {provenance.suite[:100]!r}, which is none of plant-bench's "
-            f"({', '.join(suite_names())}). Give the routes you trust with --suite."
+            f"The run names the suite {provenance.suite[:100]!r}, which is not built in "
+            f"({', '.join(suite_names())}). Pass routes that you trust with --suite."
         )
         raise InputError(message)
     return {route.id: route for route in load_suite(suite or provenance.suite)}
@@ -125,7 +127,7 @@ def _records(folder: RunFolder) -> tuple[dict[str, EpisodeResult], list[Finding]
         place = f"episodes/{path.name}"
         try:
             if path.is_symlink():
-                message = "it is a link"
+                message = "symbolic link"
                 raise InputError(message)
             check_file(path, largest=LARGEST_RECORD)
             records[path.stem] = result = EpisodeResult.load(path)
@@ -133,5 +135,7 @@ def _records(folder: RunFolder) -> tuple[dict[str, EpisodeResult], list[Finding]
             findings.append(Finding(place, "record", str(error), "an episode record"))
             continue
         if result.to_json() != read_text(path, largest=LARGEST_RECORD):
-            findings.append(Finding(place, "text", "another", "as plant-bench writes records"))
+            findings.append(
+                Finding(place, "text", "other formatting", "the text that plant-bench writes")
+            )
     return records, findings

@@ -1,4 +1,4 @@
-"""Simulates episodes of a submitted run again, with the agent or with the recorded controls."""
+"""Verifies records by resimulating episodes, with the agent or with the recorded controls."""
 
 import random
 import tempfile
@@ -10,7 +10,7 @@ from plant_bench.data.recording import Recording
 from plant_bench.errors import SimulationError, in_one_line
 from plant_bench.runner.episode.jobs import Job
 from plant_bench.runner.episode.loop import run_episode
-from plant_bench.runner.review.differences import Checked, Difference, first_difference
+from plant_bench.runner.review.differences import Difference, EpisodeCheck, first_difference
 from plant_bench.runner.review.resimulation import simulate_again
 from plant_bench.runner.review.submission import Submission
 from plant_bench.runner.workers.executors import Event, Finished, Lost, Progressed, run_tasks
@@ -25,14 +25,14 @@ OnShare = Callable[[float], None]
 
 @dataclass(frozen=True)
 class Task:
-    """An episode to be simulated again.
+    """An episode to simulate again; picklable.
 
     Attributes:
-        name: Of its files.
-        job: What it should be.
-        record: What is told of it.
-        recording: Whose controls are executed; None where the agent drives.
-        isolation: Keeps the agent in a process of its own.
+        name: Name of the episode's files.
+        job: The job, made from the installed suite.
+        record: The submitted record.
+        recording: Recording whose controls are executed; None if the agent drives.
+        isolation: Runs the agent in a separate process; None to load it in the worker.
     """
 
     name: str
@@ -43,23 +43,23 @@ class Task:
 
 
 def sample_of(records: Mapping[str, EpisodeResult], size: int, seed: int) -> list[str]:
-    """Return the names of a sample, each town in turn, so that none is left out before another.
+    """Return the names of a random sample, stratified by town.
 
     Args:
-        records: By name.
-        size: How many are wanted.
-        seed: Of the checker's choice.
+        records: Records by name.
+        size: Number of names.
+        seed: Random seed.
     """
-    chance = random.Random(seed)
+    rng = random.Random(seed)
     towns: dict[str, list[str]] = {}
     for name in sorted(records):
         towns.setdefault(records[name].town, []).append(name)
     rows = list(towns.values())
     for names in (*rows, rows):
-        chance.shuffle(names)
+        rng.shuffle(names)
     longest = max(map(len, rows), default=0)
-    turns = [names[place] for place in range(longest) for names in rows if place < len(names)]
-    return sorted(turns[:size])
+    by_turns = [names[turn] for turn in range(longest) for names in rows if turn < len(names)]
+    return sorted(by_turns[:size])
 
 
 def verify_episodes(
@@ -70,16 +70,16 @@ def verify_episodes(
     workers: int,
     on_share: OnShare,
     isolation: Isolation | None = None,
-) -> list[Checked]:
+) -> list[EpisodeCheck]:
     """Simulate episodes again.
 
     Args:
         submission: The run.
-        names: Of the episodes.
-        agent: Who drives, as given to `load_agent`; None for the recorded controls.
-        workers: Processes.
-        on_share: Told how much is done, 0 to 1.
-        isolation: Keeps the agent in a process of its own.
+        names: Names of the episodes.
+        agent: Agent that drives, as named for `load_agent`; None for the recorded controls.
+        workers: Number of processes.
+        on_share: Called with the fraction of the work done, 0 to 1.
+        isolation: Runs the agent in a separate process; None to load it in the workers.
 
     Raises:
         InputError: The agent or a town cannot be used.
@@ -87,7 +87,7 @@ def verify_episodes(
     """
     tasks = [_task(submission, name, agent, isolation) for name in names]
     shares = [0.0] * len(tasks)
-    found: dict[int, Checked] = {}
+    found: dict[int, EpisodeCheck] = {}
 
     def listen(event: Event) -> None:
         if isinstance(event, Finished):
@@ -100,7 +100,7 @@ def verify_episodes(
 
     with tempfile.TemporaryDirectory(prefix="plant-bench-verify-") as logs:
         run_tasks(tasks, check_episode, workers=workers, on_event=listen, logs=Path(logs))
-    return [found[place] for place in sorted(found)]
+    return [found[index] for index in sorted(found)]
 
 
 def _task(
@@ -113,8 +113,8 @@ def _task(
     return Task(name, Job(**{**vars(job), "agent": agent}), record, None, isolation)
 
 
-def check_episode(task: Task, report: Report) -> Checked:
-    """Simulate one episode again and compare: what a worker does.
+def check_episode(task: Task, report: Report) -> EpisodeCheck:
+    """Simulate one episode again in a worker process, and compare the records.
 
     Raises:
         InputError: The agent or the town cannot be used.
@@ -124,21 +124,23 @@ def check_episode(task: Task, report: Report) -> Checked:
         load = loader_of(task.isolation)
         again = run_episode(task.job, progress=report, load=load).result
         again = again.model_copy(update={"agent": task.record.agent})
-        return Checked(task.name, task.job.route.town, first_difference(task.record, again))
+        return EpisodeCheck(task.name, task.job.route.town, first_difference(task.record, again))
     try:
-        difference = _by_controls(task, task.recording, report)
+        difference = _resimulated_difference(task, task.recording, report)
     except SimulationError:
         raise
-    except Exception as error:  # noqa: BLE001  whatever a stranger's recording leads to
-        difference = Difference("recording", in_one_line(error), "one that can be driven again")
-    return Checked(task.name, task.job.route.town, difference)
+    except Exception as error:  # noqa: BLE001  an untrusted recording may cause any error
+        difference = Difference(
+            "recording", in_one_line(error), "a recording that can be simulated"
+        )
+    return EpisodeCheck(task.name, task.job.route.town, difference)
 
 
-def _by_controls(task: Task, path: Path, report: Report) -> Difference | None:
-    """Execute the recorded controls again, and judge anew."""
+def _resimulated_difference(task: Task, path: Path, report: Report) -> Difference | None:
+    """Execute the recorded controls, and compare scenes and record."""
     record, route = task.record, task.job.route
     if not path.is_file() or path.is_symlink():
-        return Difference("recording", "none", "one of every tick")
+        return Difference("recording", "none", "a recording of every tick")
     recording = Recording.load(path)
     header = task.job.header(frozenset(record.inputs))
     crash = None
@@ -149,13 +151,13 @@ def _by_controls(task: Task, path: Path, report: Report) -> Difference | None:
     for tick in simulate_again(recording, record, route):
         if tick.difference:
             place = f"recording, tick {tick.recorded.tick}"
-            return Difference(place, "as recorded", f"another: {tick.difference}")
+            return Difference(place, "as recorded", f"other: {tick.difference}")
         report(tick.row / max(last, 1))
         if tick.row == last:
             again = tick.episode.result(header, crash)
     return None if again is None else first_difference(record, again)
 
 
-def _not_simulated(task: Task, reason: str) -> Checked:
+def _not_simulated(task: Task, reason: str) -> EpisodeCheck:
     difference = Difference("status", task.record.status.value, f"not simulated: {reason}")
-    return Checked(task.name, task.job.route.town, difference)
+    return EpisodeCheck(task.name, task.job.route.town, difference)

@@ -78,22 +78,22 @@ class _Task:
     isolation: Isolation | None = None
 
     @property
-    def needs(self) -> Requirements:
+    def requirements(self) -> Requirements:
         """Files that the task requires on another machine."""
         return Requirements(
             frozenset({self.job.agent}), frozenset({self.job.route.town_dir}), self.isolation
         )
 
-    def at(self, place: NodePaths) -> "_Task":
+    def with_paths(self, paths: NodePaths) -> "_Task":
         """Return the same task with the paths of another machine."""
-        recording = self.recording and place.output / "recordings" / self.recording.name
-        planner = place.planner(self.job.agent)
+        recording = self.recording and paths.output / "recordings" / self.recording.name
+        planner = paths.planner(self.job.agent)
         job = replace(
             self.job,
-            route=replace(self.job.route, town_folders=place.towns),
+            route=replace(self.job.route, town_folders=paths.town_folders),
             planner="" if planner == self.job.agent else planner,
         )
-        isolation = self.isolation and self.isolation.elsewhere()
+        isolation = self.isolation and self.isolation.for_other_machine()
         return replace(self, job=job, recording=recording, isolation=isolation)
 
 
@@ -159,7 +159,7 @@ def run_suite(
 
     executor = LocalExecutor(workers) if executor is None else executor
     logs = folder.path / "logs"
-    executor.run_tasks(tasks, _run_task, on_event=listen, logs=logs, keep=folder.keep)
+    executor.run_tasks(tasks, _run_task, on_event=listen, logs=logs, save_file=folder.write_bytes)
 
 
 def _run_task(task: _Task, report: Report) -> Outcome:

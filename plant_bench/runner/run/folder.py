@@ -8,7 +8,7 @@ summary.json, summary.csv: derived from the records alone.
 speed.json: derived from the timings.
 superseded/: episodes of an earlier agent, town, route or protocol.
 logs/: output of the workers.
-claims/: locks of the processes that drive into the folder (`runner.run.run_lock`).
+claims/: locks of the processes that write to the folder (`runner.run.run_lock`).
 """
 
 import re
@@ -27,7 +27,7 @@ from plant_bench.scoring.results import EpisodeResult
 _PARTS = {"episodes": ".json", "timing": ".json", "recordings": ".parquet"}
 
 
-def in_order(results: Iterable[EpisodeResult]) -> list[EpisodeResult]:
+def sorted_results(results: Iterable[EpisodeResult]) -> list[EpisodeResult]:
     """Sort records by route and repetition, since floating-point sums depend on the order."""
     return sorted(results, key=lambda result: (result.route, result.repetition))
 
@@ -60,22 +60,23 @@ class RunFolder:
         """Path of the provenance file."""
         return self.path / "run.json"
 
-    def create(self, *, sweeping: Sequence[str] | None = None) -> None:
+    def create(self, *, partial_of: Sequence[str] | None = None) -> None:
         """Create the folder, and remove partly written files of an interrupted run.
 
         Args:
-            sweeping: The argument of `sweep`.
+            partial_of: Names of the episodes whose partly written files are removed; None for
+                all.
 
         Raises:
             InputError: It cannot be written to.
         """
         for name in (*_PARTS, "logs"):
-            self.make(name)
-        self.sweep(sweeping)
+            self.make_subfolder(name)
+        self.remove_partial_files(partial_of)
         self.write("probe", "")
         (self.path / "probe").unlink(missing_ok=True)
 
-    def sweep(self, names: Sequence[str] | None = None) -> None:
+    def remove_partial_files(self, names: Sequence[str] | None = None) -> None:
         """Remove the partly written files of killed workers.
 
         Args:
@@ -86,7 +87,7 @@ class RunFolder:
             if starts is None or leftover.name.startswith(starts):
                 leftover.unlink(missing_ok=True)
 
-    def make(self, name: str) -> None:
+    def make_subfolder(self, name: str) -> None:
         """Create a sub-folder.
 
         Raises:
@@ -120,13 +121,13 @@ class RunFolder:
         """Write an episode's files, each completely or not at all; the record last.
 
         Raises:
-            InputError: The disk is full, or the folder has gone.
+            InputError: The disk is full, or the folder is missing.
         """
         if timing is not None:
             self.write(f"timing/{name}.json", timing.model_dump_json(indent=1) + "\n")
         self.write(f"episodes/{name}.json", result.to_json())
 
-    def forget(self, names: Iterable[str]) -> None:
+    def remove_episodes(self, names: Iterable[str]) -> None:
         """Remove the files of episodes that are driven again."""
         for name in names:
             for part, suffix in _PARTS.items():
@@ -136,15 +137,15 @@ class RunFolder:
         """Write a text file, completely or not at all.
 
         Raises:
-            InputError: The disk is full, or the folder has gone.
+            InputError: The disk is full, or the folder is missing.
         """
-        self.keep(name, text.encode())
+        self.write_bytes(name, text.encode())
 
-    def keep(self, name: str, content: bytes) -> None:
+    def write_bytes(self, name: str, content: bytes) -> None:
         """Write a file, completely or not at all, even if other processes write the same one.
 
         Raises:
-            InputError: The disk is full, or the folder has gone.
+            InputError: The disk is full, or the folder is missing.
         """
         path = self.path / name
         try:
@@ -159,7 +160,7 @@ class RunFolder:
         Raises:
             InputError: One is broken.
         """
-        return in_order(EpisodeResult.load(path) for path in self.record_files())
+        return sorted_results(EpisodeResult.load(path) for path in self.record_files())
 
     def repetitions(self) -> int:
         """Return the number of repetitions, from the names of the records."""
@@ -167,23 +168,26 @@ class RunFolder:
         found = [re.search(r"_r(\d+)_[0-9a-f]+$", name) for name in names]
         return max((int(match[1]) + 1 for match in found if match), default=0)
 
-    def set_aside(self, keep: Iterable[str]) -> int:
-        """Move all episodes except the named ones to `superseded/`.
+    def move_superseded(self, current: Iterable[str]) -> int:
+        """Move all episodes except the current ones to `superseded/`.
+
+        Args:
+            current: Names of the episodes to keep.
 
         Returns:
             Number of records moved.
         """
-        kept = set(keep)
-        stale = [path.stem for path in self.record_files() if path.stem not in kept]
-        for name in stale:
+        current_names = set(current)
+        superseded = [path.stem for path in self.record_files() if path.stem not in current_names]
+        for name in superseded:
             for part, suffix in reversed(_PARTS.items()):  # the record last: it names the others
                 source = self.path / part / f"{name}{suffix}"
                 target = self.path / "superseded" / part / source.name
                 if source.is_file():
                     target.parent.mkdir(parents=True, exist_ok=True)
-                    with suppress(FileNotFoundError):  # another shard has done it
+                    with suppress(FileNotFoundError):  # already moved by another shard
                         move_whole(source, target)
-        return len(stale)
+        return len(superseded)
 
     def provenance(self) -> Provenance | None:
         """Return the provenance written by an earlier command; None in a new folder.

@@ -45,7 +45,7 @@ def rescore_folder(folder: RunFolder) -> Iterator[Rescored]:
         message = f"{folder.path} is no run of plant-bench: it has no run.json."
         raise InputError(message)
     routes = {route.id: route for route in load_suite(provenance.suite)}
-    folder.make("rescored")
+    folder.make_subfolder("rescored")
     for path in folder.record_files():
         first = EpisodeResult.load(path)
         recording = folder.path / "recordings" / f"{path.stem}.parquet"

@@ -65,15 +65,15 @@ class Shard:
 
         The result depends on items and lengths alone, so all shards agree on the division.
         """
-        order = sorted(range(len(items)), key=lambda place: (-lengths[place], place))
+        order = sorted(range(len(items)), key=lambda index: (-lengths[index], index))
         loads = [0.0] * self.count
-        mine = []
-        for place in order:
+        chosen = []
+        for index in order:
             least = min(range(self.count), key=lambda shard: (loads[shard], shard))
-            loads[least] += lengths[place]
+            loads[least] += lengths[index]
             if least == self.number - 1:
-                mine.append(place)
-        return [items[place] for place in sorted(mine)]
+                chosen.append(index)
+        return [items[index] for index in sorted(chosen)]
 
 
 @dataclass(frozen=True)
@@ -81,12 +81,12 @@ class LockInfo:
     """Content of a lock file: its owner, and what is locked.
 
     Attributes:
-        what: "whole", or a shard as "2of8".
+        what: "whole", or a shard such as "2of8".
         version: Hash of all episodes that the shards divide.
         host: Name of the machine.
         pid: Process id on it.
         born: Start time of the process, in system ticks since boot; 0 if unknown.
-        since: Time of locking, for people.
+        since: Time of locking, as shown to the user.
         token: Unique random text.
     """
 
@@ -104,7 +104,7 @@ class LockInfo:
         return f"{what} (host {self.host}, process {self.pid}, since {self.since})"
 
     def conflicts(self, other: "LockInfo") -> bool:
-        """Tell whether two locks exclude each other: only shards of one division do not."""
+        """Return whether two locks exclude each other; different shards of one division do not."""
         if WHOLE in (self.what, other.what) or self.version != other.version:
             return True
         number, count = self.what.split("of")
@@ -130,39 +130,39 @@ def locked(folder: Path, shard: Shard | None, version: str) -> Iterator[None]:
     what = WHOLE if shard is None else f"{shard.number}of{shard.count}"
     since = time.strftime("%Y-%m-%d %H:%M:%S")
     host, pid = socket.gethostname(), os.getpid()
-    me = LockInfo(what, version, host, pid, _start_time(pid), since, secrets.token_hex(8))
-    place = folder / "claims"
+    info = LockInfo(what, version, host, pid, _start_time(pid), since, secrets.token_hex(8))
+    lock_folder = folder / "claims"
     try:
-        mine = _acquire(place, me)
+        path = _acquire(lock_folder, info)
     except OSError as error:
         message = f"Cannot write to {folder}: {error.strerror}. Choose another with --out."
         raise InputError(message) from error
     ended = threading.Event()
-    heartbeat = threading.Thread(target=_heartbeat, args=(mine, ended), daemon=True)
+    heartbeat = threading.Thread(target=_heartbeat, args=(path, ended), daemon=True)
     try:
-        _check_others(place, mine, me)
+        _check_others(lock_folder, path, info)
         heartbeat.start()
         yield
     finally:
         ended.set()
-        if _read(mine) == me:
-            mine.unlink(missing_ok=True)
-        with _ignored():
-            place.rmdir()  # if there is no other lock
+        if _read(path) == info:
+            path.unlink(missing_ok=True)
+        with _ignoring_os_errors():
+            lock_folder.rmdir()  # if there is no other lock
 
 
-def _acquire(place: Path, me: LockInfo) -> Path:
+def _acquire(lock_folder: Path, info: LockInfo) -> Path:
     """Create a lock file, replacing an expired one.
 
     Raises:
         InputError: Another process holds the lock.
     """
-    path = place / f"{me.what}.json"
+    path = lock_folder / f"{info.what}.json"
     for _ in range(3):
-        place.mkdir(parents=True, exist_ok=True)
+        lock_folder.mkdir(parents=True, exist_ok=True)
         try:
             with whole_file(path, new=True) as part:
-                part.write_text(json.dumps(asdict(me)), encoding="utf-8")
+                part.write_text(json.dumps(asdict(info)), encoding="utf-8")
         except FileExistsError:
             lock_owner = _read(path)
             if lock_owner is not None:
@@ -177,10 +177,10 @@ def _acquire(place: Path, me: LockInfo) -> Path:
     raise InputError(message)
 
 
-def _check_others(place: Path, mine: Path, me: LockInfo) -> None:
-    for path in sorted(place.glob("*.json")):
-        lock_owner = None if path == mine else _read(path)
-        if lock_owner is None or not me.conflicts(lock_owner):
+def _check_others(lock_folder: Path, own_path: Path, info: LockInfo) -> None:
+    for path in sorted(lock_folder.glob("*.json")):
+        lock_owner = None if path == own_path else _read(path)
+        if lock_owner is None or not info.conflicts(lock_owner):
             continue
         if not _has_expired(path, lock_owner):
             raise _lock_error(lock_owner, path)
@@ -189,7 +189,7 @@ def _check_others(place: Path, mine: Path, me: LockInfo) -> None:
 
 def _lock_error(lock_owner: LockInfo, path: Path) -> InputError:
     return InputError(
-        f"{lock_owner.described()} is driving into {path.parents[1]}. Wait until it has ended, or "
+        f"{lock_owner.described()} is writing to {path.parents[1]}. Wait until it has ended, or "
         f"choose another folder with --out. (A lock of another host expires "
         f"{EXPIRY / 60.0:.0f} minutes after its last heartbeat; if you know that its process has "
         f"ended, remove {path}.)"
@@ -197,7 +197,7 @@ def _lock_error(lock_owner: LockInfo, path: Path) -> InputError:
 
 
 def _has_expired(path: Path, lock_owner: LockInfo) -> bool:
-    """Tell whether the owner of a lock has certainly ended."""
+    """Return whether the owner of a lock has certainly ended."""
     if lock_owner.host == socket.gethostname():
         return (
             _start_time(lock_owner.pid) != lock_owner.born
@@ -222,14 +222,14 @@ def _age(path: Path) -> float:
 
 
 def _remove_expired(path: Path, lock_owner: LockInfo) -> None:
-    """Remove an expired lock, unless another process has just replaced it by its own."""
+    """Remove an expired lock, unless another process has just replaced it."""
     aside = path.with_name(f"{secrets.token_hex(8)}.void")
     try:
         path.rename(aside)
     except FileNotFoundError:
         return
     if _read(aside) != lock_owner:
-        with _ignored():
+        with _ignoring_os_errors():
             os.link(aside, path)
     aside.unlink(missing_ok=True)
 
@@ -246,7 +246,7 @@ def _read(path: Path) -> LockInfo | None:
 
 def _heartbeat(path: Path, ended: threading.Event) -> None:
     while not ended.wait(HEARTBEAT):
-        with _ignored():
+        with _ignoring_os_errors():
             os.utime(path)
 
 
@@ -270,7 +270,7 @@ def _start_time(pid: int) -> int:
 
 
 @contextmanager
-def _ignored() -> Iterator[None]:
+def _ignoring_os_errors() -> Iterator[None]:
     try:
         yield
     except OSError:

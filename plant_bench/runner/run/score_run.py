@@ -1,4 +1,4 @@
-"""Prepares a run: from the request, finds which episodes are missing in its folder."""
+"""Opens a run's folder for a request and determines which episodes are missing."""
 
 import hashlib
 import re
@@ -68,7 +68,7 @@ class ScoreRequest:
 
 @dataclass(frozen=True)
 class Run:
-    """A run that is ready to be driven.
+    """An opened run, ready to drive.
 
     Attributes:
         folder: Folder of the run.
@@ -92,9 +92,11 @@ class Run:
         """Return the number of other shards' jobs without a record."""
         return self._without_record(self.others)
 
-    def sweep(self) -> None:
+    def remove_partial_files(self) -> None:
         """Remove the partly written files of this run's own jobs."""
-        self.folder.sweep([episode_name(job) for job in self.jobs] if self.others else None)
+        self.folder.remove_partial_files(
+            [episode_name(job) for job in self.jobs] if self.others else None
+        )
 
     def _without_record(self, jobs: Sequence[Job]) -> int:
         return sum(self.folder.record(episode_name(job)) is None for job in jobs)
@@ -106,7 +108,7 @@ def open_run(
     *,
     overwrite: bool = False,
     shard: Shard | None = None,
-    hold: ExitStack | None = None,
+    lock_stack: ExitStack | None = None,
     load: Loader = load_agent,
 ) -> Run:
     """Open or create a run's folder, find the missing episodes, and write `run.json`.
@@ -119,12 +121,12 @@ def open_run(
         out: Folder of the run; None for `reports/<run name>` in the working folder.
         overwrite: Drive all requested episodes again, even if the folder holds another run.
         shard: The part of the request that is driven here; None for all of it.
-        hold: Holds the run lock until it is closed (`locked`); None if no lock is needed.
+        lock_stack: Holds the run lock (`locked`) until it is closed; None to take no lock.
         load: Loads the planner, for its checksum.
 
     Raises:
         InputError: The request cannot be met, the folder holds another run, or another process is
-            driving into it.
+            writing to it.
     """
     suite = load_suite(request.suite)
     chosen = _checked_routes(request, suite)
@@ -137,21 +139,21 @@ def open_run(
     jobs = everything
     if shard is not None:
         jobs = shard.of(everything, [job.route.length for job in everything])
-    if hold is not None:
-        hold.enter_context(locked(folder.path, shard, _division(everything)))
-    folder.create(sweeping=None if shard is None else [episode_name(job) for job in jobs])
-    notes = _set_aside(folder, request, now.agent_checksum, suite)
+    if lock_stack is not None:
+        lock_stack.enter_context(locked(folder.path, shard, _division(everything)))
+    folder.create(partial_of=None if shard is None else [episode_name(job) for job in jobs])
+    notes = _move_superseded(folder, request, now.agent_checksum, suite)
     missing = (
         jobs if overwrite else [job for job in jobs if folder.record(episode_name(job)) is None]
     )
     if overwrite:
-        folder.forget(map(episode_name, jobs))
+        folder.remove_episodes(map(episode_name, jobs))
     if earlier is not None and len(missing) < len(jobs):
         notes += _changed_versions(earlier, now)
     folder.write("run.json", now.model_dump_json(indent=1) + "\n")
     by_length = sorted(missing, key=lambda job: (-job.route.length, job.route.id, job.repetition))
-    mine = set(map(episode_name, jobs))
-    others = tuple(job for job in everything if episode_name(job) not in mine)
+    own_names = set(map(episode_name, jobs))
+    others = tuple(job for job in everything if episode_name(job) not in own_names)
     return Run(folder, jobs, by_length, notes, others)
 
 
@@ -189,16 +191,16 @@ def _check_same_run(folder: RunFolder, earlier: Provenance, now: Provenance) -> 
     if other:
         message = (
             f"{folder.path} holds another run ({', '.join(other)}). Choose another folder with "
-            "--out, or give --overwrite."
+            "--out, or pass --overwrite."
         )
         raise InputError(message)
 
 
-def _set_aside(
+def _move_superseded(
     folder: RunFolder, request: ScoreRequest, checksum: str, suite: Sequence[Route]
 ) -> list[str]:
     repetitions = max(request.repetitions, folder.repetitions())
-    moved = folder.set_aside(map(episode_name, request.jobs(checksum, suite, repetitions)))
+    moved = folder.move_superseded(map(episode_name, request.jobs(checksum, suite, repetitions)))
     if not moved:
         return []
     where = folder.path / "superseded"

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from pydantic import TypeAdapter
 
-from plant_bench.runner.run.folder import RunFolder, in_order
+from plant_bench.runner.run.folder import RunFolder, sorted_results
 from plant_bench.scoring.metrics import Summary, summarise, summary_frame
 from plant_bench.scoring.penalties import PenaltyScheme
 from plant_bench.scoring.results import EpisodeResult
@@ -48,20 +48,20 @@ def summary_texts(
     Raises:
         InputError: There are no records, or they cannot be aggregated.
     """
-    ordered = in_order(results)
+    ordered = sorted_results(results)
     return _texts(summarise(ordered, expected=len(results) + missing, penalties=penalties), ordered)
 
 
 def _write(
     folder: RunFolder,
-    place: str,
+    subfolder: str,
     results: Sequence[EpisodeResult],
     missing: int,
     penalties: PenaltyScheme,
 ) -> Summary:
     summary = summarise(results, expected=len(results) + missing, penalties=penalties)
     for name, text in _texts(summary, results).items():
-        folder.write(f"{place}{name}", text)
+        folder.write(f"{subfolder}{name}", text)
     return summary
 
 

@@ -1,1 +1,1 @@
-"""Worker processes, and planners in processes of their own."""
+"""Worker processes that run tasks in parallel, and planners isolated in their own processes."""

@@ -1,12 +1,12 @@
-"""Runs tasks in warm worker processes; a worker that dies costs one retry and nothing else.
+"""Runs tasks in reused worker processes; if a worker dies, only its task is retried.
 
-`Executor` is what a run needs of whoever runs its tasks: `LocalExecutor` does so in processes of
-this machine, `runner.ray.executor` on a Ray cluster. Both tell the same events.
+`Executor` is the interface: `LocalExecutor` runs tasks in processes on this machine,
+`runner.ray.executor` on a Ray cluster. Both report the same events.
 
-Each worker is a spawned process with a pipe of its own. `ProcessPoolExecutor` gives up the whole
-pool when one worker dies and cannot tell whose task killed it; a shared queue can be left locked by
-a killed worker. With a pipe each, the parent knows what each worker was doing, and reads all that a
-worker said before it died.
+Each worker is a spawned process with its own pipe. `ProcessPoolExecutor` abandons the whole pool
+when one worker dies and cannot say which task killed it; a killed worker can leave a shared queue
+locked. With one pipe per worker, the parent knows each worker's task and can read all messages that
+a worker sent before it died.
 """
 
 from collections import Counter, deque
@@ -20,27 +20,27 @@ from pathlib import Path
 from typing import Any, Protocol, runtime_checkable
 
 from plant_bench.errors import InputError, SimulationError
-from plant_bench.runner.workers.process_start import cause_of_death, start_process
+from plant_bench.runner.workers.process_start import exit_reason, start_process
 from plant_bench.runner.workers.worker import (
     Assignment,
-    Done,
     Failed,
     Message,
+    Progress,
     Ready,
-    Share,
+    TaskResult,
     Work,
     serve,
-    stand_by,
+    serve_on_standby,
 )
 
-TRIES = 2  # a task that fails this often is lost
-STANDING_BY = 2  # workers that load what they need before it is known how many there will be
-STARTS = 3  # workers that die in a row before they are ready end the run
+MAX_ATTEMPTS = 2  # a task that fails this often is lost
+STANDBY_WORKERS = 2  # started before the number of tasks is known, to preload modules
+MAX_FAILED_STARTS = 3  # consecutive workers that die during start-up before the run is aborted
 
 
 @dataclass(frozen=True, slots=True)
 class Started:
-    """A worker has begun a task; a second try begins anew."""
+    """A worker has started a task; sent again when the task is retried."""
 
     worker: int
     task: int
@@ -48,7 +48,7 @@ class Started:
 
 @dataclass(frozen=True, slots=True)
 class Progressed:
-    """How far a worker is with its task, 0 to 1."""
+    """Progress of a worker's task, 0 to 1."""
 
     worker: int
     task: int
@@ -57,7 +57,7 @@ class Progressed:
 
 @dataclass(frozen=True, slots=True)
 class Finished:
-    """A task has given a value."""
+    """A task has returned a value."""
 
     worker: int
     task: int
@@ -66,7 +66,7 @@ class Finished:
 
 @dataclass(frozen=True, slots=True)
 class Retried:
-    """A task has failed and will be tried again."""
+    """A task has failed and will be retried."""
 
     worker: int
     task: int
@@ -75,7 +75,7 @@ class Retried:
 
 @dataclass(frozen=True, slots=True)
 class Lost:
-    """A task has failed `TRIES` times."""
+    """A task has failed `MAX_ATTEMPTS` times."""
 
     worker: int
     task: int
@@ -84,58 +84,64 @@ class Lost:
 
 Event = Started | Progressed | Finished | Retried | Lost
 Listener = Callable[[Event], None]
-Keep = Callable[[str, bytes], None]
+SaveFile = Callable[[str, bytes], None]
 _Process = tuple[SpawnProcess, Connection]
 
 
 @runtime_checkable
 class Executor(Protocol):
-    """Runs tasks somewhere."""
+    """Runs tasks in other processes."""
 
     def connected(self) -> AbstractContextManager[None]:
-        """Have what `run_tasks` needs ready beforehand, so that it fails before a run is begun.
+        """Prepare for `run_tasks`, so that connection errors surface before a run starts.
 
         Raises:
-            InputError: It is not there.
+            InputError: The workers' machines cannot be reached.
         """
         ...
 
     def run_tasks(
-        self, tasks: Sequence[Any], work: Work, *, on_event: Listener, logs: Path, keep: Keep
+        self,
+        tasks: Sequence[Any],
+        work: Work,
+        *,
+        on_event: Listener,
+        logs: Path,
+        save_file: SaveFile,
     ) -> None:
-        """Run all tasks, begun in the given order as workers become free.
+        """Run all tasks, started in the given order as workers become free.
 
         Args:
             tasks: Picklable values.
-            work: An importable function that is given a task and a callback for its progress.
-            on_event: Called in this process, one event after the other.
-            logs: Folder that takes what workers print.
-            keep: Writes a file that came back from another machine, by its path in the run's
-                folder; not called by an executor whose workers write there themselves.
+            work: An importable function of a task and a progress callback.
+            on_event: Called in this process with each event.
+            logs: Folder for the workers' output.
+            save_file: Writes a file received from another machine; its arguments are a path in the
+                run's folder and the content. Not called if workers write there themselves.
 
         Raises:
-            InputError: No task can run like this.
-            SimulationError: Workers do not start, or cannot be had any more.
+            InputError: An error that all tasks have in common.
+            SimulationError: Workers do not start, or none are left.
         """
         ...
 
 
-def _nothing() -> None:
-    """Load nothing beforehand."""
+def _no_preload() -> None:
+    """Preload no modules."""
 
 
 class LocalExecutor:
-    """Runs tasks in processes of this machine; mutable: it may have some that stand by.
+    """Runs tasks in processes on this machine; mutable, since it holds standby processes.
 
     Args:
         workers: Number of processes.
-        load: What they do while this process still finds out what there is to do; picklable.
+        preload: Called in standby processes while this process prepares the tasks; picklable.
     """
 
-    def __init__(self, workers: int, load: Callable[[], object] = _nothing) -> None:
+    def __init__(self, workers: int, preload: Callable[[], object] = _no_preload) -> None:
         self.workers = workers
-        self._load = load
-        self._waiting: list[_Process] = []
+        self._preload = preload
+        self._standby: list[_Process] = []
         self._connected = False
 
     def __str__(self) -> str:
@@ -143,39 +149,45 @@ class LocalExecutor:
 
     @contextmanager
     def connected(self) -> Iterator[None]:
-        """Have processes load what they need; see `Executor`. Once more changes nothing."""
+        """Start standby processes that preload modules; nested calls have no effect."""
         if self._connected:
             yield
             return
         self._connected = True
         try:
-            for _ in range(min(self.workers, STANDING_BY)):
-                self._waiting.append(start_process(stand_by, self._load))
+            for _ in range(min(self.workers, STANDBY_WORKERS)):
+                self._standby.append(start_process(serve_on_standby, self._preload))
             yield
         finally:
-            _end(self._waiting)
-            self._waiting.clear()
+            _kill(self._standby)
+            self._standby.clear()
             self._connected = False
 
     def run_tasks(
-        self, tasks: Sequence[Any], work: Work, *, on_event: Listener, logs: Path, keep: Keep
+        self,
+        tasks: Sequence[Any],
+        work: Work,
+        *,
+        on_event: Listener,
+        logs: Path,
+        save_file: SaveFile,
     ) -> None:
         """Run all tasks; see `Executor` and the function `run_tasks`."""
-        del keep  # workers here write into the run's folder themselves
-        _end(self._waiting[len(tasks) :])
-        del self._waiting[len(tasks) :]
+        del save_file  # local workers write into the run's folder themselves
+        _kill(self._standby[len(tasks) :])
+        del self._standby[len(tasks) :]
         run_tasks(
             tasks,
             work,
             workers=self.workers,
             on_event=on_event,
             logs=logs,
-            waiting=self._waiting,
+            standby=self._standby,
         )
 
 
-def _end(processes: Sequence[_Process]) -> None:
-    """End processes at once, whatever they do."""
+def _kill(processes: Sequence[_Process]) -> None:
+    """Kill processes and wait for their end."""
     for process, _ in processes:
         process.kill()
     for process, pipe in processes:
@@ -183,24 +195,24 @@ def _end(processes: Sequence[_Process]) -> None:
         pipe.close()
 
 
-class Agenda:
-    """Which tasks wait, and how often each has failed; mutable.
+class TaskQueue:
+    """Indices of pending tasks, and how often each task has failed; mutable.
 
     Args:
         count: Number of tasks.
-        on_event: Told of each failure.
+        on_event: Called with each failure.
     """
 
     def __init__(self, count: int, on_event: Listener) -> None:
-        self.waiting = deque(range(count))
+        self.pending = deque(range(count))
         self._on_event = on_event
         self._failures: Counter[int] = Counter()
 
     def fail(self, worker: int, task: int, reason: str) -> None:
-        """Note a failure: the task is the next to be tried again, or lost."""
+        """Count a failure: the task is put first in the queue again, or lost."""
         self._failures[task] += 1
-        if self._failures[task] < TRIES:
-            self.waiting.appendleft(task)
+        if self._failures[task] < MAX_ATTEMPTS:
+            self.pending.appendleft(task)
             self._on_event(Retried(worker, task, reason))
         else:
             self._on_event(Lost(worker, task, reason))
@@ -213,31 +225,31 @@ def run_tasks(
     workers: int,
     on_event: Listener,
     logs: Path | None = None,
-    waiting: list[_Process] | None = None,
+    standby: list[_Process] | None = None,
 ) -> None:
-    """Run all tasks, begun in the given order as workers become free.
+    """Run all tasks, started in the given order as workers become free.
 
-    What a worker raises, or its death, costs the task one of its `TRIES`; the other tasks go on.
-    Any exception here, Ctrl-C included, ends all workers at once.
+    An exception in a worker, or its death, counts as one of the task's `MAX_ATTEMPTS`; the other
+    tasks continue. Any exception in this process, including Ctrl-C, kills all workers.
 
     Args:
         tasks: Picklable values.
-        work: An importable function that is given a task and a callback for its progress.
+        work: An importable function of a task and a progress callback.
         workers: Number of processes.
-        on_event: Called in this process, one event after the other.
-        logs: Folder that takes what workers print; without it they print to the terminal.
-        waiting: Processes that stand by; those that are used are taken out.
+        on_event: Called in this process with each event.
+        logs: Folder for the workers' output; None to print to the terminal.
+        standby: Standby processes; those that are used are removed from the list.
 
     Raises:
-        InputError: A worker raised one, or met an error such as a full disk.
+        InputError: Raised in a worker; also for operating-system errors such as a full disk.
         SimulationError: Worker processes do not start.
     """
-    pool = _Pool(tasks, work, on_event, logs, [] if waiting is None else waiting)
+    pool = _Pool(tasks, work, on_event, logs, [] if standby is None else standby)
     try:
         for number in range(min(workers, len(tasks))):
             pool.start(number)
         while pool.busy():
-            pool.listen()
+            pool.process_messages()
     finally:
         pool.stop()
 
@@ -247,13 +259,13 @@ class _Worker:
     number: int
     process: SpawnProcess
     pipe: Connection
-    stood_by: bool
+    from_standby: bool
     ready: bool = False
     task: int | None = None
 
 
 class _Pool:
-    """Worker processes and what they have to do; changes with each message that comes in."""
+    """Worker processes and their tasks; mutable."""
 
     def __init__(
         self,
@@ -261,102 +273,99 @@ class _Pool:
         work: Work,
         on_event: Listener,
         logs: Path | None,
-        waiting: list[_Process],
+        standby: list[_Process],
     ) -> None:
         self._tasks = tasks
         self._work = work
         self._on_event = on_event
         self._logs = logs
-        self._waiting = waiting
+        self._standby = standby
         self._workers: list[_Worker] = []
-        self._agenda = Agenda(len(tasks), on_event)
-        self._stillborn = 0  # workers in a row that died before they were ready
+        self._queue = TaskQueue(len(tasks), on_event)
+        self._failed_starts = 0  # consecutive workers that died during start-up
 
     def start(self, number: int) -> None:
-        """Start a worker in a process of its own."""
+        """Start a worker, in a standby process if one is left."""
         log = None if self._logs is None else self._logs / f"worker{number}.log"
-        if self._waiting:
-            process, pipe = self._waiting.pop(0)
-            told = Assignment(self._work, log)
-            with suppress(OSError):  # it has died: its pipe will tell
-                pipe.send(told)
-            stood_by = True
+        if self._standby:
+            process, pipe = self._standby.pop(0)
+            with suppress(OSError):  # a dead process is handled when its pipe is read
+                pipe.send(Assignment(self._work, log))
+            from_standby = True
         else:
             process, pipe = start_process(serve, self._work, log)
-            stood_by = False
-        self._workers.append(_Worker(number, process, pipe, stood_by))
+            from_standby = False
+        self._workers.append(_Worker(number, process, pipe, from_standby))
 
     def stop(self) -> None:
-        """End all workers at once, whatever they do."""
-        _end([(worker.process, worker.pipe) for worker in self._workers])
+        """Kill all workers."""
+        _kill([(worker.process, worker.pipe) for worker in self._workers])
         self._workers.clear()
 
     def busy(self) -> bool:
-        """Tell whether a task waits or is worked on."""
-        return bool(self._agenda.waiting) or any(
-            worker.task is not None for worker in self._workers
-        )
+        """Return whether a task is pending or running."""
+        return bool(self._queue.pending) or any(worker.task is not None for worker in self._workers)
 
-    def listen(self) -> None:
-        """Wait until workers say something, and answer them."""
-        speaking = connection.wait([worker.pipe for worker in self._workers])
-        for worker in [worker for worker in self._workers if worker.pipe in speaking]:
+    def process_messages(self) -> None:
+        """Wait until workers send messages, and handle one message of each."""
+        readable = connection.wait([worker.pipe for worker in self._workers])
+        for worker in [worker for worker in self._workers if worker.pipe in readable]:
             try:
                 message: Message | None = worker.pipe.recv()
             except (EOFError, OSError):
                 message = None
             if message is None:
-                self._bury(worker)
+                self._handle_death(worker)
             else:
-                self._hear(worker, message)
+                self._handle_message(worker, message)
 
-    def _hear(self, worker: _Worker, message: Message) -> None:
+    def _handle_message(self, worker: _Worker, message: Message) -> None:
         task = worker.task
         if isinstance(message, Ready):
             worker.ready = True
-            self._stillborn = 0
-            self._give(worker)
-        elif isinstance(message, Share) and task is not None:
+            self._failed_starts = 0
+            self._assign_task(worker)
+        elif isinstance(message, Progress) and task is not None:
             self._on_event(Progressed(worker.number, task, message.share))
-        elif isinstance(message, Done) and task is not None:
+        elif isinstance(message, TaskResult) and task is not None:
             worker.task = None
             self._on_event(Finished(worker.number, task, message.value))
-            self._give(worker)
+            self._assign_task(worker)
         elif isinstance(message, Failed):
             if message.fatal:
                 raise InputError(message.reason)
-            self._fail(worker, message.reason)
-            self._replace(worker)  # what failed may have left the simulator in any state
+            self._count_failure(worker, message.reason)
+            self._replace(worker)  # the failure may have left the simulator in an invalid state
 
-    def _give(self, worker: _Worker) -> None:
-        if not self._agenda.waiting:
+    def _assign_task(self, worker: _Worker) -> None:
+        if not self._queue.pending:
             return
-        worker.task = self._agenda.waiting.popleft()
+        worker.task = self._queue.pending.popleft()
         try:
             worker.pipe.send(self._tasks[worker.task])
         except OSError:
-            return  # it has died: its pipe will tell
+            return  # a dead worker is handled when its pipe is read
         self._on_event(Started(worker.number, worker.task))
 
-    def _fail(self, worker: _Worker, reason: str) -> None:
+    def _count_failure(self, worker: _Worker, reason: str) -> None:
         task, worker.task = worker.task, None
         if task is not None:
-            self._agenda.fail(worker.number, task, reason)
+            self._queue.fail(worker.number, task, reason)
 
-    def _bury(self, worker: _Worker) -> None:
+    def _handle_death(self, worker: _Worker) -> None:
         worker.process.join()
-        reason = cause_of_death(worker.process.exitcode or 0)
-        if not worker.ready and not worker.stood_by:  # whoever comes next tells why
-            self._stillborn += 1
-            if self._stillborn >= STARTS:
+        reason = exit_reason(worker.process.exitcode or 0)
+        if not worker.ready and not worker.from_standby:  # else a fresh worker shows the reason
+            self._failed_starts += 1
+            if self._failed_starts >= MAX_FAILED_STARTS:
                 where = "" if self._logs is None else f" See {self._logs}."
                 message = f"Worker processes do not start. {reason}{where}"
                 raise SimulationError(message)
-        self._fail(worker, reason)
+        self._count_failure(worker, reason)
         self._replace(worker)
 
     def _replace(self, worker: _Worker) -> None:
-        _end([(worker.process, worker.pipe)])
+        _kill([(worker.process, worker.pipe)])
         self._workers.remove(worker)
-        if self._agenda.waiting:
+        if self._queue.pending:
             self.start(worker.number)

@@ -1,4 +1,4 @@
-"""Runs planners in separate processes: one that hangs, leaks or crashes only fails its episode.
+"""Runs planners in separate processes, where a hang, leak or crash fails only the episode.
 
 The episode loop gets a proxy that queries the other process, so records, recordings and keys are
 the same as without isolation.
@@ -11,56 +11,57 @@ from plant_bench.agent import Agent
 from plant_bench.agents.loading.registry import Loader, load_agent
 from plant_bench.agents.remote.launch_command import LaunchCommand, launch_command_of
 
-if TYPE_CHECKING:  # runs without it need neither msgpack nor what only Linux has
+if TYPE_CHECKING:  # runs without isolation need neither msgpack nor Linux
     from plant_bench.agents.remote.process import Limits
     from plant_bench.agents.remote.process_reuse import Profile
 
 
 @dataclass(frozen=True)
 class Isolation:
-    """How a run's planner is kept apart; picklable, and given to each worker.
+    """Settings for a run's planner in a separate process; picklable, sent to each worker.
 
     Attributes:
-        program: What is started for it.
-        limits: What it may take.
-        profile: What it said of itself when the run began; None for another machine.
+        command: Command line that starts the planner.
+        limits: Time and memory limits.
+        profile: Properties that the planner reported when the run started; None to query them
+            again.
     """
 
-    program: LaunchCommand
+    command: LaunchCommand
     limits: "Limits"
     profile: "Profile | None"
 
     def planner(self, spec: str) -> Agent:
-        """Return the run's planner; it starts with its first `reset`."""
+        """Return a proxy of the planner; the process starts with the first `reset`."""
         from plant_bench.agents.remote.remote_agent import remote_agent
 
-        known = self.profile if spec == self.program.spec else None
-        program = self.program if known else launch_command_of(spec)
-        return remote_agent(program, self.limits, known)
+        profile = self.profile if spec == self.command.spec else None
+        command = self.command if profile else launch_command_of(spec)
+        return remote_agent(command, self.limits, profile)
 
-    def elsewhere(self) -> "Isolation":
-        """Return the same for another machine, where Python and the planner's files lie elsewhere.
+    def for_other_machine(self) -> "Isolation":
+        """Return these settings for a machine with other paths of Python and the planner's files.
 
-        What is started is found there, and what it says of itself is asked anew.
+        There the command is determined and the planner's properties are queried again.
         """
         return replace(self, profile=None)
 
 
 def isolation_of(agent: str, limits: "Limits") -> Isolation:
-    """Start a planner for once, ask it what it is, and end it.
+    """Start a planner once to query its properties, and return the settings of a run with it.
 
     Raises:
-        InputError: It does not start.
+        InputError: The planner does not start.
     """
     from plant_bench.agents.remote.process_reuse import end_processes
     from plant_bench.agents.remote.remote_agent import remote_agent
 
-    program = launch_command_of(agent)
-    planner = remote_agent(program, limits)
+    command = launch_command_of(agent)
+    planner = remote_agent(command, limits)
     end_processes()
-    return Isolation(program, limits, planner.profile)
+    return Isolation(command, limits, planner.profile)
 
 
 def loader_of(isolation: Isolation | None) -> Loader:
-    """Return what makes planners: in processes of their own, or in this one without isolation."""
+    """Return the function that loads planners, into separate processes if isolated."""
     return load_agent if isolation is None else isolation.planner

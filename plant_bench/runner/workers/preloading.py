@@ -1,28 +1,28 @@
-"""Preloads the modules of a worker while its parent still prepares the run."""
+"""Preloads modules in worker processes while their parent still prepares the run."""
 
 from collections.abc import Callable
 from functools import partial
 from importlib import import_module
 
 
-def loading(agent: str, *, isolate: bool) -> Callable[[], None]:
-    """Return what a process that stands by does; making it loads nothing here.
+def preloader(agent: str, *, isolate: bool) -> Callable[[], None]:
+    """Return a picklable function that preloads modules; this process imports nothing.
 
     Args:
-        agent: The planner that it will drive, as the user gave it.
-        isolate: Whether the planner lives in a process of its own, so that workers never load it.
+        agent: The planner that the worker will drive, as the user named it.
+        isolate: Whether the planner runs in a separate process, so that workers never load it.
     """
-    return partial(_load, "" if isolate else agent)
+    return partial(_preload, "" if isolate else agent)
 
 
-def _load(agent: str) -> None:
-    """Load the loop of an episode, and the planner if it is one of plant-bench's own."""
+def _preload(agent: str) -> None:
+    """Import the episode loop, and the planner if it is built in."""
     import plant_bench.runner.episode.loop
-    import plant_bench.runner.run.episode_queue  # noqa: F401  both for the first task, which names them
+    import plant_bench.runner.run.episode_queue  # noqa: F401  the first task needs both
     from plant_bench.agents.loading.planner_spec import AGENTS, PlannerSpec
     from plant_bench.agents.loading.registry import load_agent
 
     if agent in AGENTS:
-        load_agent(agent)  # once, for all that its kind loads; an argument may name others' code
+        load_agent(agent)  # also imports its libraries; with an argument, it could run user code
     elif agent.partition("@")[0] in AGENTS:
         import_module(PlannerSpec.parse(agent).module)

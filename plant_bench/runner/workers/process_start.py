@@ -11,27 +11,29 @@ from multiprocessing.context import SpawnProcess
 _THREAD_LIMITS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 
-def start_process(target: Callable[..., None], *given: object) -> tuple[SpawnProcess, Connection]:
-    """Start a process with one thread that is deaf to Ctrl-C.
+def start_process(
+    target: Callable[..., None], *arguments: object
+) -> tuple[SpawnProcess, Connection]:
+    """Start a process with one thread that ignores Ctrl-C.
 
     Args:
-        target: What it runs: an importable function.
-        given: Its arguments; a pipe to this process comes before them.
+        target: Importable function that the process runs.
+        arguments: Arguments of `target`, after its first: the child's end of a pipe.
 
     Returns:
-        The process, and our end of the pipe.
+        The process, and the parent's end of the pipe.
     """
     context = get_context("spawn")
-    ours, theirs = context.Pipe()
-    process = context.Process(target=target, args=(theirs, *given), daemon=True)
+    parent_end, child_end = context.Pipe()
+    process = context.Process(target=target, args=(child_end, *arguments), daemon=True)
     with _child_settings():
         process.start()
-    theirs.close()
-    return process, ours
+    child_end.close()
+    return process, parent_end
 
 
-def cause_of_death(code: int) -> str:
-    """Say how a process ended, of its exit code."""
+def exit_reason(code: int) -> str:
+    """Return a sentence on how a process ended, from its exit code."""
     if code < 0:
         return f"The worker process was ended by {signal.Signals(-code).name}."
     return f"The worker process ended with exit code {code}."
@@ -39,13 +41,13 @@ def cause_of_death(code: int) -> str:
 
 @contextmanager
 def _child_settings() -> Iterator[None]:
-    """Let children inherit one thread each, and deafness to Ctrl-C from their first line on."""
+    """Let child processes inherit thread limits of one, and block Ctrl-C from their start."""
     before = {name: os.environ.get(name) for name in _THREAD_LIMITS}
     os.environ.update(dict.fromkeys(_THREAD_LIMITS, "1"))
     can_block = hasattr(signal, "pthread_sigmask")
     mask: set[int] = set()
     if can_block:
-        resource_tracker.ensure_running()  # its own start would lift the block
+        resource_tracker.ensure_running()  # starting it later would unblock SIGINT
         mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield

@@ -27,22 +27,22 @@ class Ready:
 
 
 @dataclass(frozen=True, slots=True)
-class Share:
-    """How far the worker is with its task, 0 to 1."""
+class Progress:
+    """Progress of the worker's task, 0 to 1."""
 
     share: float
 
 
 @dataclass(frozen=True, slots=True)
-class Done:
-    """What the task gave."""
+class TaskResult:
+    """The value that the task returned."""
 
     value: Any
 
 
 @dataclass(frozen=True, slots=True)
 class Failed:
-    """What went wrong; `fatal` where the next task would fail the same way."""
+    """The task failed; `fatal` if every other task would fail in the same way."""
 
     reason: str
     fatal: bool = False
@@ -50,49 +50,44 @@ class Failed:
 
 @dataclass(frozen=True, slots=True)
 class Assignment:
-    """What a process that stands by is to do.
-
-    Attributes:
-        work: As of `serve`.
-        log: As of `serve`.
-    """
+    """Makes a standby process a worker; the arguments of `serve`."""
 
     work: Work
     log: Path | None
 
 
-Message = Ready | Share | Done | Failed
+Message = Ready | Progress | TaskResult | Failed
 
 
-def stand_by(pipe: Connection, load: Callable[[], object]) -> None:
-    """Load what will be needed, then `serve` with the `Assignment` that the pipe tells.
+def serve_on_standby(pipe: Connection, preload: Callable[[], object]) -> None:
+    """Preload modules, wait for an `Assignment` from the pipe, then `serve`.
 
     Args:
         pipe: To the parent.
-        load: Loads it. What fails is left to the work, which says why.
+        preload: Imports modules. Its errors are ignored: the task raises them again.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     tune_garbage_collector()
     with suppress(Exception):
-        load()
+        preload()
     try:
-        told = pipe.recv()
+        assignment: Assignment = pipe.recv()
     except (EOFError, OSError):
         return
-    serve(pipe, told.work, told.log)
+    serve(pipe, assignment.work, assignment.log)
 
 
 def serve(pipe: Connection, work: Work, log: Path | None) -> None:
-    """Do tasks until the parent is gone.
+    """Run tasks until the parent closes the pipe.
 
     Args:
         pipe: To the parent.
-        work: Is given each task and a callback for its progress.
-        log: File that takes all that is printed; None leaves it on the terminal.
+        work: Called with each task and a progress callback.
+        log: File for all output of the process; None to print to the terminal.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the parent, which decides
     if log is not None:
-        _print_to(log)
+        _redirect_output(log)
     tune_garbage_collector()
     last_report = 0.0
 
@@ -101,25 +96,25 @@ def serve(pipe: Connection, work: Work, log: Path | None) -> None:
         now = time.monotonic()
         if now - last_report >= REPORT_EVERY:
             last_report = now
-            _say(pipe, Share(float(share)))
+            _send(pipe, Progress(float(share)))
 
-    _say(pipe, Ready())
+    _send(pipe, Ready())
     while True:
         try:
             task = pipe.recv()
         except (EOFError, OSError):
             return
         try:
-            answer = Done(work(task, report))
-        except Exception as error:  # noqa: BLE001  a failure of any kind is this worker's answer
+            message: Message = TaskResult(work(task, report))
+        except Exception as error:  # noqa: BLE001  sent to the parent
             traceback.print_exc()
-            answer = failure(error)
+            message = failure(error)
         sys.stdout.flush()
-        _say(pipe, answer)
+        _send(pipe, message)
 
 
 def failure(error: Exception) -> Failed:
-    """Say what an exception means for the run, in words that do not depend on the machine."""
+    """Return the failure message of an exception; its text does not depend on the machine."""
     if isinstance(error, InputError):
         return Failed(str(error), fatal=True)
     if isinstance(error, OSError):
@@ -130,15 +125,15 @@ def failure(error: Exception) -> Failed:
     return Failed(f"{type(error).__name__}: {error} ({Path(frame.filename).name}:{frame.lineno})")
 
 
-def _say(pipe: Connection, message: Message) -> None:
+def _send(pipe: Connection, message: Message) -> None:
     try:
         pipe.send(message)
     except OSError:
         os._exit(1)  # the parent is gone
 
 
-def _print_to(log: Path) -> None:
-    """Send all that this process prints, C code included, to a file."""
+def _redirect_output(log: Path) -> None:
+    """Redirect all output of this process, including that of C code, to a file."""
     descriptor = os.open(log, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o644)
     os.dup2(descriptor, 1)
     os.dup2(descriptor, 2)

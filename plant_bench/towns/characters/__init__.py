@@ -1,4 +1,4 @@
-"""Characters of towns; each lays out a street plan from a spec and a seed."""
+"""Layout generators, one per character of town: each makes a street plan of a spec and a seed."""
 
 from collections.abc import Callable
 

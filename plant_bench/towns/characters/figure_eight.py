@@ -1,8 +1,8 @@
-"""Lays out a highway in the shape of an eight around a small town, with ramps and an interchange.
+"""Lays out a figure-eight highway around a small town, with ramps and an interchange.
 
-Seen from above the two loops of the eight are circles; the larger one goes round the town. The
-carriageway that runs counter-clockwise there is the outer one: it is reached over a bridge, the
-inner one by ramps straight from the town's streets.
+The two loops of the eight are circles; the larger one surrounds the town. Its counter-clockwise
+carriageway is the outer one, with an interchange beyond a bridge; the inner one has ramps directly
+from the town's streets.
 """
 
 import itertools
@@ -33,7 +33,10 @@ ARM_M = 4.0
 
 @dataclass(frozen=True)
 class _Eight:
-    """The reference line of the highway (n 3) and what it is made of."""
+    """The highway's reference line (n 3), the town's centre, and two angles, radians.
+
+    The line meets the town's circle at the angle `enters` and leaves it at `leaves`.
+    """
 
     line: Shape
     town: tuple[float, float]
@@ -72,7 +75,7 @@ def lay_out_figure_eight(spec: TownSpec, rng: np.random.Generator) -> StreetPlan
 
 
 def _draw_eight(layout: FigureEightLayout, spec: TownSpec, rng: np.random.Generator) -> _Eight:
-    """Two circles and their inner tangents; the second tangent rises to pass over the first."""
+    """Compute two circles and their inner tangents; the second tangent passes over the first."""
     large, small = layout.town_radius, layout.far_radius
     edge = layout.median / 2 + spec.road("highway").lanes * spec.lane_width
     tilt = float(np.radians(layout.tilt_deg + rng.uniform(-1.5, 1.5)))
@@ -107,7 +110,7 @@ def _arc(centre: Shape, radius: float, begin: float, finish: float) -> Shape:
 
 
 def _hump(away: Shape, flat: float, slope: float) -> Shape:
-    """1 within `flat` of zero, 0 beyond `slope` more, smooth between."""
+    """Return 1 within `flat` of zero, 0 beyond `flat + slope`, and a smooth transition between."""
     share = np.clip((flat + slope - np.abs(away)) / slope, 0.0, 1.0)
     return share**2 * (3 - 2 * share)
 
@@ -115,7 +118,7 @@ def _hump(away: Shape, flat: float, slope: float) -> Shape:
 def _town_streets(
     layout: FigureEightLayout, town: tuple[float, float], rng: np.random.Generator
 ) -> StreetMap:
-    """Four blocks: a ring of streets with a cross inside."""
+    """Return the streets of the town: four blocks, in a square with a cross inside."""
     streets = StreetMap(corner_radius=30.0)
     names = (("sw", "s", "se"), ("w", "c", "e"), ("nw", "n", "ne"))
     block = layout.block
@@ -143,7 +146,7 @@ def _inner_ramps(
     streets: StreetMap,
     rng: np.random.Generator,
 ) -> list[Edge]:
-    """The ramps between the inner carriageway and the town's streets."""
+    """Return the ramps between the inner carriageway and the town's streets."""
 
     def on_circle(angle: float) -> float:
         x, y = Pose(*eight.town, angle).ahead(layout.town_radius).point
@@ -176,7 +179,7 @@ def _interchange(
     outer: Carriageway,
     rng: np.random.Generator,
 ) -> tuple[Node, list[Edge]]:
-    """The junction beyond the bridge and the outer carriageway's ramps to and from it."""
+    """Return the junction beyond the bridge, and its ramps from and to the outer carriageway."""
     height = layout.clearance / 2
     x, y = eight.town[0] + layout.town_radius + TERMINAL_OUT_M, eight.town[1]
     terminal = Node("terminal", x, y, "traffic_light", 10.0, height, crossings=False)
@@ -207,7 +210,7 @@ def _ramp(spec: TownSpec, name: str, ends: tuple[str, str], shape: Shape) -> Edg
 
 
 def _link_line(layout: FigureEightLayout, start: Node, terminal: Node) -> Shape:
-    """The middle line (n 3) of the street from the town up and over the highway."""
+    """Return the middle line (n 3) of the street from the town over the highway."""
     ends = np.array([[start.x, start.y], [terminal.x, terminal.y]])
     line = resample(ends, 4.0)
     top = layout.town_radius - layout.block - 16.0

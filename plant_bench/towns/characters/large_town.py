@@ -1,4 +1,4 @@
-"""Lays out a larger town: avenues, side streets, a roundabout and a junction of five arms."""
+"""Lays out a larger town with avenues, side streets, a roundabout and a five-way junction."""
 
 import numpy as np
 
@@ -20,7 +20,7 @@ LEFT_OUT = (("c1r0", "c1r1"), ("c2r2", "c2r3"), ("c1r3", "c2r3"))
 
 
 def lay_out_large_town(spec: TownSpec, rng: np.random.Generator) -> StreetPlan:
-    """Lay out a larger town; the seed also turns it by quarter turns."""
+    """Lay out a larger town, rotated by a random number of quarter turns."""
     layout = spec.layout
     if not isinstance(layout, LargeTownLayout):
         raise TypeError(f"A large town needs a LargeTownLayout, found {type(layout).__name__}.")
@@ -83,7 +83,7 @@ def _link_all(streets: StreetMap, lean: float, rng: np.random.Generator) -> None
 def _link(
     streets: StreetMap, start: str, end: str, heading: float, road_class: str, lean: float
 ) -> None:
-    """A street of the lattice, bent where it meets the five-way junction or the roundabout."""
+    """Add a street of the grid, bent at the five-way junction and cut off at the roundabout."""
     leave = arrive = heading
     if start == FIVE_WAY:
         leave = float(np.radians(FIVE_ARMS[heading])) + lean
@@ -98,9 +98,9 @@ def _link(
 
 
 def _set_control(streets: StreetMap, name: str, spec: TownSpec, layout: LargeTownLayout) -> None:
-    """Lights where avenues meet much traffic; elsewhere signs or right before left."""
+    """Set signals at junctions with much traffic, elsewhere signs or right before left."""
     if name == FIVE_WAY:
-        # SUMO cannot place a detector for every phase of five arms, so the lights run by time.
+        # SUMO cannot place detectors for all phases of five arms, so these signals are fixed-time.
         radius = layout.five_way_radius
         streets.control(name, "traffic_light", radius, crossings=False, fixed_time=True)
     elif name in RING_ARMS:

@@ -9,7 +9,7 @@ from plant_bench.towns.turns import connect_junction
 
 
 def lay_out_lattice(spec: TownSpec, rng: np.random.Generator) -> StreetPlan:
-    """Lay out a town of columns and rows."""
+    """Lay out a town of columns and rows of streets."""
     layout = spec.layout
     if not isinstance(layout, LatticeLayout):
         raise TypeError(f"A lattice town needs a LatticeLayout, found {type(layout).__name__}.")
@@ -27,7 +27,7 @@ def lay_out_lattice(spec: TownSpec, rng: np.random.Generator) -> StreetPlan:
 
 
 def lattice_streets(spec: TownSpec, layout: LatticeLayout, rng: np.random.Generator) -> StreetMap:
-    """The streets of the lattice, some left out, each place moved a little."""
+    """Return the streets of the grid, with some omitted and the junctions moved a little."""
     streets = StreetMap(layout.corner_radius)
     across = spread(spec.extent[0], layout.columns, layout.jitter, rng)
     up = spread(spec.extent[1], layout.rows, layout.jitter, rng)
@@ -52,14 +52,14 @@ def lattice_streets(spec: TownSpec, layout: LatticeLayout, rng: np.random.Genera
 
 
 def spread(length: float, count: int, jitter: float, rng: np.random.Generator) -> list[float]:
-    """Positions from 0 to `length`, even but for a jitter of the inner ones."""
+    """Return positions from 0 to `length`, equidistant apart from a jitter of the inner ones."""
     even = np.linspace(0.0, length, count)
     moved = even + rng.uniform(-jitter, jitter, count)
     return [0.0, *moved[1:-1].tolist(), length]
 
 
 def quiet_places(streets: StreetMap, count: int, rng: np.random.Generator) -> set[str]:
-    """Some T-junctions that get no lights."""
+    """Choose T-junctions without signals."""
     small = sorted(name for name in streets.places if streets.degree(name) == 3)
     return {small[i] for i in rng.permutation(len(small))[:count]}
 
@@ -67,7 +67,7 @@ def quiet_places(streets: StreetMap, count: int, rng: np.random.Generator) -> se
 def _missing(
     layout: LatticeLayout, avenue_rows: set[int], rng: np.random.Generator
 ) -> set[tuple[str, str]]:
-    """Inner streets to leave out, no two of them at one place."""
+    """Choose inner streets to omit, at most one at each junction."""
     inner = [
         (f"c{c}r{r}", f"c{c + 1}r{r}")
         for c in range(layout.columns - 1)

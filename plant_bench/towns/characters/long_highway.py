@@ -1,7 +1,7 @@
-"""Lays out two long highways closed to a ring, with ramps, U-turns and service roads.
+"""Lays out two long highways joined to a ring, with ramps, U-turns and service roads.
 
-The outer carriageway runs counter-clockwise, the inner one clockwise, so the inner one's ramps lead
-to the road inside the ring and the U-turns over the median join the two.
+The outer carriageway runs counter-clockwise, the inner one clockwise. Ramps connect the inner one
+with the road inside the ring; U-turns over the median connect the two carriageways.
 """
 
 import numpy as np
@@ -47,7 +47,7 @@ def lay_out_long_highway(spec: TownSpec, rng: np.random.Generator) -> StreetPlan
 
 
 class _Site:
-    """The town while it is laid out."""
+    """Builds the street plan; mutable."""
 
     def __init__(self, spec: TownSpec, layout: LongHighwayLayout, rng: np.random.Generator) -> None:
         self.spec, self.layout, self.rng = spec, layout, rng
@@ -60,7 +60,7 @@ class _Site:
         self.ramps: list[Edge] = []
 
     def plan_all(self) -> StreetPlan:
-        """Lay everything out."""
+        """Return the complete street plan."""
         west, east = self._road_nodes()
         pairs = (("w", west, WEST), ("n", west, NORTH), ("e", east, EAST), ("s", east, SOUTH))
         for tag, node, side in pairs[: self.layout.ramp_pairs]:
@@ -95,7 +95,7 @@ class _Site:
         return west, east
 
     def _ramp_pair(self, tag: str, node: Node, side: float) -> None:
-        """A ramp from the inner carriageway to a junction's arm and one back."""
+        """Add a ramp from the inner carriageway to a junction's arm, and one back."""
         ramp, width = self.spec.road("ramp"), self.spec.lane_width
         arm = Pose(node.x, node.y, side).ahead(4.0)
         reach = RAMP_REACH_M
@@ -115,7 +115,7 @@ class _Site:
         self._add_ramp(f"on_{tag}", node.id, on_node, end, ramp.speed)
 
     def _foot(self, arm: Pose) -> float:
-        """The place on the inner carriageway straight ahead of an arm."""
+        """Return the position on the inner carriageway straight ahead of a junction's arm."""
         ahead = [arm.ahead(float(d)).point for d in range(20, int(self.width), 2)]
         nearest = min(ahead, key=lambda p: self._distance(float(p[0]), float(p[1])))
         return self.inner.nearest(float(nearest[0]), float(nearest[1]))
@@ -130,7 +130,7 @@ class _Site:
         )
 
     def _u_turns(self) -> None:
-        """U-turns both ways over the median, on the long straights."""
+        """Add U-turns in both directions over the median, on the long straights."""
         south, north = self.margin, self.height - self.margin
         spots = (
             (self.outer, self.inner, 0.33, south),
@@ -154,7 +154,7 @@ class _Site:
         return end_pose(way.cut(at - 2.0, at, 0.5 * self.spec.lane_width)[:, :2])
 
     def _services(self) -> None:
-        """Roads beside the outer carriageway: off, past a rest area, and on again."""
+        """Add service roads that leave the outer carriageway and join it again."""
         spots = ((0.62, self.margin), (0.38, self.height - self.margin))
         for number, (share, y) in enumerate(spots[: self.layout.services]):
             middle = self.outer.nearest(share * self.width + self._jitter(), y)
@@ -175,7 +175,7 @@ class _Site:
             self.plan.connect(name, name + "_on", [(0, 0)])
 
     def _streets(self, west: Node, east: Node) -> None:
-        """The road between the highways and two loops of streets beside it."""
+        """Add the road between the highways, and two loops of streets beside it."""
         middle_x = (west.x + east.x) / 2 + self._jitter()
         middle = Node("middle", middle_x, west.y, "traffic_light", 8.0)
         for node in (west, middle, east):

@@ -1,4 +1,4 @@
-"""Lays out a small town of T-junctions: rows of streets with staggered cross streets."""
+"""Lays out a small town with T-junctions only: rows of streets with staggered cross streets."""
 
 import itertools
 
@@ -14,7 +14,7 @@ ATTEMPTS = 200
 
 
 def lay_out_small_town(spec: TownSpec, rng: np.random.Generator) -> StreetPlan:
-    """Lay out a town in which every junction is a T."""
+    """Lay out a town in which every junction is a T-junction."""
     layout = spec.layout
     if not isinstance(layout, SmallTownLayout):
         raise TypeError(f"A small town needs a SmallTownLayout, found {type(layout).__name__}.")
@@ -63,7 +63,7 @@ def _name(x: float) -> str:
 def _staggered(
     layout: SmallTownLayout, width: float, rng: np.random.Generator
 ) -> list[list[float]]:
-    """Where the cross streets of each band stand: never opposite those of the band below."""
+    """Return x of the cross streets between rows; none is opposite one of the band below."""
     bands: list[list[float]] = []
     for _ in range(layout.rows - 1):
         count = int(rng.integers(layout.links_per_band[0], layout.links_per_band[1] + 1))

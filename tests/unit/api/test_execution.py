@@ -23,7 +23,7 @@ def test_missing_ray_says_what_to_install(monkeypatch):
 
 
 def test_an_address_without_ray_is_refused():
-    with pytest.raises(InputError, match="choose the executor 'ray'"):
+    with pytest.raises(InputError, match="requires --executor ray"):
         chosen_executor("local", "auto", None)
 
 
@@ -37,5 +37,5 @@ def test_workers_load_a_planner_unless_it_is_isolated():
 
 
 def test_limits_without_isolate_are_refused():
-    with pytest.raises(InputError, match="--tick-limit .* give --isolate"):
+    with pytest.raises(InputError, match="--tick-limit requires --isolate"):
         isolation_for("cruise", isolate=False, limits={"tick": 1.0, "memory": None})

@@ -37,14 +37,14 @@ def test_planner_named_like_a_contract_class_does_not_shadow_it(tmp_path, name):
 @pytest.mark.parametrize(
     ("name", "words"),
     [
-        ("My-Planner", "For instance: my_planner"),
-        ("class", "no word of Python's"),
-        ("1st", "a letter first"),
-        ("../up", "no name for a package"),
-        ("", "no name for a package"),
-        ("numpy", "There is a package"),
-        ("json", "There is a package"),
-        ("rule_based", "plant-bench's own"),
+        ("My-Planner", "Try my_planner"),
+        ("class", "not a Python keyword"),
+        ("1st", "beginning with a letter"),
+        ("../up", "not a valid package name"),
+        ("", "not a valid package name"),
+        ("numpy", "an installed package"),
+        ("json", "an installed package"),
+        ("rule_based", "is a built-in planner"),
     ],
 )
 def test_unusable_project_names_are_refused(tmp_path, name, words):
@@ -57,7 +57,7 @@ def test_existing_files_are_not_overwritten(tmp_path):
     (tmp_path / "kept_planner").mkdir()
     (tmp_path / "kept_planner" / "work.py").write_text("years")
 
-    with pytest.raises(InputError, match="left as it is"):
+    with pytest.raises(InputError, match="exists already"):
         write_project("kept_planner", tmp_path, Kind.RULES)
     with pytest.raises(InputError, match="There is no folder"):
         write_project("other", tmp_path / "nowhere", Kind.RULES)

@@ -6,8 +6,8 @@ from plant_bench.runner.run.score_run import ScoreRequest
 
 
 def test_rfds_request_holds_the_checksum_of_the_ranker():
-    drives = ScoreRequest("expert", "longest6", None, 1, 0, "dense", hazards=True)
-    request = RelevanceRequest("rule-based", ("masking", "distance"), drives, None)
+    episodes = ScoreRequest("expert", "longest6", None, 1, 0, "dense", hazards=True)
+    request = RelevanceRequest("rule-based", ("masking", "distance"), episodes, None)
     assert request.checksum("masking") == agent_checksum("rule-based")
     assert request.checksum("distance") == ""
-    assert RelevanceRequest(None, ("oracle",), drives, None).checksum("oracle") == ""
+    assert RelevanceRequest(None, ("oracle",), episodes, None).checksum("oracle") == ""

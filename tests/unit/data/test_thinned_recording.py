@@ -51,8 +51,8 @@ def path(tmp_path, scenes):
 
 def test_thinned_recording_keeps_every_10th_scene(path, scenes):
     recording = Recording.load(path)
-    assert recording.whole == [0, 10, 20]
-    for row in recording.whole:
+    assert recording.complete_rows == [0, 10, 20]
+    for row in recording.complete_rows:
         read, written = recording[row], scenes[row]
         assert (read.tick, read.ego) == (written.tick, written.ego)
         np.testing.assert_array_equal(read.actors.poses, written.actors.poses)
@@ -106,7 +106,7 @@ def test_recording_without_thinning_is_unchanged(tmp_path, scenes):
         recorder.add(scene)
     recorder.close()
     recording = Recording.load(tmp_path / "full.parquet")
-    assert recording.whole == list(range(TICKS))
+    assert recording.complete_rows == list(range(TICKS))
     assert not recording.disturbed.any()
     schema = pq.read_schema(tmp_path / "full.parquet")
     assert schema.metadata[FORMAT_KEY] == b"2"
@@ -116,4 +116,4 @@ def test_recording_without_thinning_is_unchanged(tmp_path, scenes):
 def test_empty_thinned_recording_is_read(tmp_path):
     Recorder(tmp_path / "empty.parquet", {}, every=10).close()
     recording = Recording.load(tmp_path / "empty.parquet")
-    assert (len(recording), recording.whole) == (0, [])
+    assert (len(recording), recording.complete_rows) == (0, [])

@@ -19,11 +19,11 @@ class Step:
     act: str
     value: int = 0
     marker: Path | None = None
-    needs: Requirements = field(default_factory=Requirements)
+    requirements: Requirements = field(default_factory=Requirements)
     output: Path | None = None
 
-    def at(self, place: NodePaths) -> "Step":
-        return replace(self, output=place.output)
+    def with_paths(self, paths: NodePaths) -> "Step":
+        return replace(self, output=paths.output)
 
 
 def fail(error: Exception) -> Callable[[Step], int]:

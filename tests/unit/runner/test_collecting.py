@@ -11,7 +11,7 @@ from plant_bench.errors import InputError, SimulationError
 from plant_bench.runner.collect import collection as collecting
 from plant_bench.runner.collect import episode_plan as collecting_plan
 from plant_bench.runner.collect.collect_task import DriveTask, TownTask
-from plant_bench.runner.collect.collection import Ended, collect, collecting_checksum
+from plant_bench.runner.collect.collection import DriveEnded, collect, collecting_checksum
 from plant_bench.runner.collect.data_folder import DataFolder, EpisodeNote
 from plant_bench.runner.collect.episode_plan import benchmark_seeds, planned_episodes, training_seed
 from plant_bench.runner.collect.request import CollectRequest
@@ -98,7 +98,7 @@ def test_repeating_a_finished_command_drives_nothing(tmp_path, pretend):
     pretend.clear()
     _, events = go(tmp_path, 200)
     assert pretend == []
-    assert all(event.worker is None for event in events if isinstance(event, Ended))
+    assert all(event.worker is None for event in events if isinstance(event, DriveEnded))
     assert files(tmp_path) == before
 
 
@@ -208,7 +208,7 @@ def test_unfinished_files_are_removed(tmp_path, pretend):
 def test_collection_ends_if_the_expert_finishes_no_episode(tmp_path, pretend, monkeypatch):
     monkeypatch.setattr(collecting, "training_towns", lambda: TOWNS[:1])
     monkeypatch.setattr(collecting._Collection, "_frames", lambda self: 0)
-    with pytest.raises(SimulationError, match="finished none of"):
+    with pytest.raises(SimulationError, match="none can be used as data"):
         go(tmp_path, 400)
 
 
@@ -217,9 +217,9 @@ def test_collection_ends_if_the_expert_finishes_no_episode(tmp_path, pretend, mo
     [
         (CollectRequest(0), "at least 1"),
         (CollectRequest(10, perturb=1.5), "a fraction of episodes"),
-        (CollectRequest(10, perturb=0.5, driver="idm"), "give one of them"),
+        (CollectRequest(10, perturb=0.5, driver="idm"), "exclude each other"),
         (CollectRequest(10, driver="imd"), "Did you mean 'idm'"),
-        (CollectRequest(10, driver="expert-nearest"), "asks for privileged"),
+        (CollectRequest(10, driver="expert-nearest"), "inputs include privileged"),
     ],
 )
 def test_impossible_requests_are_refused(request_, words, tmp_path):

@@ -119,8 +119,8 @@ def test_driver_failing_in_reset_raises_agent_error(at_the_wheel):
 @pytest.mark.parametrize(
     ("driver", "words"),
     [
-        ("expert", "'expert' cannot drive while the expert answers: it asks for privileged"),
-        ("sumo", "it asks for simulator"),
+        ("expert", "'expert' cannot drive in a DAgger collection: its inputs include privileged"),
+        ("sumo", "its inputs include simulator"),
         ("plnt", "Did you mean 'plant'"),
     ],
 )

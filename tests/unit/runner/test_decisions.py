@@ -8,7 +8,7 @@ import pytest
 from plant_bench.agent import Cause, Control, Input, Plan, Reason
 from plant_bench.errors import AgentError
 from plant_bench.runner.decisions import Decision, PlannerSession, same_action
-from plant_bench.runner.review.actor_ranking import ranking_before
+from plant_bench.runner.review.actor_ranking import rank_actors
 from plant_bench.world.scene import ActorKind, Scene
 from tests.builders import make_actors, make_ego, make_scene
 
@@ -37,7 +37,7 @@ def asked(session: PlannerSession, tick: int = 0) -> Decision:
 
 
 def ranking(session: PlannerSession) -> tuple[int, ...] | None:
-    return ranking_before(session.agent, session.observe(scene(0), 0.0, 0.0, None))
+    return rank_actors(session.agent, session.observe(scene(0), 0.0, 0.0, None))
 
 
 class Counts:

@@ -142,7 +142,7 @@ def test_standby_processes_run_the_tasks_and_end_afterwards(scripted, tmp_path):
         waiting = {child.pid for child in multiprocessing.active_children()}
         steps = [scripted.Step("pid")] * 4
         executor.run_tasks(
-            steps, scripted.do, on_event=events.append, logs=tmp_path, keep=lambda *_: None
+            steps, scripted.do, on_event=events.append, logs=tmp_path, save_file=lambda *_: None
         )
     assert len(values(events)) == 4
     assert set(values(events).values()) <= waiting
@@ -155,7 +155,7 @@ def test_standby_process_has_loaded_its_modules(scripted, tmp_path):
     with executor.connected():
         executor.run_tasks(
             [scripted.Step("known", 0, tmp_path / "told")], scripted.do, on_event=events.append,
-            logs=tmp_path, keep=lambda *_: None,
+            logs=tmp_path, save_file=lambda *_: None,
         )  # fmt: skip
     assert (tmp_path / "told").read_text() == "True"
 
@@ -166,15 +166,15 @@ def test_standby_processes_without_a_task_are_ended(scripted, tmp_path):
     with executor.connected():
         before = len(multiprocessing.active_children())
         executor.run_tasks(
-            [scripted.Step("give")], scripted.do, logs=tmp_path, keep=lambda *_: None,
+            [scripted.Step("give")], scripted.do, logs=tmp_path, save_file=lambda *_: None,
             on_event=lambda _: begun.append(len(multiprocessing.active_children())),
         )  # fmt: skip
     assert (before, begun[0]) == (2, 1)
 
 
 def test_death_of_a_standby_process_does_not_count_as_a_failure(scripted, tmp_path, monkeypatch):
-    monkeypatch.setattr(executors, "STANDING_BY", executors.STARTS + 1)
-    executor = LocalExecutor(executors.STARTS + 1)
+    monkeypatch.setattr(executors, "STANDBY_WORKERS", executors.MAX_FAILED_STARTS + 1)
+    executor = LocalExecutor(executors.MAX_FAILED_STARTS + 1)
     events: list[Event] = []
     with executor.connected():
         for child in multiprocessing.active_children():
@@ -182,7 +182,7 @@ def test_death_of_a_standby_process_does_not_count_as_a_failure(scripted, tmp_pa
             child.join()
         executor.run_tasks(
             [scripted.Step("give", 3)] * 5, scripted.do, on_event=events.append, logs=tmp_path,
-            keep=lambda *_: None,
+            save_file=lambda *_: None,
         )  # fmt: skip
     assert values(events) == dict.fromkeys(range(5), 3)
     assert not [event for event in events if isinstance(event, Retried)]

@@ -24,7 +24,7 @@ def test_a_selection_names_routes_by_number_range_and_id(routes, selection, ids)
 
 @pytest.mark.parametrize("selection", ["6", "2-6", "3-1", "", "0,", "-1", "1-", "nine"])
 def test_selection_of_no_route_is_refused(routes, selection):
-    with pytest.raises(InputError, match="numbers 0 to 5"):
+    with pytest.raises(InputError, match="numbers from 0 to 5"):
         select_routes(routes, selection)
 
 

@@ -70,7 +70,7 @@ def test_code_and_weights_are_unpacked_unchanged(mine, task, place):
 
     names = sorted(path.name for path in place.root.rglob("*") if path.is_file())
     assert names == ["mine.py", "near.py", "weights.txt"]
-    assert place.found(str(Path.cwd())).is_dir()
+    assert place.on_node(str(Path.cwd())).is_dir()
     assert sent.towns.keys() == {"town01"}
 
 
@@ -83,7 +83,7 @@ def test_unpacked_program_is_executable(tmp_path, task, place, monkeypatch):
 
     unpack(pack([task("cruise")]), place)
 
-    assert subprocess.run([place.found(str(program))], check=False).returncode == 0
+    assert subprocess.run([place.on_node(str(program))], check=False).returncode == 0
 
 
 def test_files_of_plant_bench_are_not_packed(task):
@@ -105,12 +105,12 @@ def test_record_names_the_planner_as_requested(mine, task, place):
     one = task(mine)
     unpack(pack([one]), place)
 
-    there = one.at(place)
+    there = one.with_paths(place)
 
     assert there.job.planner.startswith(str(place.root))
     assert there.job.header(frozenset()) == one.job.header(frozenset())
     assert there.recording == place.output / "recordings" / "a.parquet"
-    assert task("cruise").at(place).job.planner == ""
+    assert task("cruise").with_paths(place).job.planner == ""
 
 
 def test_file_changed_in_transit_is_refused(mine, task, place):
@@ -118,20 +118,20 @@ def test_file_changed_in_transit_is_refused(mine, task, place):
     path = next(path for path in sent.files if path.endswith("near.py"))
     broken = payload.replace(sent, files={**sent.files, path: b"STEERING = 1.0\n"})
 
-    with pytest.raises(InputError, match=r"near\.py has arrived with another content"):
+    with pytest.raises(InputError, match=r"near\.py was changed in transit"):
         unpack(broken, place)
 
 
 def test_different_planner_or_town_with_the_same_name_is_refused(mine, task, place):
     sent = pack([task(mine)])
     unpack(sent, place)
-    payload.check_arrived(sent, place)
+    payload.check_payload(sent, place)
 
-    place.found(next(path for path in sent.files if path.endswith("weights.txt"))).write_text("2")
-    with pytest.raises(InputError, match=r"is another planner: weights\.txt differs"):
-        payload.check_arrived(sent, place)
-    with pytest.raises(InputError, match="The town 'town01' is another one"):
-        payload.check_arrived(payload.replace(sent, towns={"town01": "0"}), place)
+    place.on_node(next(path for path in sent.files if path.endswith("weights.txt"))).write_text("2")
+    with pytest.raises(InputError, match=r"differs from the planner of the run: weights\.txt"):
+        payload.check_payload(sent, place)
+    with pytest.raises(InputError, match="The town 'town01' differs"):
+        payload.check_payload(payload.replace(sent, towns={"town01": "0"}), place)
 
 
 def test_town_outside_the_package_is_packed(tmp_path):
@@ -141,15 +141,15 @@ def test_town_outside_the_package_is_packed(tmp_path):
         (town / name).write_text(name)
 
     class Task:
-        needs = Requirements(towns=frozenset({town}))
+        requirements = Requirements(towns=frozenset({town}))
 
-        def at(self, place):
+        def with_paths(self, paths):
             return self
 
     sent = pack([Task()])
 
     assert sorted(Path(path).name for path in sent.files) == ["town.json", "town.net.xml"]
-    assert sent.towns_in == (str(town.parent),)
+    assert sent.town_folders == (str(town.parent),)
 
 
 def test_isolated_planner_drives_from_the_unpacked_files(mine, task, place, route):
@@ -157,7 +157,7 @@ def test_isolated_planner_drives_from_the_unpacked_files(mine, task, place, rout
     asked = LaunchCommand(mine, ("/python/of/another/machine",), agent=mine)
     unpack(pack([task(mine)]), place)
 
-    there = replace(task(mine), isolation=Isolation(asked, Limits(), here)).at(place)
+    there = replace(task(mine), isolation=Isolation(asked, Limits(), here)).with_paths(place)
     planner = there.isolation.planner(there.job.planner)
     try:
         planner.reset(route("a"))
@@ -167,12 +167,12 @@ def test_isolated_planner_drives_from_the_unpacked_files(mine, task, place, rout
 
 
 def test_files_too_large_to_pack_are_refused(mine, task, monkeypatch):
-    monkeypatch.setattr(payload, "LARGEST", 10)
+    monkeypatch.setattr(payload, "MAX_BYTES", 10)
 
-    with pytest.raises(InputError, match="travel to other machines"):
+    with pytest.raises(InputError, match="can be sent to other machines"):
         pack([task(mine)])
 
 
 def test_equal_installations_do_not_differ():
-    assert differences(payload.facts(), payload.facts()) == ""
+    assert differences(payload.environment(), payload.environment()) == ""
     assert "unknown there" in differences({"numpy": "2"}, {})

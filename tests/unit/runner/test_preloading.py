@@ -3,13 +3,13 @@ import sys
 
 LOADED = """
 import sys
-from plant_bench.runner.workers.preloading import loading
+from plant_bench.runner.workers.preloading import preloader
 
 def load(agent, *modules, isolate=False):
-    loading(agent, isolate=isolate)()
+    preloader(agent, isolate=isolate)()
     return [module in sys.modules for module in modules]
 
-later = loading("expert", isolate=False)
+later = preloader("expert", isolate=False)
 assert "plant_bench.runner.episode.loop" not in sys.modules, "making it loads nothing"
 assert load("their.module:Planner", "plant_bench.runner.episode.loop", "their") == [True, False]
 assert load("expert", "plant_bench.agents.expert", isolate=True) == [False]

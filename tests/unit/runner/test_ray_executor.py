@@ -40,8 +40,8 @@ def cluster(scripted, monkeypatch):
 
     fake = FakeRay({A: 1, B: 1})
     monkeypatch.setitem(sys.modules, "ray", fake)
-    monkeypatch.setattr(ray_executor, "LOOK", 0.0)
-    monkeypatch.setattr(ray_node, "LISTEN", 0.1)
+    monkeypatch.setattr(ray_executor, "POLL_INTERVAL", 0.0)
+    monkeypatch.setattr(ray_node, "REPLY_TIMEOUT", 0.1)
     return fake
 
 
@@ -60,12 +60,12 @@ class Told:
 
 def run(scripted, steps, tmp_path, told=None, **settings) -> Told:
     told = told or Told()
-    RayExecutor(say=told.said.append, **settings).run_tasks(
+    RayExecutor(on_message=told.said.append, **settings).run_tasks(
         steps,
         scripted.do,
         on_event=told.events.append,
         logs=tmp_path,
-        keep=told.kept.__setitem__,
+        save_file=told.kept.__setitem__,
     )
     return told
 
@@ -120,7 +120,7 @@ def test_lost_node_does_not_count_as_a_task_failure(cluster, scripted, tmp_path)
 
     assert told.values() == {0: 7, 1: 8}
     assert not told.of(Retried)
-    assert told.said == ["A worker on node host-a (aaaaaaaa) is lost; its episode runs elsewhere."]
+    assert told.said == ["A worker on node host-a (aaaaaaaa) was lost; its episode is run again."]
 
 
 def test_task_that_always_loses_its_worker_is_dropped_unrecorded(
@@ -133,7 +133,7 @@ def test_task_that_always_loses_its_worker_is_dropped_unrecorded(
             raise RayActorError
 
     cluster.on_call = lose
-    monkeypatch.setattr(ray_executor, "LOSSES", 2)
+    monkeypatch.setattr(ray_executor, "MAX_LOST_WORKERS", 2)
     told = Told()
     with pytest.raises(SimulationError, match="1 episodes lost their node 2 times"):
         run(scripted, [scripted.Step("give", 7), scripted.Step("give", 8)], tmp_path, told)
@@ -143,24 +143,24 @@ def test_task_that_always_loses_its_worker_is_dropped_unrecorded(
 
 
 def test_node_with_other_versions_is_refused_and_the_others_work(cluster, scripted, tmp_path):
-    cluster.facts[A] = {**ray_node.facts(), "libsumo": "1.27.0"}
+    cluster.facts[A] = {**ray_node.environment(), "libsumo": "1.27.0"}
 
     told = run(scripted, [scripted.Step("give", 1)] * 2, tmp_path)
 
     assert told.values() == {0: 1, 1: 1}
-    assert told.said == ["Node host-a (aaaaaaaa) takes no part: libsumo 1.27.0 there, 1.28.0 here"]
+    assert told.said == ["Node host-a (aaaaaaaa) is excluded: libsumo 1.27.0 there, 1.28.0 here"]
 
 
 def test_run_ends_if_all_nodes_have_other_versions(cluster, scripted, tmp_path):
     cluster.facts |= {name: {"plant-bench": "0.0.1"} for name in cluster.cpus}
 
-    with pytest.raises(InputError, match="No node of the Ray cluster can take part: host-a"):
+    with pytest.raises(InputError, match="All nodes of the Ray cluster are excluded: host-a"):
         run(scripted, [scripted.Step("give")], tmp_path)
 
 
 def test_a_cluster_without_cpus_ends_the_run(cluster, scripted, tmp_path, monkeypatch):
     cluster.gone |= set(cluster.cpus)
-    monkeypatch.setattr(ray_executor, "ALONE", 0.0)
+    monkeypatch.setattr(ray_executor, "NO_NODE_TIMEOUT", 0.0)
 
     with pytest.raises(SimulationError, match="has had no CPU"):
         run(scripted, [scripted.Step("give")], tmp_path)
@@ -212,7 +212,9 @@ def test_packed_town_is_found_on_the_node(node, scripted, tmp_path):
     shutil.copytree(networks_dir() / "town01", towns / "mytown")
     file = towns / "mytown" / "town.json"
     file.write_text(file.read_text().replace('"town01"', '"mytown"'))
-    sent = pack([scripted.Step("give", needs=Requirements(towns=frozenset({towns / "mytown"})))])
+    sent = pack(
+        [scripted.Step("give", requirements=Requirements(towns=frozenset({towns / "mytown"})))]
+    )
     shutil.rmtree(towns)
 
     assert isinstance(node.start(sent, scripted.do).message, Ready)
@@ -221,7 +223,7 @@ def test_packed_town_is_found_on_the_node(node, scripted, tmp_path):
 def test_worker_that_does_not_restart_is_a_task_failure(node, scripted, monkeypatch):
     step = scripted.Step("give")
     node.start(pack([step]), scripted.do)
-    node._end()
-    monkeypatch.setattr(ray_node, "START", 0.0)
+    node._kill_process()
+    monkeypatch.setattr(ray_node, "START_TIMEOUT", 0.0)
 
     assert node.step(step).message == Failed("The worker does not start.")

@@ -42,11 +42,11 @@ def moved(by: float) -> Actors:
     ("other", "words"),
     [
         (scene(), ""),
-        (scene(3), "tick 0, again 3"),
+        (scene(3), "tick 0, simulated 3"),
         (scene(ego=make_ego(2.0, x=1e-12)), "the ego"),
-        (scene(actors=scene().actors.only(np.array([0]))), "who is in sight (2)"),
+        (scene(actors=scene().actors.only(np.array([0]))), "the set of actors (2)"),
         (scene(actors=moved(1e-6)), "the actors' poses"),
-        (scene(lights=np.ones(1, np.uint8)), "the lights"),
+        (scene(lights=np.ones(1, np.uint8)), "the traffic lights"),
     ],
 )
 def test_the_first_difference_is_named(other: Scene, words: str):
@@ -71,7 +71,7 @@ def test_scenario_is_recovered_with_and_without_hazards(route):
 
     assert scenario_of(result(one), one).hazards
     assert scenario_of(result(one, scenario=bare.key), one) == bare
-    with pytest.raises(InputError, match="is not what it was"):
+    with pytest.raises(InputError, match="has changed since"):
         scenario_of(result(one), route("a", 50))
 
 
@@ -121,13 +121,13 @@ def test_expert_is_not_queried_after_the_first_difference(monkeypatch, route, tm
     assert (found.differs_at, found.difference) == (6, "the ego")
     assert found.moments[5].expert is not None
     assert all(found.moments[tick].expert is None for tick in range(6, 12))
-    assert "the ego differ from what was recorded" in found.expert_note
+    assert "differs from the recording: the ego" in found.expert_note
 
 
 def test_planner_with_different_responses_is_no_longer_queried(monkeypatch, route, tmp_path: Path):
     found = looked(monkeypatch, tmp_path, route("a"), None, "idm")
 
-    assert "answers otherwise than recorded" in found.planner_note
+    assert "its action differs from the recorded one" in found.planner_note
     assert found.moments[11].planner is None
     assert found.differs_at is None
 

@@ -54,7 +54,7 @@ def test_only_partial_files_of_killed_workers_are_removed(folder):
     (folder.path / "episodes" / "a.json").touch()
     (folder.path / "episodes" / "b.json.part").touch()
 
-    folder.sweep()
+    folder.remove_partial_files()
 
     assert [path.name for path in (folder.path / "episodes").iterdir()] == ["a.json"]
 

@@ -54,7 +54,7 @@ def test_shards_of_one_division_run_concurrently(tmp_path):
 def test_shard_that_may_overlap_with_another_run_is_refused(tmp_path, held, what, version):
     held(what=what, version=version)
 
-    with pytest.raises(InputError, match="is driving into"), locked(tmp_path, Shard(1, 3), "v"):
+    with pytest.raises(InputError, match="is writing to"), locked(tmp_path, Shard(1, 3), "v"):
         pass
     assert len(list((tmp_path / "claims").iterdir())) == 1
 

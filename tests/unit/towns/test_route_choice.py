@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 
 from plant_bench.errors import InputError
-from plant_bench.towns.route_choice import choose, draft_paths, share, shorten
+from plant_bench.towns.route_choice import choose, draft_paths, overlap_share, shorten
 from plant_bench.towns.route_graph import StreetGraph
 from plant_bench.world.town import load_town
 
 
 def test_common_share_is_relative_to_the_shorter_route():
     one, other = {"a": 100.0, "b": 100.0, "c": 50.0}, {"b": 60.0, "d": 40.0}
-    assert share(one, other) == share(other, one) == 0.6
-    assert share({"a": 1.0}, {"b": 1.0}) == 0.0
+    assert overlap_share(one, other) == overlap_share(other, one) == 0.6
+    assert overlap_share({"a": 1.0}, {"b": 1.0}) == 0.0
 
 
 def test_shortened_plans_stay_below_the_maximum_length():

@@ -40,7 +40,7 @@ def test_exits_leave_fast_roads_on_the_right():
 def test_u_turns_are_short_edges_that_turn_back():
     graph = StreetGraph(make_town(22.0))
     assert graph.u_turns == {"back"}
-    assert graph.sights == ("ramp", "back")
+    assert graph.landmarks == ("ramp", "back")
     assert graph.is_joint("fork")
     assert not graph.is_crossing("fork")
 

@@ -13,7 +13,7 @@ from plant_bench.data_files import routes_dir
 from plant_bench.errors import InputError
 from plant_bench.geometry.polyline import Cursor, distance_to
 from plant_bench.geometry.pose import wrap_angles
-from plant_bench.towns.route_choice import driven_on, share
+from plant_bench.towns.route_choice import distance_by_edge, overlap_share
 from plant_bench.towns.route_making import MANOEUVRES
 from plant_bench.towns.routes import SUITES, build_suite, describe_suite
 from plant_bench.world.route import load_suite
@@ -40,7 +40,7 @@ def test_each_town_has_six_routes_of_the_longest6_lengths(suite):
 def test_routes_of_a_town_share_at_most_two_thirds():
     for one, other in combinations(ROUTES, 2):
         if one.town == other.town:
-            assert share(driven_on(one), driven_on(other)) <= 2 / 3
+            assert overlap_share(distance_by_edge(one), distance_by_edge(other)) <= 2 / 3
 
 
 @every_suite

@@ -62,10 +62,10 @@ def test_routes_of_further_visits_do_not_overlap_benchmark_routes(name):
 
 def test_benchmark_route_and_a_part_of_it_are_detected_as_overlap():
     route = benchmark_routes()[0]
-    driven = training_routes.driven_on(route)
+    driven = training_routes.distance_by_edge(route)
     piece = dict(list(driven.items())[:2])
     assert common_share(route) == 1.0
-    assert training_routes.share(piece, driven) == 1.0 > MAX_COMMON
+    assert training_routes.overlap_share(piece, driven) == 1.0 > MAX_COMMON
 
 
 def test_short_routes_contain_their_manoeuvre(few_tries):
@@ -98,10 +98,10 @@ def test_equal_seeds_give_equal_routes(few_tries, monkeypatch):
 def test_hazard_density_equals_that_of_long_routes():
     route = replace(benchmark_routes()[0], id="town01-left-0")
     many = tuple(Hazard(HazardKind.CUT_IN, float(at), 0.0, at) for at in range(40, 1000, 60))
-    kept = training_routes._fewer(many, route, 0)
+    kept = training_routes._sample_hazards(many, route, 0)
     assert len(kept) == round(route.length / METRES_EACH) < len(many)
     assert [hazard.at for hazard in kept] == sorted(hazard.at for hazard in kept)
-    assert training_routes._fewer(many[:2], route, 0) == many[:2]
+    assert training_routes._sample_hazards(many[:2], route, 0) == many[:2]
 
 
 def test_generated_training_towns_follow_the_benchmark_towns():

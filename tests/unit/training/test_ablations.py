@@ -22,7 +22,7 @@ from plant_bench.scoring.results import EpisodeResult
 from plant_bench.training.ablation_run import AblationRequest
 from plant_bench.training.ablation_variants import Recipe, trainings_of, variants_of
 from plant_bench.training.frame_store import load_frames, recordings_in
-from plant_bench.training.learners import Student
+from plant_bench.training.learners import LearnerSpec
 from plant_bench.training.settings import TrainingSettings, drop_after
 from plant_bench.training.threads import threads_kept
 from plant_bench.training.training_run import Machine, TrainingRun
@@ -30,8 +30,8 @@ from plant_bench.world.route import load_suite
 
 
 def recipe(config: PlanTConfig, auxiliary: float = 0.2, share: float = 0.7) -> Recipe:
-    student = Student("plant", PlanTOptions(config, auxiliary))
-    return Recipe(student, TrainingSettings(), share)
+    learner_spec = LearnerSpec("plant", PlanTOptions(config, auxiliary))
+    return Recipe(learner_spec, TrainingSettings(), share)
 
 
 BASE = recipe(PlanTConfig())
@@ -69,7 +69,7 @@ def test_variants_equal_to_the_base_share_its_training() -> None:
     variants = variants_of((), BASE)
     shared = {variant.name for variant in variants if variant.training == "base"}
     kept = {"rear", "speeds", "auxiliary", "data-3of3", "mini", "reach-30"}
-    ours = {
+    added = {
         "stop-line",
         "vulnerable",
         "limit-input",
@@ -78,7 +78,7 @@ def test_variants_equal_to_the_base_share_its_training() -> None:
         "horizon",
         "motion",
     }
-    assert shared == kept | {"base"} | {f"no-{name}" for name in ours}
+    assert shared == kept | {"base"} | {f"no-{name}" for name in added}
     trainings = trainings_of(variants)
     assert len(trainings) == len(set(map(str, trainings.values())))
     told = recipe(PlanTConfig(tokens=TokenSpec(stop_line=True)))
@@ -123,10 +123,10 @@ def done(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """The list of trainings and runs that would be made; none is executed."""
     log: list[str] = []
 
-    def learn(course: TrainingRun) -> bool:
-        log.append(f"train {course.out.parent.relative_to(course.out.parents[2])}")
-        course.out.mkdir(parents=True, exist_ok=True)
-        (course.out / "weights.safetensors").touch()
+    def train(run: TrainingRun) -> bool:
+        log.append(f"train {run.out.parent.relative_to(run.out.parents[2])}")
+        run.out.mkdir(parents=True, exist_ok=True)
+        (run.out / "weights.safetensors").touch()
         return True
 
     def drive(request: ScoreRequest, out: Path, _: object) -> Run:
@@ -155,7 +155,7 @@ def done(monkeypatch: pytest.MonkeyPatch) -> list[str]:
         log.append(f"drive {request.agent.rpartition('out/')[2]}")
         return run
 
-    monkeypatch.setattr(ablating, "train_with_progress", learn)
+    monkeypatch.setattr(ablating, "train_with_progress", train)
     monkeypatch.setattr(ablating, "drive_missing", drive)
     return log
 
@@ -194,7 +194,7 @@ def test_finished_trainings_are_not_repeated(tmp_path: Path, data: Path, done: l
     trained = [step for step in done if step.startswith("train")]
     assert trained == ["train base/seed-2", "train no-rear/seed-2"]
     other = replace(BASE, settings=replace(BASE.settings, epochs=3))
-    with pytest.raises(InputError, match="trained otherwise or on other data"):
+    with pytest.raises(InputError, match="trained with other settings or on other data"):
         ablate(request_of(tmp_path, data, base=other))
     done.clear()
     ablate(request_of(tmp_path, data, base=other, overwrite=True))

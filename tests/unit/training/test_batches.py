@@ -10,11 +10,11 @@ import pytest
 from plant_bench.agents.plant.training_options import PlanTOptions
 from plant_bench.errors import InputError
 from plant_bench.training.batches import epoch_batches, split_by_route
-from plant_bench.training.encodings import load_encodings, stacked
+from plant_bench.training.encodings import load_encodings, stack_encodings
 from plant_bench.training.frame_store import load_frames
-from plant_bench.training.learners import Student
+from plant_bench.training.learners import LearnerSpec
 
-STUDENT = Student("plant", PlanTOptions())
+LEARNER = LearnerSpec("plant", PlanTOptions())
 
 
 def test_each_epoch_has_every_sample_once_in_another_order() -> None:
@@ -36,7 +36,7 @@ def test_training_and_validation_share_no_route(data: Path, make_data: Callable[
     assert {len(split.training), len(split.validation)} == {17, 34}
     everything = split_by_route(frames, 0.0, 0)
     assert (len(everything.training), len(everything.validation)) == (51, 0)
-    with pytest.raises(InputError, match="No samples to learn from"):
+    with pytest.raises(InputError, match="No training samples"):
         split_by_route(load_frames([make_data("alone", "one")]), 0.1, 0)
 
 
@@ -74,8 +74,8 @@ def test_the_fingerprint_covers_what_samples_are_made_of(
 
 def test_batches_are_padded(data: Path) -> None:
     frames = load_frames([data])
-    encodings = load_encodings(frames, STUDENT)
-    learner = STUDENT.learner()
+    encodings = load_encodings(frames, LEARNER)
+    learner = LEARNER.build()
     kinds = encodings.packs[0].columns["kinds"].copy()
     kinds[encodings.starts[0][3] : encodings.starts[0][4] - 1] = 3
     encodings.packs[0].columns["kinds"] = kinds
@@ -93,13 +93,13 @@ def test_stored_batches_equal_newly_encoded_ones(make_data: Callable[..., Path])
     """Frames of two folders, in which an actor disappears, in any order."""
     folders = [make_data("a", "one", "two", leaves_at=120), make_data("b", "two", "three")]
     frames = load_frames(folders)
-    encodings, learner = load_encodings(frames, STUDENT), STUDENT.learner()
+    encodings, learner = load_encodings(frames, LEARNER), LEARNER.build()
     chosen = np.random.default_rng(1).permutation(len(frames))[:40]
 
     batch = encodings.batch(chosen)
 
     encoded = [learner.encode(frames.frame(at, learner.inputs)) for at in chosen.tolist()]
-    anew = stacked(encoded, dict(learner.padding))
+    anew = stack_encodings(encoded, dict(learner.padding))
     assert set(batch) == set(anew)
     for name, values in anew.items():
         np.testing.assert_array_equal(batch[name], values)

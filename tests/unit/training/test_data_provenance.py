@@ -21,7 +21,7 @@ from plant_bench.training.batches import Split
 from plant_bench.training.data_provenance import source_of
 from plant_bench.training.imitation import TrainingRequest
 from plant_bench.training.settings import TrainingSettings
-from plant_bench.training.training_run import Machine, TrainingRun, Validation, learn
+from plant_bench.training.training_run import Machine, TrainingRun, Validation, run_training
 
 
 def say_origin(folder: Path, *, driver: str = "", frames: int | None = None) -> Path:
@@ -44,7 +44,7 @@ def say_origin(folder: Path, *, driver: str = "", frames: int | None = None) -> 
 
 
 def test_data_folder_names_its_collect_command(data: Path) -> None:
-    assert source_of(data, 3) == "3 episodes of data, whose origin is not known (no collect.json)"
+    assert source_of(data, 3) == "3 episodes of data, of unknown origin (no collect.json)"
     say_origin(data, frames=500)
     assert source_of(data, 3) == (
         "3 episodes of data: `plant-bench collect --out data --frames 500 --seed 3 --density dense "
@@ -71,7 +71,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[tuple[TrainingRequest, Split]
     return requests
 
 
-def course(tmp_path: Path, *data: Path, held_out: float = 0.1, **changes: Any) -> TrainingRun:
+def training(tmp_path: Path, *data: Path, held_out: float = 0.1, **changes: Any) -> TrainingRun:
     settings = TrainingSettings(
         held_out=held_out,
         targets=changes.pop("targets", "future"),
@@ -89,7 +89,7 @@ def test_several_data_folders_are_trained_on_together(
     tmp_path: Path, data: Path, make_data: Callable[..., Path], asked: list
 ) -> None:
     more = make_data("more", "one", "three")
-    assert learn(course(tmp_path, data, more))
+    assert run_training(training(tmp_path, data, more))
     (request, split), *_ = asked
     assert split.episodes == 5
     assert len(split.training) + len(split.validation) == 5 * 17
@@ -97,9 +97,9 @@ def test_several_data_folders_are_trained_on_together(
         "3 episodes of data",
         "2 episodes of more",
     ]
-    learn(course(tmp_path, data))
+    run_training(training(tmp_path, data))
     assert asked[1][1].fingerprint != split.fingerprint
-    learn(course(tmp_path, data, more, share=0.5))
+    run_training(training(tmp_path, data, more, share=0.5))
     assert [text.split()[0] for text in asked[2][0].sources] == ["2", "1"]
 
 
@@ -108,15 +108,15 @@ def test_validation_uses_routes_of_the_first_folder(
 ) -> None:
     more = make_data("more", "three", "four", "five", "six")
     drives = {"validation": Validation(None, None, True), "held_out": 0.7}
-    learn(course(tmp_path, data, more, **drives))
+    run_training(training(tmp_path, data, more, **drives))
     (request, split), *_ = asked
     own = sorted({"one", "two"} & set(split.held_out))
     assert 0 < len(own) < len(split.held_out)
     assert request.closed_loop.routes == ",".join(own)
     assert request.closed_loop.suite == str(data / "routes")
     only = make_data("only", *sorted({"three", "four", "five", "six"} - set(split.held_out)))
-    with pytest.raises(InputError, match="None of the routes held out is in"):
-        learn(course(tmp_path, only, data, more, **drives))
+    with pytest.raises(InputError, match="None of the held-out routes is in"):
+        run_training(training(tmp_path, only, data, more, **drives))
 
 
 def test_dagger_data_requires_expert_action_targets(
@@ -124,14 +124,12 @@ def test_dagger_data_requires_expert_action_targets(
 ) -> None:
     facts: dict[str, Any] = {"answers": lambda _tick: Control(0.5, 0.0), "disturbed": range(260)}
     own = say_origin(make_data("own", "one", "two", every=10, **facts), driver="plant@models/mine")
-    with pytest.raises(
-        InputError, match=r"own holds the expert's answers .*--targets expert-action"
-    ):
-        learn(course(tmp_path, data, own))
+    with pytest.raises(InputError, match=r"own was driven by .*--targets expert-action"):
+        run_training(training(tmp_path, data, own))
     assert not (data / "frames").exists()  # said before any frames are made
-    assert learn(course(tmp_path, own, targets="expert-action"))
-    with pytest.raises(InputError, match=r"a\.parquet: Row 50 .* holds no acceleration"):
-        learn(course(tmp_path, own, data, targets="expert-action"))
+    assert run_training(training(tmp_path, own, targets="expert-action"))
+    with pytest.raises(InputError, match=r"a\.parquet: Row 50 .* has no acceleration of an expert"):
+        run_training(training(tmp_path, own, data, targets="expert-action"))
 
 
 def test_incompatible_start_weights_are_refused_before_encoding(
@@ -139,9 +137,9 @@ def test_incompatible_start_weights_are_refused_before_encoding(
 ) -> None:
     save_network(PlanTNetwork(PlanTConfig(limit_input=True)), tmp_path / "other")
     with pytest.raises(InputError, match="limit_input True .now False."):
-        learn(course(tmp_path, data, start=tmp_path / "other"))
+        run_training(training(tmp_path, data, start=tmp_path / "other"))
     with pytest.raises(InputError, match="There are no weights in"):
-        learn(course(tmp_path, data, start=tmp_path / "nowhere"))
+        run_training(training(tmp_path, data, start=tmp_path / "nowhere"))
     assert not (data / "frames").exists()
 
 
@@ -154,11 +152,11 @@ def test_benchmark_suites_are_refused_for_validation(
     shutil.copy(data / "routes" / "suite.json", tmp_path / "copy" / "a.json")
     shutil.copy(routes_dir() / "unseen" / "unseen03.json", tmp_path / "copy" / "b.json")
     with pytest.raises(InputError, match="a route of the benchmark's suite '(longest6|unseen)'"):
-        learn(course(tmp_path, data, validation=Validation(suite, None, True)))
+        run_training(training(tmp_path, data, validation=Validation(suite, None, True)))
     assert not (data / "frames").exists()
 
 
 def test_other_suites_are_accepted_for_validation(tmp_path: Path, data: Path, asked: list) -> None:
     own = str(data / "routes" / "suite.json")
-    assert learn(course(tmp_path, data, validation=Validation(own, "0", True)))
+    assert run_training(training(tmp_path, data, validation=Validation(own, "0", True)))
     assert asked[0][0].closed_loop.suite == own

@@ -21,7 +21,7 @@ from plant_bench.training.closed_loop import ClosedLoop
 from plant_bench.training.events import StepEnded, TrainingEvent
 from plant_bench.training.frame_store import load_frames
 from plant_bench.training.imitation import TrainingRequest, make_fabric, train
-from plant_bench.training.learners import Student
+from plant_bench.training.learners import LearnerSpec
 from plant_bench.training.loader import make_loader
 from plant_bench.training.settings import TrainingSettings
 from plant_bench.training.trainer import optimizer_of
@@ -40,19 +40,19 @@ def split(data: Path) -> Split:
     return split_by_route(load_frames([data]), 0.1, 0)
 
 
-def student(config: PlanTConfig) -> Student:
-    return Student("plant", PlanTOptions(config))
+def learner_spec(config: PlanTConfig) -> LearnerSpec:
+    return LearnerSpec("plant", PlanTOptions(config))
 
 
 def request_in(folder: Path, **changes: object) -> TrainingRequest:
-    taught = student(PlanTConfig())
-    request = TrainingRequest(taught, SETTINGS, folder / "model", folder / "work")
+    learner = learner_spec(PlanTConfig())
+    request = TrainingRequest(learner, SETTINGS, folder / "model", folder / "work")
     return replace(request, **changes)
 
 
 def run(request: TrainingRequest, split: Split, listen: Callable | None = None) -> list:
     told: list[TrainingEvent] = []
-    loader = make_loader(split.frames, request.student)
+    loader = make_loader(split.frames, request.learner)
     fabric = make_fabric(accelerator="cpu", devices=1)
     train(request, split, loader, fabric, listen or told.append)
     return told
@@ -79,9 +79,9 @@ def test_training_reduces_the_loss_and_saves_the_model(tmp_path: Path, split: Sp
 
 def test_resumed_training_gives_the_same_result(tmp_path: Path, split: Split) -> None:
     config = PlanTConfig(speed_input=True)
-    whole = request_in(tmp_path / "whole", student=student(config))
+    whole = request_in(tmp_path / "whole", learner=learner_spec(config))
     run(whole, split)
-    halved = request_in(tmp_path / "halved", student=student(config))
+    halved = request_in(tmp_path / "halved", learner=learner_spec(config))
     steps = 0
 
     def stop_in_the_second_epoch(event: TrainingEvent) -> None:
@@ -160,17 +160,17 @@ def test_patience_survives_a_restart(
 
 
 def test_training_starts_from_given_weights(tmp_path: Path, split: Split) -> None:
-    first = request_in(tmp_path / "first", student=student(PlanTConfig(speed_input=True)))
+    first = request_in(tmp_path / "first", learner=learner_spec(PlanTConfig(speed_input=True)))
     run(first, split)
     told_less = PlanTConfig(speed_input=True, speed_dropout=0.9)  # no part of the network
     still = replace(SETTINGS, epochs=1, rate=0.0)
     second = request_in(
-        tmp_path / "second", student=student(told_less), settings=still, start=first.out
+        tmp_path / "second", learner=learner_spec(told_less), settings=still, start=first.out
     )
     run(second, split)
     assert weights_in(second.out) == weights_in(first.out)
     assert load_network(second.out).config == told_less
-    assert "| started from | weights of hash" in (second.out / "card.md").read_text()
+    assert "| initial weights | weights of hash" in (second.out / "card.md").read_text()
     with pytest.raises(InputError, match="start"):  # another start is another training
         run(replace(second, start=None), split)
 
@@ -195,7 +195,7 @@ def test_weights_of_another_network_are_refused_as_start(tmp_path: Path, split: 
     first = request_in(tmp_path / "first")
     run(first, split)
     other = PlanTConfig(limit_input=True, tokens=TokenSpec(reach=45.0))
-    second = request_in(tmp_path / "second", student=student(other), start=first.out)
+    second = request_in(tmp_path / "second", learner=learner_spec(other), start=first.out)
     words = r"limit_input False \(now True\), reach 30.0 \(now 45.0\). Give the options"
     with pytest.raises(InputError, match=words):
         run(second, split)
@@ -212,7 +212,7 @@ def test_model_card_names_data_commands_without_local_paths(
     request = request_in(tmp_path, sources=("3 episodes of mine", "2 episodes of others"))
     run(request, split)
     card = (request.out / "card.md").read_text()
-    assert "| data made by | 3 episodes of mine |\n| data made by | 2 episodes of others |" in card
+    assert "| data source | 3 episodes of mine |\n| data source | 2 episodes of others |" in card
     assert "`plant-bench train plant --data mine --start=plant@weights/`" in card
     assert str(tmp_path) not in card
     assert "| processor | " in card

@@ -19,10 +19,10 @@ from plant_bench.training.ablation_variants import Recipe, variants_of
 from plant_bench.training.closed_loop import ClosedLoop, closed_loop_score
 from plant_bench.training.events import StepEnded, TrainingEvent
 from plant_bench.training.frame_store import load_frames
-from plant_bench.training.learners import Student, learner_class
+from plant_bench.training.learners import LearnerSpec, learner_class
 from plant_bench.training.loader import EncodingLoader
 from plant_bench.training.settings import TrainingSettings
-from plant_bench.training.training_run import Listeners, Machine, TrainingRun, learn
+from plant_bench.training.training_run import Listeners, Machine, TrainingRun, run_training
 
 FILE = Path(__file__).parents[2] / "outside" / "pixels.py"
 SPEC = f"{FILE}:PixelLearner"
@@ -38,7 +38,7 @@ def town_data(make_data: Callable[..., Path]) -> Path:
     return make_data("data", "one", "two", town="town01", ticks=160)
 
 
-def course(data: Path, out: Path, **changes: Any) -> TrainingRun:
+def training(data: Path, out: Path, **changes: Any) -> TrainingRun:
     settings = TrainingSettings(epochs=2, batch=4, rate=1e-2, held_out=0.5)
     made = TrainingRun(
         SPEC,
@@ -58,11 +58,11 @@ def weights_in(folder: Path) -> bytes:
 
 def test_loader_processes_give_the_same_batches(town_data: Path) -> None:
     frames = load_frames([town_data])
-    student = Student(SPEC, learner_class(SPEC).Options())
+    learner_spec = LearnerSpec(SPEC, learner_class(SPEC).Options())
     wanted = np.array_split(np.random.default_rng(0).permutation(len(frames)), 3)
     torch.manual_seed(5)
-    here = list(EncodingLoader(frames, student, 0).batches(wanted))
-    there = EncodingLoader(frames, student, 2)
+    here = list(EncodingLoader(frames, learner_spec, 0).batches(wanted))
+    there = EncodingLoader(frames, learner_spec, 2)
 
     found = list(there.batches(wanted))
     again = list(there.batches(wanted[1:]))
@@ -79,16 +79,16 @@ def test_loader_processes_give_the_same_batches(town_data: Path) -> None:
 
 
 def test_resumed_training_gives_the_same_result(tmp_path: Path, town_data: Path) -> None:
-    whole = course(town_data, tmp_path / "whole")
+    whole = training(town_data, tmp_path / "whole")
     losses: list[float] = []
 
     def note(event: TrainingEvent) -> None:
         if isinstance(event, StepEnded):
             losses.append(event.loss)
 
-    assert learn(whole, Listeners(on_event=note))
+    assert run_training(whole, Listeners(on_event=note))
     steps = len(losses) // 2
-    halved = course(town_data, tmp_path / "halved", machine=Machine("cpu", 1, 1, 1, 1))
+    halved = training(town_data, tmp_path / "halved", machine=Machine("cpu", 1, 1, 1, 1))
     done = 0
 
     def stop_in_the_second_epoch(event: TrainingEvent) -> None:
@@ -97,8 +97,8 @@ def test_resumed_training_gives_the_same_result(tmp_path: Path, town_data: Path)
         if done == steps + 1:
             interrupts.signal.raise_signal(interrupts.signal.SIGINT)
 
-    assert not learn(halved, Listeners(on_event=stop_in_the_second_epoch))
-    assert learn(halved)
+    assert not run_training(halved, Listeners(on_event=stop_in_the_second_epoch))
+    assert run_training(halved)
     assert weights_in(halved.out) == weights_in(whole.out)
     assert losses[-1] < losses[0]
     card = (whole.out / "card.md").read_text()
@@ -118,8 +118,8 @@ def test_loss_can_have_any_name(
         return {"samples": value}
 
     monkeypatch.setattr(learner_class(SPEC), "loss", renamed)
-    model = course(town_data, tmp_path / "model", settings=TrainingSettings(epochs=1, batch=4))
-    assert learn(model)
+    model = training(town_data, tmp_path / "model", settings=TrainingSettings(epochs=1, batch=4))
+    assert run_training(model)
     head, row = (model.work_folder / "losses.csv").read_text().splitlines()[:2]
     found = dict(zip(head.split(","), row.split(","), strict=True))
     assert 0.0 < float(found["train_samples"]) != 1.0
@@ -127,8 +127,8 @@ def test_loss_can_have_any_name(
 
 @pytest.mark.sumo
 def test_trained_external_learner_drives(tmp_path: Path, town_data: Path) -> None:
-    model = course(town_data, tmp_path / "model", settings=TrainingSettings(epochs=1, batch=8))
-    assert learn(model)
+    model = training(town_data, tmp_path / "model", settings=TrainingSettings(epochs=1, batch=8))
+    assert run_training(model)
     agent = f"{learner_class(SPEC).agent}@{model.out}"
     score = closed_loop_score(agent, tmp_path / "run", ClosedLoop("longest6", "town02-5", False))
     assert 0.0 <= score <= 100.0
@@ -140,7 +140,7 @@ def test_frame_that_fails_to_encode_gives_one_message(
 ) -> None:
     data = make_data("nowhere", "one", "two", ticks=160)
     with pytest.raises(InputError, match=r"^There is no town 'nowhere'[^\n]*$"):
-        learn(course(data, tmp_path / "model", machine=Machine("cpu", 1, 1, 1, 1)))
+        run_training(training(data, tmp_path / "model", machine=Machine("cpu", 1, 1, 1, 1)))
 
 
 def test_installed_learner_is_found_by_name(
@@ -181,10 +181,10 @@ def test_options_of_the_learner_are_command_options(tmp_path: Path, town_data: P
 
 
 def test_ablations_of_the_learner_come_from_its_options() -> None:
-    base = Recipe(Student(SPEC, learner_class(SPEC).Options()), TrainingSettings())
+    base = Recipe(LearnerSpec(SPEC, learner_class(SPEC).Options()), TrainingSettings())
     found = {variant.name: variant for variant in variants_of((), base)}
     assert list(found) == ["base", "data-1of3", "data-2of3", "data-3of3", "blind"]
-    assert found["blind"].recipe.student.options.blind
+    assert found["blind"].recipe.learner.options.blind
     assert found["data-3of3"].training == "base"
     assert found["data-3of3"].paper == "-"
 
@@ -197,7 +197,10 @@ def test_ablations_of_the_learner_come_from_its_options() -> None:
         (f"{FILE}:Pixels", "is not a learner: expected a subclass of plant_bench.learner.Learner"),
         ("nowhere.py:Learner", "There is no file"),
         ("plant_bench.nowhere:Learner", "cannot be loaded: ModuleNotFoundError"),
-        ("plant_bench.learner:Learner", "lacks encode, loss, network, name, agent, Options"),
+        (
+            "plant_bench.learner:Learner",
+            "define encode, loss, network, name, agent, Options",
+        ),
     ],
 )
 def test_class_that_is_not_a_learner_raises_input_error(spec: str, message: str) -> None:

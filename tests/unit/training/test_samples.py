@@ -19,13 +19,13 @@ from plant_bench.features.tokens import TokenKind, TokenSpec
 from plant_bench.training import frame_store
 from plant_bench.training.encodings import Encodings, encodings_key, load_encodings
 from plant_bench.training.frame_store import Frames, load_frames
-from plant_bench.training.frames import LATEST_ANSWER, TargetKind, rows_of
-from plant_bench.training.learners import Student
+from plant_bench.training.frames import MAX_ACTION_AGE, TargetKind, rows_of
+from plant_bench.training.learners import LearnerSpec
 from plant_bench.world.route import Route
 
 SPEED = 8.0  # m/s, of the ego and its leader
 
-STUDENT = Student("plant", PlanTOptions())
+LEARNER = LearnerSpec("plant", PlanTOptions())
 
 
 class Samples:
@@ -57,7 +57,7 @@ def made(make_data: Callable[..., Path]) -> Make:
         nonlocal count
         count += 1
         folder = make_data(f"data-{count}", "one", **facts)
-        return Samples(load_encodings(frames_of(folder, targets=targets), STUDENT))
+        return Samples(load_encodings(frames_of(folder, targets=targets), LEARNER))
 
     return make
 
@@ -82,7 +82,7 @@ def test_start_and_end_of_an_episode_are_left_out(made: Make) -> None:
 
 
 def test_maximum_response_age_equals_the_resting_interval() -> None:
-    assert LATEST_ANSWER == RESTING_INTERVAL
+    assert MAX_ACTION_AGE == RESTING_INTERVAL
 
 
 def test_frame_holds_past_and_future_actors(make_data: Callable[..., Path]) -> None:
@@ -181,7 +181,7 @@ def test_expert_action_targets_include_perturbed_frames(made: Make) -> None:
 )
 def test_missing_expert_action_gives_one_message(made: Make, answer: Any) -> None:
     answers = answer if callable(answer) else lambda _tick: answer
-    with pytest.raises(InputError, match="Row 50 of a recording holds no acceleration"):
+    with pytest.raises(InputError, match="Row 50 of a recording has no acceleration of an expert"):
         made("expert-action", answers=answers)
 
 
@@ -190,7 +190,7 @@ def test_a_recording_of_another_route_is_refused(
 ) -> None:
     path = write(tmp_path / "episode.parquet", route)
     other = replace(route, speed_limits=np.full(201, 9.0))
-    with pytest.raises(InputError, match="does not fit route one"):
+    with pytest.raises(InputError, match="does not match route one"):
         rows_of(Recording.load(path), other)
 
 
@@ -198,19 +198,19 @@ def test_a_recording_of_another_world_is_refused(
     tmp_path: Path, route: Route, write: Callable[..., Path]
 ) -> None:
     path = write(tmp_path / "episode.parquet", route, protocol="longest6-sumo-v0")
-    with pytest.raises(InputError, match="of another world than"):
+    with pytest.raises(InputError, match="Expected a recording of protocol"):
         rows_of(Recording.load(path), route)
 
 
 def test_frames_and_samples_are_cached(data: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     told: list[tuple[int, int]] = []
     first = frames_of(data, on_progress=lambda *done: told.append(done))
-    samples = load_encodings(first, STUDENT, on_progress=lambda *done: told.append(done))
+    samples = load_encodings(first, LEARNER, on_progress=lambda *done: told.append(done))
     assert told == [(1, 3), (2, 3), (3, 3)] * 2
     assert list(first.routes.values()) == ["one", "two", "one"]
     monkeypatch.setattr(frame_store, "rows_of", None)
     monkeypatch.setattr("plant_bench.agents.plant.learner.encode", None)
-    again = load_encodings(frames_of(data), STUDENT)
+    again = load_encodings(frames_of(data), LEARNER)
     chosen = np.arange(20, 30)
     np.testing.assert_array_equal(
         again.batch(chosen)["waypoints"], samples.batch(chosen)["waypoints"]
@@ -218,12 +218,12 @@ def test_frames_and_samples_are_cached(data: Path, monkeypatch: pytest.MonkeyPat
 
 
 def test_sample_key_covers_what_samples_depend_on() -> None:
-    key = encodings_key(STUDENT, "future")
+    key = encodings_key(LEARNER, "future")
     farther = PlanTOptions(PlanTConfig(tokens=TokenSpec(reach=50.0)))
-    assert encodings_key(Student("plant", farther), "future") != key
-    assert encodings_key(STUDENT, "expert-action") != key
+    assert encodings_key(LearnerSpec("plant", farther), "future") != key
+    assert encodings_key(LEARNER, "expert-action") != key
     assert (
-        encodings_key(Student("plant", replace(PlanTOptions(), overshoot_weight=2.0)), "future")
+        encodings_key(LearnerSpec("plant", replace(PlanTOptions(), overshoot_weight=2.0)), "future")
         == key
     )
 

@@ -22,7 +22,7 @@ from plant_bench.sensing.observe import Sensors
 from plant_bench.training.encodings import load_encodings
 from plant_bench.training.frame_store import load_frames
 from plant_bench.training.frames import SAMPLE_TICKS
-from plant_bench.training.learners import Student
+from plant_bench.training.learners import LearnerSpec
 from plant_bench.world.route import PROTOCOL, Route
 from plant_bench.world.route_progress import RouteProgress
 from plant_bench.world.scene import TICK, Scene
@@ -110,8 +110,8 @@ def test_motion_in_samples_equals_motion_while_driving(
     whole = Recording.load(record(tmp_path / "whole.parquet", route, every=1))
     told = told_while_driving(whole, route, tmp_path / "model", monkeypatch)
 
-    student = Student("plant", PlanTOptions(PlanTConfig(tokens=SPEC)))
-    encodings = load_encodings(load_frames([tmp_path]), student)
+    learner_spec = LearnerSpec("plant", PlanTOptions(PlanTConfig(tokens=SPEC)))
+    encodings = load_encodings(load_frames([tmp_path]), learner_spec)
 
     samples, starts = encodings.packs[0].columns, encodings.starts[0]
     assert len(starts) > 11

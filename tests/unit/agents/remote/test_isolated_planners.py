@@ -178,7 +178,7 @@ def test_isolation_does_not_change_the_checksum(tmp_path):
     [
         (f"{HOSTILE}:Goood", "Did you mean 'Good'"),
         ("expart", "Did you mean 'expert'"),
-        ("command:", "names no program"),
+        ("command:", "Expected a program"),
         ("command:'", "is not a valid command"),
         ("command:./no_such_program", "does not exist"),
         (f"command:{HOSTILE}", "is not executable"),

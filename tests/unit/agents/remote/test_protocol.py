@@ -16,17 +16,17 @@ from plant_bench.agents.remote.messages import (
 )
 from plant_bench.agents.remote.remote_errors import ProtocolError, RemoteError
 from plant_bench.agents.remote.responses import (
-    ControlAnswer,
+    ControlResponse,
     Hello,
-    PlanAnswer,
+    PlanResponse,
     Ranks,
     Ready,
-    answer_in,
+    response_in,
 )
 from plant_bench.world.route import load_suite
 from plant_bench.world.scene import Actors, EgoState, Light
 
-ALL = (Hello, Ready, ControlAnswer, PlanAnswer, Ranks)
+ALL = (Hello, Ready, ControlResponse, PlanResponse, Ranks)
 RANDOM = np.random.default_rng(1)
 ACTORS = Actors(
     np.array([3, 1_000_007]),
@@ -63,7 +63,7 @@ def test_route_round_trip_is_exact(place):
 @given(st.binary(max_size=300))
 def test_arbitrary_bytes_raise_remote_error(data):
     with pytest.raises(RemoteError):
-        answer_in(data, *ALL)
+        response_in(data, *ALL)
 
 
 NAMES = st.sampled_from(
@@ -83,9 +83,9 @@ VALUES = st.recursive(
 def test_arbitrary_messages_are_read_or_raise_a_printable_error(message):
     wrong = ""
     try:
-        answer = answer_in(pack(message), *ALL)
-        if isinstance(answer, PlanAnswer):
-            array_in(answer.waypoints)
+        response = response_in(pack(message), *ALL)
+        if isinstance(response, PlanResponse):
+            array_in(response.waypoints)
     except RemoteError as error:
         wrong = str(error)
     assert not wrong or wrong.isprintable()
@@ -106,7 +106,7 @@ def test_arbitrary_messages_are_read_or_raise_a_printable_error(message):
 )
 def test_wrong_response_is_refused_with_the_reason(message, words):
     with pytest.raises(ProtocolError, match=words):
-        answer_in(pack(message), *ALL)
+        response_in(pack(message), *ALL)
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,7 @@ from tests.unit.reports.replay.drives import drive
 from tests.unit.reports.replay.test_movie import pixels, quiet
 from tests.unit.reports.replay.unpacking import facts_of, unpack
 
-DIFFERS = "from 1.0 s on it is another episode"
+DIFFERS = "The simulation differs from the recording from 1.0 s on"
 
 
 def third_from_half_a_second(recording, result, route):

@@ -130,7 +130,7 @@ def _round(before: Pose, after: Pose, intersection: Pose, radius: float, reach: 
 def offset(shape: Shape, left: float | Shape) -> Shape:
     """Return the curve moved to the left by `left` metres, one value or one per point (n)."""
     tangent = np.gradient(shape[:, :2], axis=0)
-    tangent /= np.hypot(tangent[:, 0], tangent[:, 1])[:, None]
+    tangent /= np.maximum(np.hypot(tangent[:, 0], tangent[:, 1]), 1e-9)[:, None]
     normal = np.stack([-tangent[:, 1], tangent[:, 0]], axis=1)
     moved = shape.copy()
     moved[:, :2] += normal * np.broadcast_to(left, (len(shape),))[:, None]

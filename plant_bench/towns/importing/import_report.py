@@ -10,16 +10,28 @@ from plant_bench.world.route import Route
 from plant_bench.world.town import Town
 
 ROUTE_HEADS = ("route", "length", "hazards")
-HEADS = ("problem", "outcome", "count", "details", "examples")
+HEADS = ("problem", "outcome", "count", "lanes removed", "details", "examples")
 _LONGEST = 60  # characters of an example
 
 
 def finding_rows(findings: Sequence[Finding], examples: int = 2) -> list[list[object]]:
     """Return one row per finding, with the columns of `HEADS`."""
     return [
-        [item.what, item.outcome, item.count, item.done, _some(item.examples[:examples])]
+        [
+            item.what,
+            item.outcome,
+            item.count,
+            f"{item.lane_metres / 1000.0:.2f} km" if item.lane_metres else "-",
+            item.done,
+            _some(item.examples[:examples]),
+        ]
         for item in findings
     ]
+
+
+def removed_lane_km(findings: Sequence[Finding]) -> float:
+    """Return the kilometres of lanes that repairs removed."""
+    return sum(item.lane_metres for item in findings) / 1000.0
 
 
 def report_payload(
@@ -28,6 +40,7 @@ def report_payload(
     """Return an import's report as JSON-able values."""
     return {
         "town": asdict(summarise(town)),
+        "removed_lane_km": round(removed_lane_km(findings), 3),
         "offset": list(offset),
         "routes": [
             {"id": r.id, "length": round(r.length, 1), "hazards": len(r.hazards)} for r in routes
@@ -51,7 +64,8 @@ def report_markdown(
     driven = _table(ROUTE_HEADS, [[r.id, f"{r.length:.0f} m", _hazards(r)] for r in routes])
     width, height = town.extent
     summary = (
-        f"Made from `{request['file']}` by `plant-bench import`: {town.lane_km:.1f} km of lanes on "
+        f"Made from `{request['file']}` by `plant-bench import`: {town.lane_km:.1f} km of lanes "
+        f"({removed_lane_km(findings):.1f} km of the map's were removed) on "
         f"{width:.0f} x {height:.0f} m, {len(town.edges)} edges, {len(town.signals)} signals."
     )
     nothing = ["No repairs were necessary, and no problems remain."]

@@ -17,6 +17,7 @@ class Finding:
         count: Number of occurrences.
         done: How it was repaired, or what it means for driving.
         examples: Some occurrences: ids of edges, lanes or junctions.
+        lane_metres: Lanes that the repair removed, metres.
     """
 
     what: str
@@ -24,15 +25,18 @@ class Finding:
     count: int
     done: str
     examples: tuple[str, ...] = ()
+    lane_metres: float = 0.0
 
     def to_payload(self) -> dict:
         """Return the finding as JSON-able values."""
         return asdict(self) | {"examples": list(self.examples)}
 
 
-def repaired(what: str, done: str, places: Sequence[str]) -> list[Finding]:
+def repaired(
+    what: str, done: str, places: Sequence[str], lane_metres: float = 0.0
+) -> list[Finding]:
     """Return the finding of a repair; empty without `places`."""
-    return _finding(what, REPAIRED, done, places)
+    return _finding(what, REPAIRED, done, places, lane_metres)
 
 
 def reported(what: str, done: str, places: Sequence[str]) -> list[Finding]:
@@ -49,13 +53,16 @@ def merged(findings: Sequence[Finding]) -> list[Finding]:
             before = found[key]
             examples = (*before.examples, *item.examples)[:SHOWN]
             count = before.count + item.count
-            found[key] = Finding(item.what, item.outcome, count, item.done, examples)
+            metres = before.lane_metres + item.lane_metres
+            found[key] = Finding(item.what, item.outcome, count, item.done, examples, metres)
         else:
             found[key] = item
     return sorted(found.values(), key=lambda item: item.outcome != REPAIRED)
 
 
-def _finding(what: str, outcome: str, done: str, places: Sequence[str]) -> list[Finding]:
+def _finding(
+    what: str, outcome: str, done: str, places: Sequence[str], lane_metres: float = 0.0
+) -> list[Finding]:
     if not places:
         return []
-    return [Finding(what, outcome, len(places), done, tuple(places[:SHOWN]))]
+    return [Finding(what, outcome, len(places), done, tuple(places[:SHOWN]), lane_metres)]

@@ -5,6 +5,7 @@ from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
 import numpy as np
+from jaxtyping import Float
 
 from plant_bench.geometry.polyline import arc_lengths, resample
 from plant_bench.world.town import Link
@@ -13,7 +14,6 @@ LIFT = 6.0  # m that an edge is raised by
 LIFT_TOP = 12.0  # m of road before and after the crossing at full height
 LIFT_RAMP = 60.0  # m of road over which it rises
 LIFT_STEP = 3.0  # m between the points of a raised edge
-BEND_SPREAD = 6.0  # m: standard deviation of the blur that rounds bends
 BEND_STEP = 1.5  # m between the points of a rounded edge
 
 LanePair = tuple[str, str]  # source and target lane of a connection
@@ -76,6 +76,31 @@ def net_offset(net: str) -> tuple[float, float]:
     return float(x), float(y)
 
 
+def with_junction_shapes(net: str, shapes: Mapping[str, Float[np.ndarray, "points 2"]]) -> str:
+    """Return a network whose junctions have given outlines; roads are cut off at them.
+
+    Args:
+        net: XML text.
+        shapes: The outline of each junction to change, x, y.
+    """
+    root = ElementTree.fromstring(net)
+    for node in root.findall("junction"):
+        points = shapes.get(node.attrib["id"])
+        if points is not None:
+            node.set("customShape", "true")
+            node.set("shape", " ".join(f"{x:.2f},{y:.2f}" for x, y in points.tolist()))
+    return ElementTree.tostring(root, encoding="unicode")
+
+
+def with_fixed_junctions(net: str, junctions: Collection[str]) -> str:
+    """Return a network whose junctions keep their present outlines when it is converted again."""
+    root = ElementTree.fromstring(net)
+    for node in root.findall("junction"):
+        if node.attrib["id"] in junctions and len(node.get("shape", "").split()) > 2:
+            node.set("customShape", "true")
+    return ElementTree.tostring(root, encoding="unicode")
+
+
 def with_lifts(net: str, lifts: Mapping[str, Sequence[Place]]) -> str:
     """Return a network with raised edges; its lanes follow when it is converted again.
 
@@ -91,21 +116,26 @@ def with_lifts(net: str, lifts: Mapping[str, Sequence[Place]]) -> str:
     return ElementTree.tostring(root, encoding="unicode")
 
 
-def with_round_bends(net: str, edges: Collection[str]) -> str:
-    """Return a network with smoothed edges; its lanes follow when it is converted again."""
+def with_round_bends(net: str, spreads: Mapping[str, float]) -> str:
+    """Return a network with smoothed edges; its lanes follow when it is converted again.
+
+    Args:
+        net: XML text.
+        spreads: The standard deviation of the blur for each edge, metres.
+    """
     root = ElementTree.fromstring(net)
     nodes = {node.attrib["id"]: node for node in root.findall("junction")}
     for edge in root.findall("edge"):
-        if edge.attrib["id"] in edges:
-            _set_shape(edge, _rounded(_points(edge, nodes)))
+        if edge.attrib["id"] in spreads:
+            _set_shape(edge, _rounded(_points(edge, nodes), spreads[edge.attrib["id"]]))
     return ElementTree.tostring(root, encoding="unicode")
 
 
-def _rounded(points: np.ndarray) -> np.ndarray:
+def _rounded(points: np.ndarray, spread: float) -> np.ndarray:
     """Return a line smoothed by a Gaussian, with its ends kept."""
     fine = resample(points, BEND_STEP)
-    reach = min(round(3.0 * BEND_SPREAD / BEND_STEP), len(fine) - 1)
-    weights = np.exp(-0.5 * (np.arange(-reach, reach + 1) * BEND_STEP / BEND_SPREAD) ** 2)
+    reach = min(round(3.0 * spread / BEND_STEP), len(fine) - 1)
+    weights = np.exp(-0.5 * (np.arange(-reach, reach + 1) * BEND_STEP / spread) ** 2)
     head = 2.0 * fine[0] - fine[reach:0:-1]
     tail = 2.0 * fine[-1] - fine[-2 : -reach - 2 : -1]
     padded = np.concatenate((head, fine, tail))

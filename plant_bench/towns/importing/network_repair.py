@@ -1,10 +1,16 @@
-"""Repairs an imported network: converts it repeatedly until every remaining path can be driven."""
+"""Repairs an imported network: converts it repeatedly until every remaining path can be driven.
 
+A path that no car can follow is drawn again, widened or rounded before it is removed.
+Each step either enlarges a bounded quantity or removes something, so that the repairs end.
+"""
+
+import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from xml.etree.ElementTree import ParseError
 
 import numpy as np
+from shapely.geometry import Point, Polygon
 
 from plant_bench.errors import InputError, in_one_line
 from plant_bench.towns.drivable import (
@@ -25,26 +31,32 @@ from plant_bench.towns.importing.net_edits import (
     ends_of_edges,
     lane_pair_of_link,
     turnarounds,
+    with_fixed_junctions,
+    with_junction_shapes,
     with_round_bends,
     without_connections,
     without_shapes,
 )
 from plant_bench.towns.importing.reachable_part import (
     check_remaining,
+    lane_metres,
     removal_findings,
     unreachable_edges,
     without_narrow_lanes,
 )
+from plant_bench.towns.importing.short_lanes import straighten_short_lanes
 from plant_bench.world.town import Link, Town
 
-MAX_ROUNDS = 12  # conversions before the import gives up
 MAX_SPEED = 100.0  # m/s
 MAX_EXTENT = 50_000.0  # m
 MAX_LANE_KM = 1000.0
 MAX_LANES = 20_000
 TOLERATED_GAP = 0.5  # m between consecutive lanes of a path
 TOLERATED_ERROR = 0.8  # m of tracking error of a car that follows the path
-TOLERATED_RADIUS = 2.5  # m: the ego turns in about 4 m, and a lane is wider than the ego
+TOLERATED_RADIUS = 2.5  # m: tighter connections are widened
+JUNCTION_RADII = (8.0, 12.0, 16.0)  # m around a junction's centre that its outline is widened to
+ROAD_SHARE = 0.4  # of the shortest road at a junction that may be given to it
+BEND_SPREADS = (6.0, 12.0, 20.0)  # m: standard deviations of the blur that rounds bends
 
 Progress = Callable[[str], None]
 
@@ -82,16 +94,13 @@ def repair_network(
     converted = convert_source(source, guess_signals=guess_signals)
     findings = _conversion_findings(source, converted)
     repairer = _Repairer(source, name, converted.net)
-    for number in range(1, MAX_ROUNDS + 1):
+    for number in itertools.count(1):
         say(f"Repairing the network, round {number}")
         found = repairer.repair_once()
         findings += found
         if not found:
-            return RepairedNetwork(repairer.net, repairer.town, merged(findings))
-    raise InputError(
-        f"{source.file}: after {MAX_ROUNDS} rounds of repairs some paths still cannot be driven "
-        f"({findings[-1].what}). Repair the map in netedit, or cut out another part."
-    )
+            break
+    return RepairedNetwork(repairer.net, repairer.town, merged(findings))
 
 
 def _conversion_findings(source: MapSource, converted: Converted) -> list[Finding]:
@@ -115,7 +124,8 @@ class _Repairer:
         self.town = _extract(net, source, name)
         self._source = source
         self._name = name
-        self._smoothed: set[str] = set()
+        self._smoothed: dict[str, int] = {}  # edge: how often its bends were smoothed
+        self._widened: dict[str, int] = {}  # junction: how often it was widened
         self._drives: list[PathDrive] = []
 
     def repair_once(self) -> list[Finding]:
@@ -125,6 +135,7 @@ class _Repairer:
             self._raise_crossings,
             self._remove_unreachable,
             self._replace_shapes,
+            self._widen_junctions,
             self._smooth_bends,
             self._remove_undrivable,
         ):
@@ -153,12 +164,14 @@ class _Repairer:
     def _remove_unreachable(self) -> list[Finding]:
         """Leave out narrow lanes, and remove edges that the rest cannot reach or leave."""
         self.town, narrow = without_narrow_lanes(self.town)
-        removed = unreachable_edges(self.town, set(ends_of_edges(self.net)))
+        ends = ends_of_edges(self.net)
+        removed = unreachable_edges(self.town, ends)
         if not removed:
             return []
         check_remaining(self.town, removed, self._source.file)
         findings = [*narrow, *removal_findings(self.town, removed)]
-        self._convert(self.net, removed)
+        touched = {junction for edge in removed for junction in ends[edge]}
+        self._convert(with_fixed_junctions(self.net, touched), removed)
         return findings
 
     def _replace_shapes(self) -> list[Finding]:
@@ -175,6 +188,41 @@ class _Repairer:
             "uneven connections", done, [f"{before} to {after}" for before, after in pairs]
         )
 
+    def _widen_junctions(self) -> list[Finding]:
+        """Widen junctions with connections that are too tight, as far as their roads allow."""
+        links = _links_by_path(self.town)
+        tight = sorted(
+            {
+                links[item.path].junction
+                for item in self._drives
+                if item.path in links and is_tight(item)
+            }
+        )
+        outlines = {}
+        for junction in tight:
+            level = self._widened.get(junction, 0)
+            if level < len(JUNCTION_RADII):
+                self._widened[junction] = level + 1
+                outline = self._widened_outline(junction, JUNCTION_RADII[level])
+                if outline is not None:
+                    outlines[junction] = outline
+        if outlines:
+            self._convert(with_junction_shapes(self.net, outlines))
+        return repaired("junctions too tight to turn", "widened", sorted(outlines))
+
+    def _widened_outline(self, junction: str, radius: float) -> np.ndarray | None:
+        """Return a junction's outline joined with a circle; None if its roads are too short."""
+        roads = [
+            self.town.edges[edge][0].length
+            for edge, ends in ends_of_edges(self.net).items()
+            if junction in ends and edge in self.town.edges
+        ]
+        node = self.town.junctions[junction]
+        if radius > ROAD_SHARE * min(roads, default=0.0) or len(node.outline) < 3:
+            return None
+        shape = Polygon(node.outline).buffer(0.0).union(Point(node.x, node.y).buffer(radius))
+        return np.array(shape.convex_hull.exterior.coords)[:-1]
+
     def _smooth_bends(self) -> list[Finding]:
         """Smooth the bends of roads that no car can follow; remove those still too sharp."""
         links = _links_by_path(self.town)
@@ -184,15 +232,18 @@ class _Repairer:
             if item.path not in links and is_undrivable(item)
         }
         ends = ends_of_edges(self.net)
-        unrepairable = sorted(bent & self._smoothed)
-        if unrepairable:
-            self._convert(self.net, unrepairable)
+        spent = sorted(edge for edge in bent if self._smoothed.get(edge, 0) == len(BEND_SPREADS))
+        if spent:
+            metres = lane_metres(self.town, spent)
+            self._convert(self.net, spent)
             done = "removed: too sharp to smooth"
-            return repaired("roads that bend too sharply", done, unrepairable)
+            return repaired("roads that bend too sharply", done, spent, metres)
         both = [edge for edge in ends if any(set(ends[edge]) == set(ends[one]) for one in bent)]
         if both:
-            self._convert(with_round_bends(self.net, both))
-            self._smoothed.update(both)
+            level = max(self._smoothed.get(edge, 0) for edge in both)
+            spreads = dict.fromkeys(both, BEND_SPREADS[min(level, len(BEND_SPREADS) - 1)])
+            self._convert(with_round_bends(self.net, spreads))
+            self._smoothed.update(dict.fromkeys(both, level + 1))
         return repaired("roads with sharp bends", "bends smoothed", sorted(bent))
 
     def _remove_undrivable(self) -> list[Finding]:
@@ -212,14 +263,21 @@ def is_uneven(drive: PathDrive) -> bool:
     return drive.gap > GAP_MAX_M or drive.radius < RADIUS_MIN_M or drive.error > ERROR_MAX_M
 
 
+def is_tight(drive: PathDrive) -> bool:
+    """Tell whether a car can follow a path only roughly."""
+    return drive.error > TOLERATED_ERROR or (
+        drive.radius < TOLERATED_RADIUS and drive.error > ERROR_MAX_M
+    )
+
+
 def is_undrivable(drive: PathDrive) -> bool:
     """Tell whether no car can follow a path."""
-    return drive.error > TOLERATED_ERROR or drive.radius < TOLERATED_RADIUS
+    return drive.error > TOLERATED_ERROR
 
 
 def _extract(net: str, source: MapSource, name: str) -> Town:
     try:
-        town = extract_town(net, name)
+        town = straighten_short_lanes(extract_town(net, name))
     except (LookupError, ValueError, ParseError) as error:
         raise InputError(
             f"netconvert makes a network of {source.file} that cannot be read "
@@ -263,7 +321,7 @@ def _undrivable(town: Town, drives: Sequence[PathDrive]) -> tuple[list[LanePair]
     )
     found += repaired(
         "connections too tight to drive",
-        f"removed: tracking error above {TOLERATED_ERROR} m, or radius below {TOLERATED_RADIUS} m",
+        f"removed: a car leaves them by more than {TOLERATED_ERROR} m",
         [f"{link.source} to {link.target}" for link in tight],
     )
     return [lane_pair_of_link(link) for link in (*gaps, *tight)], found

@@ -1,5 +1,6 @@
-"""Finds the part of a town in which every road reaches every other on wide enough lanes."""
+"""Finds the roads of a town on which cars can circulate, on wide enough lanes."""
 
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 import networkx as nx
@@ -45,8 +46,17 @@ def without_lanes(town: Town, left_out: set[str]) -> Town:
     )
 
 
-def unreachable_edges(town: Town, edges: set[str]) -> list[str]:
-    """Return the edges outside the largest part in which every edge reaches every other."""
+def unreachable_edges(town: Town, ends: Mapping[str, tuple[str, str]]) -> list[str]:
+    """Return the edges that no vehicle can circulate on.
+
+    Kept are the largest part in which every edge reaches every other, and further such parts that
+    share a junction with it, such as the other direction of a ring road: routes need one part only,
+    but oncoming traffic needs the others.
+
+    Args:
+        town: The town.
+        ends: All edges of the network, each with the junctions at its start and end.
+    """
     graph = nx.DiGraph()
     graph.add_nodes_from(town.edges)
     graph.add_edges_from(
@@ -54,8 +64,20 @@ def unreachable_edges(town: Town, edges: set[str]) -> list[str]:
     )
     parts = sorted(sorted(part) for part in nx.strongly_connected_components(graph))
     parts = [part for part in parts if len(part) > 1 or graph.has_edge(part[0], part[0])]
-    best = max(parts, key=lambda part: _metres(town, part), default=[])
-    return sorted(edges - set(best))
+    parts.sort(key=lambda part: -_metres(town, part))
+    kept = set(parts[0]) if parts else set()
+    waiting = parts[1:]
+    junctions = {junction for edge in kept for junction in ends[edge]}
+    while beside := [part for part in waiting if any({*ends[e]} & junctions for e in part)]:
+        waiting = [part for part in waiting if part not in beside]
+        kept |= {edge for part in beside for edge in part}
+        junctions |= {junction for part in beside for edge in part for junction in ends[edge]}
+    return sorted(set(ends) - kept)
+
+
+def lane_metres(town: Town, edges: Iterable[str]) -> float:
+    """Return the length of all lanes of some edges, metres."""
+    return sum(lane.length for edge in edges for lane in town.edges.get(edge, ()))
 
 
 def _metres(town: Town, edges: list[str]) -> float:
@@ -71,9 +93,9 @@ def check_remaining(town: Town, removed: list[str], file: str) -> None:
     left = _metres(town, sorted(set(town.edges) - set(removed)))
     if left < MIN_TOWN_LENGTH:
         raise InputError(
-            f"{file}: of {_metres(town, list(town.edges)):.0f} m of roads only {left:.0f} m can be "
-            f"reached from one another, expected at least {MIN_TOWN_LENGTH:.0f} m. Dead ends do "
-            "not count, because cars cannot turn back there: use a map with a loop of roads."
+            f"{file}: of {_metres(town, list(town.edges)):.0f} m of roads only {left:.0f} m are "
+            f"part of a loop, expected at least {MIN_TOWN_LENGTH:.0f} m. Dead ends do not count, "
+            "because cars cannot turn back there: use a map on which cars can drive in circles."
         )
 
 
@@ -83,10 +105,13 @@ def removal_findings(town: Town, removed: list[str]) -> list[Finding]:
     entered = {town.lanes[link.target].edge for link in town.links}
     driven = [edge for edge in removed if edge in town.edges]
     ends = [edge for edge in driven if edge not in onward or edge not in entered]
+    others = sorted(set(driven) - set(ends))
     return [
-        *repaired("dead ends", "removed: cars cannot turn back there", ends),
         *repaired(
-            "parts that cannot be entered or left", "removed", sorted(set(driven) - set(ends))
+            "dead ends", "removed: cars cannot turn back there", ends, lane_metres(town, ends)
+        ),
+        *repaired(
+            "parts that cannot be entered or left", "removed", others, lane_metres(town, others)
         ),
         *repaired("edges too narrow for cars", "removed", sorted(set(removed) - set(town.edges))),
     ]

@@ -123,7 +123,7 @@ def test_distance_of_an_off_lane_point_is_measured(tmp_path):
     (match,) = matched(tmp_path, away, limit=0.5)
 
     assert match.route is None
-    assert match.reason == "farther than 0.5 m from the lanes"
+    assert "m from the lanes; try --limit-distance" in match.reason
     assert 0.5 < match.worst < 1.8
     assert match.point == 0
 
@@ -148,7 +148,7 @@ def test_stacked_roads_are_matched_by_height(height, lane):
     ways = LaneGraph(Town("levels", levels, (), {}, {}))
     points = np.array([[10.0, 0.0, height], [50.0, 0.0, height + 0.3], [90.0, 0.0, height + 0.6]])
 
-    places = matching.match(ways, CarlaRoute("1", "levels", points, np.zeros(3)))
+    places = matching.match(ways, CarlaRoute("1", "levels", points, np.zeros(3)), 1.5)
 
     assert [place.lane for place in places] == [lane] * 3
 

@@ -8,6 +8,7 @@ from jaxtyping import Float
 
 from plant_bench.geometry.polyline import arc_lengths, curvatures, resample
 from plant_bench.towns.route_lanes import ChangeSpan, LanePlan, change_spans, lanes_between
+from plant_bench.towns.street_shapes import offset
 from plant_bench.world.route import LaneChange, LaneSpan
 from plant_bench.world.town import Lane, Town
 
@@ -46,12 +47,44 @@ class RouteLine:
         return np.round(np.minimum(posted, np.maximum(curve_speed, SLOWEST)), 2)
 
 
+@dataclass(frozen=True)
+class Drift:
+    """A lane change that goes on beyond the edge's end, or begins before its start.
+
+    Attributes:
+        start: Where it begins, metres from the point at which the lanes are swapped.
+        end: Where it ends, likewise; both are positive (after the swap) or both negative.
+    """
+
+    start: float
+    end: float
+
+
+@dataclass(frozen=True)
+class _Swap:
+    """A jump of the raw line to the adjacent lane, which a drift makes smooth.
+
+    Attributes:
+        piece: Index of the first piece on the new lane.
+        at: Arc length of the jump, metres.
+        offset: Lateral offset of the old lane from the new one, positive to the left, metres.
+        drift: The extent of the lane change.
+    """
+
+    piece: int
+    at: float
+    offset: float
+    drift: Drift
+
+
 @dataclass
 class _Tracer:
     """Builds the line before smoothing, with the positions of lanes and lane changes; mutable."""
 
     town: Town
     pieces: list[np.ndarray] = field(default_factory=list)
+    starts: list[float] = field(default_factory=list)  # arc length at the start of each piece
+    swaps: list[_Swap] = field(default_factory=list)
     length: float = 0.0
     spans: list[tuple[str, float, float]] = field(default_factory=list)
     changes: list[tuple[float, float, str]] = field(default_factory=list)
@@ -78,11 +111,49 @@ class _Tracer:
         self.changes.append((begin, self.length, direction))
         return float(places[-1])
 
+    def swap(self, lane: Lane, other: Lane, at: float, drift: Drift) -> float:
+        """Go on on the adjacent lane; return the arc length on it."""
+        here = _on_lane(lane, np.array([at]))
+        place = float(_project(here[:, :2], other)[0])
+        near = _on_lane(other, np.array([max(place - 0.5, 0.0), min(place + 0.5, other.length)]))
+        dx, dy = near[1, :2] - near[0, :2]
+        away = here[0, :2] - near.mean(axis=0)[:2]
+        offset = float(dx * away[1] - dy * away[0]) / max(float(np.hypot(dx, dy)), 1e-9)
+        self.swaps.append(_Swap(len(self.pieces), self.length, offset, drift))
+        direction = "left" if lane.left == other.id else "right"
+        begin, end = self.length + drift.start, self.length + drift.end
+        self.changes.append((max(begin, 0.0), end, direction))
+        return place
+
     def _draw(self, points: np.ndarray) -> None:
-        if self.pieces:
+        swapped = bool(self.swaps) and self.swaps[-1].piece == len(self.pieces)
+        if self.pieces and not swapped:
             points = np.concatenate((self.pieces[-1][-1:], points))
+        self.starts.append(self.length)
         self.length += float(arc_lengths(points[:, :2])[-1])
         self.pieces.append(points)
+
+    def line(self) -> np.ndarray:
+        """Return the raw line, its lane changes beyond edges made smooth."""
+        if not self.swaps:
+            return np.concatenate(self.pieces)
+        pieces = [resample(piece, FINE) if len(piece) > 1 else piece for piece in self.pieces]
+        shifted = []
+        for index, (piece, start) in enumerate(zip(pieces, self.starts, strict=True)):
+            at = start + arc_lengths(piece[:, :2])
+            left = sum((self._shift(swap, index, at) for swap in self.swaps), np.zeros(len(at)))
+            shifted.append(offset(piece, left) if len(piece) > 1 and left.any() else piece)
+        return np.concatenate(shifted)
+
+    @staticmethod
+    def _shift(swap: _Swap, piece: int, at: np.ndarray) -> np.ndarray:
+        """Return by how much a swap moves points of a piece to the left, metres."""
+        drift = swap.drift
+        share = np.clip((at - swap.at - drift.start) / (drift.end - drift.start), 0.0, 1.0)
+        across = share**3 * (10.0 - 15.0 * share + 6.0 * share**2)
+        if piece >= swap.piece:
+            return swap.offset * (1.0 - across) if drift.end > 0.0 else np.zeros(len(at))
+        return -swap.offset * across if drift.start < 0.0 else np.zeros(len(at))
 
     def _note(self, lane: Lane, begin: float) -> None:
         if self.spans and self.spans[-1][0] == lane.id:
@@ -98,11 +169,14 @@ class LaneStep:
         lane: The lane.
         change: The stretch of the lane change, metres; None to follow the lane to its end.
         other: The target lane of the lane change.
+        drift: How far the lane change reaches beyond the edge; the lanes are then swapped at the
+            start of `change`. None for a lane change on the edge alone.
     """
 
     lane: Lane
     change: ChangeSpan | None = None
     other: Lane | None = None
+    drift: Drift | None = None
 
 
 def trace_steps(town: Town, steps: Sequence[LaneStep], *, start: float, end: float) -> RouteLine:
@@ -120,6 +194,11 @@ def trace_steps(town: Town, steps: Sequence[LaneStep], *, start: float, end: flo
         if step.change is None or step.other is None:
             tracer.follow(step.lane, at, step.lane.length)
             at = 0.0
+            continue
+        if step.drift is not None:
+            place = max(step.change.start, at)
+            tracer.follow(step.lane, at, place)
+            at = tracer.swap(step.lane, step.other, place, step.drift)
             continue
         span = ChangeSpan(max(step.change.start, at), max(step.change.end, at + 1.0))
         tracer.follow(step.lane, at, span.start)
@@ -167,7 +246,7 @@ def _change_once(
 
 
 def _finish(tracer: _Tracer) -> RouteLine:
-    raw = np.concatenate(tracer.pieces)
+    raw = tracer.line()
     keep = np.concatenate(([True], np.hypot(*np.diff(raw[:, :2], axis=0).T) > 1e-6))
     fine = resample(raw[keep], FINE)
     raw_along = np.linspace(0.0, tracer.length, len(fine))

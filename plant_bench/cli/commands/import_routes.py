@@ -27,8 +27,8 @@ def import_routes(
     ],
     limit_distance: Annotated[
         float,
-        typer.Option(help="Maximum distance of a point from the matched lanes, metres.", min=0.01),
-    ] = 1.5,
+        typer.Option(help="Maximum distance of a point from the driven line, metres.", min=0.01),
+    ] = 1.8,
     seed: Annotated[int, typer.Option(help="Seed of the hazards.", min=0)] = 0,
     hazards: Annotated[bool, typer.Option(help="Place hazards on the routes.")] = True,
     overwrite: OverwriteOption = False,

@@ -4,6 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
+import numpy as np
+
 from plant_bench.towns.importing.matching import UnmatchedError
 from plant_bench.towns.route_graph import StreetGraph
 from plant_bench.towns.route_lanes import (
@@ -14,7 +16,7 @@ from plant_bench.towns.route_lanes import (
     ChangeSpan,
     LanePlan,
 )
-from plant_bench.towns.route_line import LaneStep, trace_steps
+from plant_bench.towns.route_line import Drift, LaneStep, trace_steps
 from plant_bench.towns.route_making import route_along
 from plant_bench.world.route import Route
 from plant_bench.world.town import Lane, Link, Town
@@ -33,6 +35,8 @@ class _Edge:
     visits: list[Visit]
     start: float = 0.0
     end: float | None = None
+    before: float = 0.0  # m from the last matched point before the edge to its start
+    after: float = 0.0  # m from the edge's end to the next matched point
 
 
 def build_route(graph: StreetGraph, visits: Sequence[Visit], name: str) -> Route:
@@ -51,6 +55,7 @@ def build_route(graph: StreetGraph, visits: Sequence[Visit], name: str) -> Route
     edges, links = _edges_and_links(town, visits)
     edges[0].start, edges[-1].end = visits[0][1][0], visits[-1][1][-1]
     steps: list[LaneStep] = []
+    _measure_rooms(town, visits, edges)
     for index, edge in enumerate(edges):
         steps += _steps_on(town, edge)
         if index < len(links):
@@ -107,6 +112,29 @@ def _edges_and_links(town: Town, visits: Sequence[Visit]) -> tuple[list[_Edge], 
     return edges, links
 
 
+def _measure_rooms(town: Town, visits: Sequence[Visit], edges: Sequence[_Edge]) -> None:
+    """Measure the road before and after each edge that has no matched points."""
+    flat = [id(visit) for visit in visits]
+    for edge in edges:
+        first, last = flat.index(id(edge.visits[0])), flat.index(id(edge.visits[-1]))
+        lane = town.lanes[edge.visits[0][0]]
+        edge.after = _free_metres(town, visits[last + 1 :], lane.edge, forward=True)
+        edge.before = _free_metres(town, visits[:first][::-1], lane.edge, forward=False)
+
+
+def _free_metres(town: Town, visits: Sequence[Visit], edge: str, *, forward: bool) -> float:
+    """Return the metres to the next matched point; lanes of one edge count once."""
+    passed, current = 0.0, 0.0
+    for name, anchors in visits:
+        lane = town.lanes[name]
+        if lane.edge != edge:
+            passed, current = passed + current, lane.length
+        edge = lane.edge
+        if anchors:
+            return passed + (anchors[0] if forward else lane.length - anchors[-1])
+    return passed + current
+
+
 def _link(town: Town, source: str, target: str, via: tuple[str, ...]) -> Link:
     links = [link for link in town.links_from.get(source, ()) if link.target == target]
     return next((link for link in links if link.via == via), links[0])
@@ -119,23 +147,59 @@ def _steps_on(town: Town, edge: _Edge) -> list[LaneStep]:
     for visit in edge.visits[1:]:
         run.append(visit)
         if visit[1]:
-            steps += _changes(town, run, edge.start)
+            steps += _changes(town, run, edge)
             run = [visit]
     if len(run) > 1:
-        steps += _changes(town, run, edge.start)
+        steps += _changes(town, run, edge)
     return [*steps, LaneStep(town.lanes[edge.visits[-1][0]])]
 
 
-def _changes(town: Town, run: Sequence[Visit], start: float) -> list[LaneStep]:
-    """Return the lane changes between two matched positions, or the ends of the edge."""
+def _changes(town: Town, run: Sequence[Visit], edge: _Edge) -> list[LaneStep]:
+    """Return the lane changes between two matched positions, or the ends of the edge.
+
+    If the edge is too short for them, they go on after its end, through the junction, or begin
+    before its start, as far as there is no other matched point.
+    """
     lane, goal = town.lanes[run[0][0]], town.lanes[run[-1][0]]
     share = lane.length / goal.length
     low = run[0][1][-1] if run[0][1] else AFTER_JUNCTION
     high = run[-1][1][0] * share if run[-1][1] else lane.length - BEFORE_STOP_LINE
-    spans = _spans(lane, max(low, start), high, len(run) - 1, start)
+    low = max(low, edge.start)
+    if high - low < (len(run) - 1) * MIN_CHANGE_LENGTH and not (run[0][1] and run[-1][1]):
+        steps = _drifts(town, run, edge)
+        if steps:
+            return steps
+    spans = _spans(lane, low, high, len(run) - 1, edge.start)
     return [
         LaneStep(town.lanes[before[0]], span, town.lanes[after[0]])
         for (before, after), span in zip(pairwise(run), spans, strict=True)
+    ]
+
+
+def _drifts(town: Town, run: Sequence[Visit], edge: _Edge) -> list[LaneStep]:
+    """Return lane changes that reach beyond the edge; none if there is no room either."""
+    lane, count = town.lanes[run[0][0]], len(run) - 1
+    needed = count * max(CHANGE_USUAL, CHANGE_TIME * lane.speed_limit)
+    is_early = bool(run[-1][1])
+    if is_early:
+        place = min(run[-1][1][0], lane.length)
+        metres = min(needed, place + edge.before)
+    else:
+        place = max(run[0][1][-1] if run[0][1] else 0.5 * lane.length, edge.start)
+        metres = min(needed, lane.length - place + edge.after)
+    if metres < count * MIN_CHANGE_LENGTH:
+        return []
+    bounds = (
+        np.linspace(-metres, 0.0, count + 1) if is_early else np.linspace(0.0, metres, count + 1)
+    )
+    return [
+        LaneStep(
+            town.lanes[before[0]],
+            ChangeSpan(place, place),
+            town.lanes[after[0]],
+            Drift(float(begin), float(end)),
+        )
+        for (before, after), (begin, end) in zip(pairwise(run), pairwise(bounds), strict=True)
     ]
 
 

@@ -6,16 +6,18 @@ Errors are raised as OSError or ValueError; the caller puts their text into an `
 import json
 import re
 import stat
+import zlib
 from pathlib import Path
 from typing import Any, NoReturn
 
 LARGEST_TEXT = 64_000_000  # bytes; the largest built-in town has 0.3 million
+_GZIP = b"\x1f\x8b"
 _SURROGATE = re.compile(r"\\u[dD][89a-fA-F]")  # escape of a surrogate, paired or not
 _DIGITS = 19  # maximum digits of an integer; no field needs more
 
 
 def read_text(path: Path, *, largest: int = LARGEST_TEXT) -> str:
-    """Read a text file.
+    """Read a text file, also one compressed with gzip.
 
     Args:
         path: A regular file; reading a pipe or a device might never end.
@@ -27,7 +29,23 @@ def read_text(path: Path, *, largest: int = LARGEST_TEXT) -> str:
     """
     check_file(path, largest=largest)
     with path.open("rb") as file:
-        return file.read(largest + 1).decode("utf-8")
+        content = file.read(largest + 1)
+    if content.startswith(_GZIP):
+        content = _decompressed(content, largest)
+    return content.decode("utf-8")
+
+
+def _decompressed(content: bytes, largest: int) -> bytes:
+    unpacker = zlib.decompressobj(wbits=31)
+    try:
+        text = unpacker.decompress(content, largest + 1)
+    except zlib.error as error:
+        message = f"it is a damaged gzip file ({error})"
+        raise ValueError(message) from error
+    if len(text) > largest or not unpacker.eof:
+        message = f"it is truncated, or has more than {largest:,} bytes when decompressed"
+        raise ValueError(message)
+    return text
 
 
 def check_file(path: Path, *, largest: int) -> None:

@@ -25,6 +25,7 @@ from plant_bench.reports.carla_checkpoint_schema import (
 from plant_bench.scoring.normalised_score import LEAST_KM
 from plant_bench.scoring.results import EpisodeResult
 from plant_bench.text_escaping import one_line
+from plant_bench.untrusted_files import read_text
 
 LB1, LB2, BENCH2DRIVE = "carla-lb1.0", "carla-lb2", "carla-bench2drive"
 LARGEST = 256_000_000  # bytes of a file
@@ -101,16 +102,13 @@ def _refusal(path: Path, why: str) -> InputError:
 
 
 def _document(path: Path) -> object:
-    """Return the file's JSON.
+    """Return the file's JSON, also of a file compressed with gzip.
 
     Raises:
         OSError: It cannot be read.
         ValueError: It is not JSON, is too large, or has a duplicate key, NaN or invalid Unicode.
     """
-    if path.stat().st_size > LARGEST:
-        message = f"it is larger than {LARGEST // 1_000_000} MB"
-        raise ValueError(message)
-    text = path.read_text(encoding="utf-8-sig")
+    text = read_text(path, largest=LARGEST).removeprefix("\ufeff")
     document = json.loads(text, object_pairs_hook=_unique_keys, parse_constant=_no_constant)
     json.dumps(document, ensure_ascii=False).encode()  # fails for unpaired surrogates
     return document

@@ -14,8 +14,8 @@ def import_routes(
     town_map: Annotated[
         list[str],
         typer.Option(
-            help="CARLA_TOWN=TOWN: name of CARLA's town, and name or folder of the imported one. "
-            "Repeat the option for each town."
+            help="CARLA_TOWN=TOWN: name of CARLA's town, and name or folder of the imported one; "
+            "=TOWN for routes that name no town. Repeat the option for each town."
         ),
     ],
     out: Annotated[
@@ -76,10 +76,10 @@ def _pairs(town_map: list[str]) -> dict[str, str]:
     pairs: dict[str, str] = {}
     for argument in (part for item in town_map for part in item.split()):
         carla, sign, town = argument.partition("=")
-        if not (carla and sign and town) or carla in pairs:
+        if not (sign and town) or carla in pairs:
             message = (
-                "--town-map: expected CARLA_TOWN=TOWN once per town, as in Town01=mytown, got "
-                f"{argument[:60]!r}."
+                "--town-map: expected CARLA_TOWN=TOWN once per town, as in Town01=mytown, or =TOWN "
+                f"for routes that name no town, got {argument[:60]!r}."
             )
             raise InputError(message)
         pairs[carla] = town

@@ -17,6 +17,11 @@ MAX_ROUTES = 5000
 MAX_POINTS = 5000  # per route
 MAX_POINTS_IN_FILE = 200_000  # matching them takes about a minute
 MAX_COORDINATE = 1e6  # m
+_POINTS = (  # parent and name of a point's element
+    ("route", "waypoint"),  # leaderboard 1.0
+    ("waypoints", "position"),  # leaderboard 2.0
+    ("ego_vehicle", "waypoint"),  # carla-roach, NoCrash
+)
 _EXPECTED = "expected a file of <routes><route id town><waypoint x y z yaw/></route></routes>"
 
 
@@ -71,7 +76,7 @@ class _Reader:
         self._ancestors.append(name)
         if name == "route":
             self._begin(attributes)
-        elif (parent, name) in (("route", "waypoint"), ("waypoints", "position")):
+        elif (parent, name) in _POINTS:
             self._add(attributes)
 
     def leave(self, name: str) -> None:

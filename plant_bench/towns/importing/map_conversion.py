@@ -13,6 +13,7 @@ import sumo
 
 from plant_bench.errors import InputError
 from plant_bench.towns.importing.map_source import MapKind, MapSource
+from plant_bench.towns.importing.net_edits import with_net_offset_moved
 from plant_bench.towns.netconvert import without_header
 
 TIMEOUT_S = 300
@@ -20,6 +21,7 @@ MAX_MEMORY = 4 * 2**30  # bytes
 MAX_OUTPUT = 2**30
 LAYER_HEIGHT = 5.0  # m between the layers of an OpenStreetMap file
 OUT_OF_MEMORY = "std::bad_alloc"
+DANGLING = "is not known"  # in netconvert's messages about references
 NO_ROADS = ("No nodes loaded", "No edges loaded")  # netconvert's messages for a map without roads
 
 _COMMON = {
@@ -65,10 +67,13 @@ class Converted:
     Attributes:
         net: The SUMO network, XML text.
         warnings: Lines that netconvert printed to stderr.
+        workarounds: What had to be done differently for netconvert to succeed; each problem with
+            what was done about it.
     """
 
     net: str
     warnings: tuple[str, ...]
+    workarounds: tuple[tuple[str, str], ...] = ()
 
 
 def convert_source(source: MapSource, *, guess_signals: bool) -> Converted:
@@ -80,7 +85,49 @@ def convert_source(source: MapSource, *, guess_signals: bool) -> Converted:
     options = _OF_KIND[source.kind] | {_INPUTS[source.kind]: "map.xml"}
     if guess_signals:
         options["--tls.guess"] = "true"
-    return _convert(source.content, options, (), source.file)
+    done: list[tuple[str, str]] = []
+    while True:
+        try:
+            converted = _convert(source.content, options, (), source.file)
+        except _NetconvertError as error:
+            workaround = _workaround(error, options)
+            if workaround is None:
+                raise
+            option, value, problem, remedy = workaround
+            options[option] = value
+            done.append((problem, remedy))
+            continue
+        net = with_net_offset_moved(converted.net, source.header_offset)
+        return Converted(net, converted.warnings, tuple(done))
+
+
+def _workaround(
+    error: "_NetconvertError", options: dict[str, str]
+) -> tuple[str, str, str, str] | None:
+    """Return an option, its value, the problem and the remedy to try next; None if none is left."""
+    internal = "--opendrive.internal-shapes"
+    if error.crashed and options.get(internal) == "true":
+        problem = "shapes of lanes inside junctions that crash netconvert"
+        return internal, "false", problem, "left out: netconvert draws its own"
+    dangling = not error.crashed and any(DANGLING in line for line in error.lines)
+    if dangling and "--ignore-errors" not in options:
+        problem = "references to roads or lanes that do not exist"
+        return "--ignore-errors", "true", problem, f"ignored: {error.lines[0]}"
+    return None
+
+
+class _NetconvertError(InputError):
+    """netconvert cannot convert a map.
+
+    Attributes:
+        lines: The lines that it printed, errors first.
+        crashed: Whether it was ended by a signal.
+    """
+
+    def __init__(self, message: str, lines: Sequence[str], *, crashed: bool) -> None:
+        super().__init__(message)
+        self.lines = tuple(lines)
+        self.crashed = crashed
 
 
 def convert_again(net: str, removed: Sequence[str], name: str) -> Converted:
@@ -114,8 +161,14 @@ def _convert(
                     f"netconvert needs more than {MAX_MEMORY / 2**30:.0f} GB for {name}: cut "
                     "out a smaller part of the map."
                 )
-            reason = "; ".join(lines[:2]) or f"exit code {run.returncode}: repair the map"
-            raise InputError(f"netconvert cannot convert {name}: {reason}")
+            errors = _lines(run.stderr, errors_first=True)
+            crashed = run.returncode < 0
+            how = (
+                f"netconvert crashed on {name}" if crashed else f"netconvert cannot convert {name}"
+            )
+            reason = "; ".join(errors[:2]) or f"exit code {run.returncode}"
+            message = f"{how}: {reason}. Repair the map in its editor, or in netedit."
+            raise _NetconvertError(message, errors, crashed=crashed)
         return Converted(without_header(out.read_text(encoding="utf-8")), tuple(lines))
 
 
@@ -158,8 +211,11 @@ def _limit() -> None:
             resource.setrlimit(getattr(resource, resource_name), (limit, limit))
 
 
-def _lines(text: str) -> list[str]:
-    """Return the lines that a SUMO program printed, without boilerplate, each shortened."""
+def _lines(text: str, *, errors_first: bool = False) -> list[str]:
+    """Return the different lines that a SUMO program printed, without boilerplate, shortened."""
     lines = (line.strip() for line in text.splitlines())
-    messages = (x for x in lines if x and x not in ("Success.", "Quitting (on error)."))
-    return [line.removeprefix("Warning: ").removeprefix("Error: ")[:300] for line in messages]
+    messages = [x for x in lines if x and x not in ("Success.", "Quitting (on error).")]
+    if errors_first:
+        messages.sort(key=lambda line: not line.startswith("Error: "))
+    short = (line.removeprefix("Warning: ").removeprefix("Error: ")[:300] for line in messages)
+    return list(dict.fromkeys(short))

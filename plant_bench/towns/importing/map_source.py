@@ -4,6 +4,7 @@ A file is refused for a document type (entity bombs, external entities), for inc
 or depth, and for left-hand traffic. Accepted content is passed on as bytes, never as a file name.
 """
 
+import math
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -15,6 +16,7 @@ from plant_bench.towns.extract import carries_cars
 from plant_bench.towns.importing.safe_xml import read_limited, scan_xml
 
 MAX_BYTES = 200 * 2**20
+PBF_HEADER = b"OSMHeader"
 EXPECTED = "expected a SUMO network (.net.xml), OpenDRIVE (.xodr) or OpenStreetMap (.osm) file"
 _LEFT_HAND = (
     "has left-hand traffic, but the benchmark drives on the right: mirror the map, or use another"
@@ -45,6 +47,8 @@ class MapSource:
         counts: Number of elements by name.
         non_car_ways: Number of ways for pedestrians, bicycles or trains only.
         internal_lanes: False for a SUMO network without lanes inside its junctions.
+        header_offset: x and y of the header's <offset> in an OpenDRIVE map, metres: where the map
+            lies on Earth; no coordinate of the map changes with it.
     """
 
     file: str
@@ -53,6 +57,7 @@ class MapSource:
     counts: Mapping[str, int]
     non_car_ways: int = 0
     internal_lanes: bool = True
+    header_offset: tuple[float, float] = (0.0, 0.0)
 
 
 def read_source(path: Path) -> MapSource:
@@ -65,6 +70,11 @@ def read_source(path: Path) -> MapSource:
     if not path.is_file():
         raise InputError(f"There is no map file {path}: {EXPECTED}.")
     content = read_limited(path, MAX_BYTES)
+    if PBF_HEADER in content[:64]:
+        raise InputError(
+            f"{path} is an OpenStreetMap file in PBF format: convert it to XML with "
+            f"`osmium cat {path.name} -o map.osm`, and cut out the part that you need."
+        )
     checker = _Checker(path)
     scan_xml(content, path, checker)
     return MapSource(
@@ -74,6 +84,7 @@ def read_source(path: Path) -> MapSource:
         dict(checker.counts),
         checker.others + len(checker.edges - checker.car_edges),
         checker.internal,
+        checker.header_offset,
     )
 
 
@@ -89,6 +100,8 @@ class _Checker:
         self.edges: set[str] = set()
         self.car_edges: set[str] = set()
         self._edge = ""
+        self._name = ""
+        self.header_offset = (0.0, 0.0)
 
     def __call__(self, name: str, attributes: Mapping[str, str]) -> None:
         """Check and count an element.
@@ -107,7 +120,22 @@ class _Checker:
             self._refuse(_LEFT_HAND)
         if name == "tag" and attributes.get("k", "").startswith("lanes"):
             self._check_lanes(attributes.get("v", ""))
+        if self.root == MapKind.OPENDRIVE and name == "offset":
+            self._read_offset(attributes)
+        if name == "tag" and attributes == {"k": "type", "v": "lanelet"}:
+            self._refuse(
+                "is a Lanelet2 map, which cannot be imported: convert it to OpenDRIVE, for "
+                "instance with CommonRoad's scenario designer"
+            )
         self._count_ways(name, attributes)
+
+    def _read_offset(self, attributes: Mapping[str, str]) -> None:
+        try:
+            x, y = (float(attributes.get(axis, "0")) for axis in "xy")
+        except ValueError:
+            self._refuse(f"has a header offset that is no number: {dict(attributes)}")
+        else:
+            self.header_offset = (x, y) if math.isfinite(x) and math.isfinite(y) else (0.0, 0.0)
 
     def _check_lanes(self, count: str) -> None:
         if count.strip().isdecimal() and int(count[:9]) > MAX_ROAD_LANES:

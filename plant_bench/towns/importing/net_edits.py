@@ -101,6 +101,21 @@ def with_fixed_junctions(net: str, junctions: Collection[str]) -> str:
     return ElementTree.tostring(root, encoding="unicode")
 
 
+def with_net_offset_moved(net: str, by: Place) -> str:
+    """Return a network whose recorded offset to the map's coordinates is changed.
+
+    netconvert takes the header's offset of an OpenDRIVE map for a shift of its coordinates.
+    """
+    if by == (0.0, 0.0):
+        return net
+    root = ElementTree.fromstring(net)
+    location = root.find("location")
+    if location is not None:
+        x, y = net_offset(net)
+        location.set("netOffset", f"{x + by[0]:.2f},{y + by[1]:.2f}")
+    return ElementTree.tostring(root, encoding="unicode")
+
+
 def with_lifts(net: str, lifts: Mapping[str, Sequence[Place]]) -> str:
     """Return a network with raised edges; its lanes follow when it is converted again.
 

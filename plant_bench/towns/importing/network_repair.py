@@ -107,6 +107,8 @@ def _conversion_findings(source: MapSource, converted: Converted) -> list[Findin
     findings = reported(
         "netconvert's warnings", "check these places if a route passes them", converted.warnings
     )
+    for problem, done in converted.workarounds:
+        findings += repaired(problem, done, ["the whole map"])
     if not source.internal_lanes:
         done = "created by netconvert from the junctions' shapes"
         findings += repaired("no lanes inside junctions", done, ["the whole map"])

@@ -139,6 +139,8 @@ def match_routes(
         matcher = matchers.get(route.town)
         if matcher is None:
             reason = f"no --town-map for '{route.town}'"
+            if not route.town:
+                reason = "it names no town: use --town-map =TOWN"
             done.append(RouteMatch(route, None, float("nan"), 0, reason))
         else:
             done.append(matcher.match(route))

@@ -7,7 +7,7 @@ kilometres, since the file has sums of per-route rates (carla-simulator/leaderbo
 import json
 import math
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -28,6 +28,8 @@ from plant_bench.text_escaping import one_line
 from plant_bench.untrusted_files import read_text
 
 LB1, LB2, BENCH2DRIVE = "carla-lb1.0", "carla-lb2", "carla-bench2drive"
+BENCH2DRIVE_ROUTES = 220
+FAILED_STATUS = ("Crashed", "Rejected", "Failed", "Started")
 LARGEST = 256_000_000  # bytes of a file
 
 
@@ -39,9 +41,10 @@ class ImportedRun:
         name: Name of the planner: the agent of a plant-bench run, else the file's stem.
         protocol: The rules: those of a plant-bench run, "carla-lb1.0", "carla-lb2" or
             "carla-bench2drive".
-        source: The file.
+        source: The file, or the first of several.
         expected: Number of episodes in a complete run.
-        records: The episodes, in the file's order.
+        records: The episodes, in the files' order.
+        notes: What the user should know about the files: contradictions, missing episodes.
     """
 
     name: str
@@ -49,6 +52,12 @@ class ImportedRun:
     source: Path
     expected: int
     records: tuple[ImportedRecord, ...]
+    notes: tuple[str, ...] = ()
+
+    @property
+    def route_lengths(self) -> dict[str, float]:
+        """The routes and their lengths, kilometres."""
+        return {item.route: item.route_km for item in self.records}
 
     @property
     def results(self) -> tuple[EpisodeResult, ...]:
@@ -70,6 +79,39 @@ class ImportedRun:
         outside = math.fsum(item.outside_km for item in self.records)
         names = sorted({*ALL_NAMES, *counts})
         return {name: counts[name] / km for name in names} | {OUTSIDE: outside / km}
+
+
+def load_checkpoints(paths: Sequence[Path], name: str = "") -> ImportedRun:
+    """Read the checkpoint files of one planner, each with other episodes.
+
+    Args:
+        paths: The files, at least one, for instance one per route or per worker.
+        name: The planner; empty for the name in the files.
+
+    Raises:
+        InputError: One is not a checkpoint file, or they are not parts of one run.
+    """
+    parts = [load_checkpoint(path) for path in paths]
+    first = parts[0]
+    if len({part.protocol for part in parts}) > 1:
+        protocols = ", ".join(f"{part.source.name} {part.protocol}" for part in parts[:5])
+        message = f"These files are not parts of one run, their protocols differ: {protocols}."
+        raise InputError(message)
+    records = tuple(item for part in parts for item in part.records)
+    try:
+        _check_different(records)
+    except ValueError as error:
+        names = ", ".join(path.name for path in paths[:5])
+        message = f"These files are not parts of one run ({error}): {names}."
+        raise InputError(message) from error
+    return ImportedRun(
+        name=name or first.name,
+        protocol=first.protocol,
+        source=first.source,
+        expected=sum(part.expected for part in parts),
+        records=records,
+        notes=tuple(note for part in parts for note in part.notes),
+    )
 
 
 def load_checkpoint(path: Path) -> ImportedRun:
@@ -155,13 +197,39 @@ def _run(file: Checkpoint, path: Path) -> ImportedRun:
     if len({(item.protocol, item.agent) for item in originals}) > 1:
         message = "its records have several agents or protocols"
         raise ValueError(message)
+    protocol = originals[0].protocol if originals else _protocol(file)
+    merged = protocol == BENCH2DRIVE and not file.checkpoint.progress
+    expected = BENCH2DRIVE_ROUTES if merged else 0
     return ImportedRun(
-        name=originals[0].agent if originals else path.stem,
-        protocol=originals[0].protocol if originals else _protocol(file),
+        name=originals[0].agent if originals else path.name.split(".json")[0],
+        protocol=protocol,
         source=path,
-        expected=max([len(imported), *file.checkpoint.progress[1:]]),
+        expected=max([len(imported), expected, *file.checkpoint.progress[1:]]),
         records=tuple(imported),
+        notes=tuple(_contradictions(file, path)),
     )
+
+
+def _contradictions(file: Checkpoint, path: Path) -> Iterator[str]:
+    """Yield a note if a file's progress, status and records contradict each other."""
+    count, progress = len(file.checkpoint.records), file.checkpoint.progress
+    if progress and progress[0] != count:
+        status = f", entry_status '{one_line(file.entry_status)}'" if file.entry_status else ""
+        more = (
+            "; further records may be left over from an earlier run" if progress[0] < count else ""
+        )
+        of = f" of {progress[1]}" if len(progress) > 1 else ""
+        yield (
+            f"{path.name} contradicts itself: its progress says {progress[0]}{of} routes{status}, "
+            f"but it has {count} records{more}."
+        )
+    elif file.entry_status in FAILED_STATUS:
+        yield f"{path.name}: its evaluation ended with the status '{file.entry_status}'."
+    if file.merged_score is not None:
+        yield (
+            f"{path.name}: its own driving score, {file.merged_score:.2f}, counts missing routes as "
+            "0; the table has the mean of its episodes."
+        )
 
 
 def _check_different(records: Iterable[ImportedRecord]) -> None:

@@ -84,9 +84,12 @@ class Record(_Part):
 
 
 class Progress(_Part):
-    """Content of `_checkpoint`; the global record is recomputed from the records."""
+    """Content of `_checkpoint`; the global record is recomputed from the records.
 
-    progress: list[Annotated[int, Field(ge=0, le=MOST_RECORDS)]] = Field(max_length=2)
+    Merged files (Bench2Drive's `merge_route_json.py`) have no `progress`.
+    """
+
+    progress: list[Annotated[int, Field(ge=0, le=MOST_RECORDS)]] = Field([], max_length=2)
     records: list[Record]
 
 
@@ -94,4 +97,6 @@ class Checkpoint(_Part):
     """A whole file."""
 
     checkpoint: Progress = Field(alias="_checkpoint")
+    entry_status: str = ""
+    merged_score: float | None = Field(None, alias="driving score")  # only merged files
     labels: list[str] = []

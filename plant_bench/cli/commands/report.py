@@ -24,7 +24,8 @@ def report(
         list[Path] | None,
         typer.Argument(
             help="Folders of runs and of `plant-bench rfds`, and checkpoint files of CARLA's "
-            "leaderboard. Default: all in reports/."
+            "leaderboard (.json, .json.gz, or a folder of them; NAME=PATH, repeated, for a planner "
+            "in several files). Default: all in reports/."
         ),
     ] = None,
     out: Annotated[Path, typer.Option(help="Output folder.")] = Path("reports/leaderboard"),
@@ -56,6 +57,8 @@ def report(
         plant-bench report reports/expert-longest6 reports/plant-longest6 --paper
 
         plant-bench report reports/* --out leaderboard --no-replays
+
+        plant-bench report mine=results/part_0.json mine=results/part_1.json theirs=their_folder
     """
     from plant_bench.api.report import PAGE
     from plant_bench.scoring.penalties import penalty_scheme_of

@@ -1,5 +1,6 @@
 """Builds the boards of a leaderboard from runs: one per protocol, suite and traffic density."""
 
+import math
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -9,11 +10,11 @@ from typing import TypeVar
 
 from plant_bench.agents.loading.planner_spec import without_folders
 from plant_bench.errors import InputError
-from plant_bench.reports.carla_checkpoint import ImportedRun, load_checkpoint
+from plant_bench.reports.carla_checkpoint import ImportedRun, load_checkpoints
 from plant_bench.reports.leaderboard.board import CARLA, HERE, Board, Difference, Entry, Leaderboard
 from plant_bench.reports.leaderboard.imported_checkpoints import imported_row
 from plant_bench.reports.leaderboard.published import paper_rows
-from plant_bench.reports.leaderboard.rows import Row, distinct, run_row
+from plant_bench.reports.leaderboard.rows import distinct, run_row
 from plant_bench.reports.leaderboard.score_sources import (
     RankingSource,
     RunSource,
@@ -32,6 +33,9 @@ LONGEST_ID = 40  # characters
 NAMELESS = "(no name)"
 
 
+SAME_LENGTH = 0.002  # km between the lengths of a route in two files
+
+_Named = tuple[ImportedRun, str, str]  # with the row's id and the planner's name
 _Key = tuple[str, str, str]  # protocol, suite, density
 _Source = TypeVar("_Source")
 
@@ -52,9 +56,13 @@ def make_leaderboard(
     """
     runs = _read(sources.runs, progress, read_run)
     rankings = _read(sources.rankings, progress, read_ranking)
-    imported = _read(sources.checkpoints, progress, load_checkpoint)
+    imported = []
+    for item in sources.checkpoints:
+        progress(item.name or item.files[0].name)
+        imported.append(load_checkpoints(item.files, item.name))
     progress("differences")
     notes = [*sources.notes, *_twin_notes(runs)]
+    notes += [note for run in imported for note in run.notes]
     ids = _ids([run.provenance.agent for run in runs] + [item.name for item in imported])
     groups: dict[_Key, list[tuple[str, RunSource]]] = {}
     for id, run in zip(ids, runs, strict=False):
@@ -66,7 +74,7 @@ def make_leaderboard(
         for key, group in groups.items()
     ]
     boards.sort(key=lambda board: (-len(board.rows), board.protocol, board.suite))
-    boards += _imported_boards(imported, ids[len(runs) :])
+    boards += _imported_boards(imported, ids[len(runs) :], notes)
     if paper:
         rows = paper_rows()
         boards.append(
@@ -164,26 +172,76 @@ def _ranking_of(
     return next((own[name] for name in RANKERS if name in own), None)
 
 
-def _imported_boards(runs: Sequence[ImportedRun], ids: Sequence[str]) -> list[Board]:
+def _imported_boards(
+    runs: Sequence[ImportedRun], ids: Sequence[str], notes: list[str]
+) -> list[Board]:
+    """Return one board per protocol and set of routes; add notes on missing routes."""
     names = distinct(
         [_planner(run.name) for run in runs], lambda place: runs[place].source.parent.name
     )
-    groups: dict[tuple[str, str], list[Row]] = {}
-    for run, id, name in zip(runs, ids, names, strict=True):
-        key = (HERE if run.results else CARLA, run.protocol)
-        groups.setdefault(key, []).append(imported_row(run, id=id, planner=name))
-    return [
-        Board(
-            world,
-            protocol,
-            "",
-            "",
-            "",
-            tuple(sorted(rows, key=lambda row: -row.driving_score.mean)),
-            source="checkpoint files of the CARLA leaderboard",
-        )
-        for (world, protocol), rows in sorted(groups.items())
-    ]
+    named = list(zip(runs, ids, names, strict=True))
+    boards = []
+    for world, protocol in sorted({_world(run) for run in runs}):
+        same = [item for item in named if _world(item[0]) == (world, protocol)]
+        sets = _route_sets(same)
+        for group in sets:
+            rows = [imported_row(run, id=id, planner=name) for run, id, name in group]
+            notes += _missing_notes(group)
+            boards.append(
+                Board(
+                    world,
+                    protocol,
+                    _route_set_text(group) if len(sets) > 1 else "",
+                    "",
+                    "",
+                    tuple(sorted(rows, key=lambda row: -row.driving_score.mean)),
+                    source="checkpoint files of the CARLA leaderboard",
+                )
+            )
+    return boards
+
+
+def _world(run: ImportedRun) -> tuple[str, str]:
+    return (HERE if run.results else CARLA), run.protocol
+
+
+def _route_sets(named: Sequence[_Named]) -> list[list[_Named]]:
+    """Return the runs in groups with comparable routes.
+
+    Runs are comparable if the routes of one are among those of the other, with equal lengths; a
+    run that lacks routes is shown with the larger set.
+    """
+    groups: list[list[_Named]] = []
+    for item in sorted(named, key=lambda item: -len(item[0].route_lengths)):
+        own = item[0].route_lengths
+        for group in groups:
+            known = group[0][0].route_lengths
+            if all(abs(known.get(route, -1.0) - km) < SAME_LENGTH for route, km in own.items()):
+                group.append(item)
+                break
+        else:
+            groups.append([item])
+    return groups
+
+
+def _route_set_text(group: Sequence[_Named]) -> str:
+    lengths = group[0][0].route_lengths
+    return f"{len(lengths)} routes, {sum(lengths.values()):.1f} km"
+
+
+def _missing_notes(group: Sequence[_Named]) -> list[str]:
+    """Return a note for each run that lacks episodes, with both possible means."""
+    most = max(max(run.expected, len(run.records)) for run, _, _ in group)
+    notes = []
+    for run, _, name in group:
+        missing = most - len(run.records)
+        if missing > 0:
+            total = math.fsum(item.driving_score for item in run.records)
+            notes.append(
+                f"{name} lacks {missing} of {most} episodes: DS {total / len(run.records):.1f} on "
+                f"those it has, {total / most:.1f} if the others count as 0."
+            )
+    return notes
 
 
 def _ids(names: Sequence[str]) -> list[str]:

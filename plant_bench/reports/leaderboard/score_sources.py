@@ -71,19 +71,32 @@ class RankingSource:
 
 
 @dataclass(frozen=True)
+class CheckpointFiles:
+    """Checkpoint files of one planner.
+
+    Attributes:
+        name: The planner; empty for the name in the file.
+        files: The files, each with other episodes.
+    """
+
+    name: str
+    files: tuple[Path, ...]
+
+
+@dataclass(frozen=True)
 class Sources:
     """All sources found.
 
     Attributes:
         runs: Folders that `plant-bench score` wrote.
         rankings: Folders with an RFDS that `plant-bench rfds` wrote.
-        checkpoints: Files that may be checkpoints of the CARLA leaderboard.
+        checkpoints: Files that may be checkpoints of the CARLA leaderboard, by planner.
         notes: Notes for the user on what was left out.
     """
 
     runs: tuple[Path, ...]
     rankings: tuple[Path, ...]
-    checkpoints: tuple[Path, ...]
+    checkpoints: tuple["CheckpointFiles", ...]
     notes: tuple[str, ...]
 
 
@@ -91,7 +104,8 @@ def find_sources(paths: Sequence[Path], *, below: Path) -> Sources:
     """Return the sources at the given paths; without any path, search a folder.
 
     Args:
-        paths: Runs, folders of `plant-bench rfds` runs, checkpoint files.
+        paths: Runs, folders of `plant-bench rfds` runs, checkpoint files, folders of checkpoint
+            files; NAME=PATH, also several times, for the checkpoint files of the planner NAME.
         below: Folder to search for runs if no path is given.
 
     Raises:
@@ -103,7 +117,7 @@ def find_sources(paths: Sequence[Path], *, below: Path) -> Sources:
         folders = sorted(path for path in below.glob("*") if path.is_dir())
         parts = [part for path in folders if (part := _source_below(path)) is not None]
     runs = [path for part in parts for path in part.runs]
-    checkpoints = [path for part in parts for path in part.checkpoints]
+    checkpoints = _by_planner([item for part in parts for item in part.checkpoints])
     if not runs and not checkpoints:
         message = (
             f"There is no run to report in {below}. Score a planner first, for example with "
@@ -155,8 +169,20 @@ def read_ranking(path: Path) -> RankingSource:
 
 def _source_of(path: Path) -> Sources:
     if path.is_file():
-        return Sources((), (), (path,), ())
+        return Sources((), (), (CheckpointFiles("", (path,)),), ())
+    name, sign, place = str(path).partition("=")
+    if sign and not path.exists():
+        files = _checkpoint_files(Path(place))
+        if not name or not files:
+            message = (
+                f"{path}: expected NAME=FILE or NAME=FOLDER with checkpoint files (.json or "
+                ".json.gz) of the CARLA leaderboard."
+            )
+            raise InputError(message)
+        return Sources((), (), (CheckpointFiles(name, files),), ())
     found = _source_below(path)
+    if found is None and (files := _checkpoint_files(path)):
+        return Sources((), (), (CheckpointFiles(path.resolve().name, files),), ())
     if found is None:
         kind = "has no run.json" if path.is_dir() else "does not exist"
         message = (
@@ -167,6 +193,23 @@ def _source_of(path: Path) -> Sources:
     if found.notes:
         raise InputError(found.notes[0])
     return found
+
+
+def _checkpoint_files(path: Path) -> tuple[Path, ...]:
+    """Return a checkpoint file, or those of a folder, in order of name."""
+    if path.is_file():
+        return (path,)
+    return tuple(sorted(file for end in ("*.json", "*.json.gz") for file in path.glob(end)))
+
+
+def _by_planner(found: Sequence[CheckpointFiles]) -> list[CheckpointFiles]:
+    """Return the files with those of one named planner together."""
+    named: dict[str, list[Path]] = {}
+    for item in found:
+        if item.name:
+            named.setdefault(item.name, []).extend(item.files)
+    joined = [CheckpointFiles(name, tuple(dict.fromkeys(files))) for name, files in named.items()]
+    return [item for item in found if not item.name] + joined
 
 
 def _source_below(path: Path) -> Sources | None:

@@ -215,20 +215,19 @@ def _contradictions(file: Checkpoint, path: Path) -> Iterator[str]:
     count, progress = len(file.checkpoint.records), file.checkpoint.progress
     if progress and progress[0] != count:
         status = f", entry_status '{one_line(file.entry_status)}'" if file.entry_status else ""
-        more = (
-            "; further records may be left over from an earlier run" if progress[0] < count else ""
-        )
-        of = f" of {progress[1]}" if len(progress) > 1 else ""
+        left_over = "; the others may be left over from an earlier run"
+        more = left_over if progress[0] < count else ""
+        total = f" of {progress[1]}" if len(progress) > 1 else ""
         yield (
-            f"{path.name} contradicts itself: its progress says {progress[0]}{of} routes{status}, "
-            f"but it has {count} records{more}."
+            f"{path.name} contradicts itself: its progress says {progress[0]}{total} routes"
+            f"{status}, but it has {count} records{more}."
         )
     elif file.entry_status in FAILED_STATUS:
         yield f"{path.name}: its evaluation ended with the status '{file.entry_status}'."
     if file.merged_score is not None:
         yield (
-            f"{path.name}: its own driving score, {file.merged_score:.2f}, counts missing routes as "
-            "0; the table has the mean of its episodes."
+            f"{path.name}: its own driving score, {file.merged_score:.2f}, counts missing routes "
+            "as 0; the table has the mean of its episodes."
         )
 
 

@@ -231,9 +231,9 @@ def _route_set_text(group: Sequence[_Named]) -> str:
 
 def _missing_notes(group: Sequence[_Named]) -> list[str]:
     """Return a note for each run that lacks episodes, with both possible means."""
-    most = max(max(run.expected, len(run.records)) for run, _, _ in group)
     notes = []
     for run, _, name in group:
+        most = max(run.expected, len(group[0][0].route_lengths))
         missing = most - len(run.records)
         if missing > 0:
             total = math.fsum(item.driving_score for item in run.records)

@@ -45,6 +45,7 @@ from plant_bench.towns.importing.reachable_part import (
     without_narrow_lanes,
 )
 from plant_bench.towns.importing.short_lanes import straighten_short_lanes
+from plant_bench.towns.importing.signal_cycles import bound_cycles
 from plant_bench.world.town import Link, Town
 
 MAX_SPEED = 100.0  # m/s
@@ -100,7 +101,8 @@ def repair_network(
         findings += found
         if not found:
             break
-    return RepairedNetwork(repairer.net, repairer.town, merged(findings))
+    net, long_cycles = bound_cycles(repairer.net)
+    return RepairedNetwork(net, repairer.town, merged([*findings, *long_cycles]))
 
 
 def _conversion_findings(source: MapSource, converted: Converted) -> list[Finding]:

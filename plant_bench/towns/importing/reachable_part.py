@@ -1,5 +1,6 @@
 """Finds the roads of a town on which cars can circulate, on wide enough lanes."""
 
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
@@ -77,7 +78,7 @@ def unreachable_edges(town: Town, ends: Mapping[str, tuple[str, str]]) -> list[s
 
 def lane_metres(town: Town, edges: Iterable[str]) -> float:
     """Return the length of all lanes of some edges, metres."""
-    return sum(lane.length for edge in edges for lane in town.edges.get(edge, ()))
+    return math.fsum(lane.length for edge in edges for lane in town.edges.get(edge, ()))
 
 
 def _metres(town: Town, edges: list[str]) -> float:

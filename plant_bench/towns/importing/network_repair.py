@@ -1,4 +1,4 @@
-"""Repairs an imported network: converts it repeatedly until every remaining path can be driven."""
+"""Repairs an imported network in rounds, until every remaining lane and turn can be driven."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -37,7 +37,7 @@ from plant_bench.towns.importing.reachable_part import (
 )
 from plant_bench.world.town import Link, Town
 
-MAX_ROUNDS = 12  # conversions before the import gives up
+MAX_ROUNDS = 12  # rounds of repairs before the import fails
 MAX_SPEED = 100.0  # m/s
 MAX_EXTENT = 50_000.0  # m
 MAX_LANE_KM = 1000.0
@@ -72,7 +72,7 @@ def repair_network(
     Args:
         source: The map.
         name: The town's name.
-        guess_signals: Whether netconvert adds signals where traffic seems to need them.
+        guess_signals: Whether netconvert guesses which junctions have signals.
         say: Called with a progress message before each step.
 
     Raises:
@@ -151,7 +151,7 @@ class _Repairer:
         return findings
 
     def _remove_unreachable(self) -> list[Finding]:
-        """Leave out narrow lanes, and remove edges that the rest cannot reach or leave."""
+        """Leave out narrow lanes, and remove edges that are unreachable or have no way out."""
         self.town, narrow = without_narrow_lanes(self.town)
         removed = unreachable_edges(self.town, set(ends_of_edges(self.net)))
         if not removed:
@@ -208,12 +208,12 @@ def _links_by_path(town: Town) -> dict[str, Link]:
 
 
 def is_uneven(drive: PathDrive) -> bool:
-    """Tell whether a path exceeds the limits of the benchmark's own towns."""
+    """Return whether a path exceeds the limits of the benchmark's own towns."""
     return drive.gap > GAP_MAX_M or drive.radius < RADIUS_MIN_M or drive.error > ERROR_MAX_M
 
 
 def is_undrivable(drive: PathDrive) -> bool:
-    """Tell whether no car can follow a path."""
+    """Return whether no car can follow a path."""
     return drive.error > TOLERATED_ERROR or drive.radius < TOLERATED_RADIUS
 
 

@@ -1,8 +1,8 @@
-"""Finds the folders of networks, routes and models: beside the package, or inside a wheel.
+"""Finds the folders of towns, routes and models, in a source checkout or an installed wheel.
 
 Towns are also found in a folder `towns` inside or beside a suite's folder (each route of the suite
-stores its path), and in the folders of the environment variable PLANT_BENCH_TOWNS (separated as in
-PATH).
+stores these folders), and in the folders of the environment variable PLANT_BENCH_TOWNS (separated
+as in PATH).
 """
 
 import os

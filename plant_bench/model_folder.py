@@ -25,7 +25,7 @@ else:  # torch is not loaded for type annotations only
 
 WEIGHTS_FILE, CONFIG_FILE = "weights.safetensors", "config.json"
 MODEL_FORMAT = 2
-LARGEST_WEIGHTS = 1_000_000_000  # bytes; PlanT's MEDIUM has 60 million
+LARGEST_WEIGHTS = 1_000_000_000  # bytes; PlanT's size MEDIUM takes 60 million
 
 Config = TypeVar("Config")
 
@@ -161,7 +161,7 @@ def load_state(folder: Path) -> dict[str, Tensor]:
 
 
 def fill(network: Module, state: Mapping[str, Tensor], folder: Path) -> None:
-    """Load weights into a network; `folder` is for the error message.
+    """Load weights into a network; `folder` appears only in the error message.
 
     Raises:
         InputError: Their names or shapes do not match.

@@ -23,7 +23,7 @@ MODULES: Mapping[str, str] = MappingProxyType(
         "agents.ranking.filtered": "agents.ranking.filtered_planner",
         "agents.remote.agent": "agents.remote.remote_agent",
         "agents.remote.answers": "agents.remote.responses",
-        "agents.remote.connection": "agents.remote.process_reuse",
+        "agents.remote.connection": "agents.remote.planner_connection",
         "agents.remote.failures": "agents.remote.remote_errors",
         "agents.remote.keeper": "agents.remote.supervisor",
         "agents.remote.programs": "agents.remote.launch_command",

@@ -3,9 +3,9 @@
 import json
 from collections.abc import Callable
 
-SHOWN = 80  # characters of a quotation in a message
-LONGEST_CELL = 60  # characters in a table's cell
-_UNSAFE = {"<": "\\u003c", ">": "\\u003e", "&": "\\u0026"}  # JSON escapes the non-ASCII ones
+SHOWN = 80  # maximum length of a quotation in a message, characters
+LONGEST_CELL = 60  # maximum length of a table's cell, characters
+_UNSAFE = {"<": "\\u003c", ">": "\\u003e", "&": "\\u0026"}  # `json.dumps` escapes non-ASCII ones
 
 
 def spelt_out(text: str) -> str:

@@ -13,8 +13,8 @@ from plant_bench.agent import Observation
 from plant_bench.agent_check import check_action, decision_interval, reason_of
 from plant_bench.agents.remote.codec import array_out, pack
 from plant_bench.agents.remote.launch_command import LaunchCommand
+from plant_bench.agents.remote.planner_connection import Connection, Profile, _idle
 from plant_bench.agents.remote.process import LENGTH, Limits, PlannerProcess
-from plant_bench.agents.remote.process_reuse import Connection, Profile, _idle
 from plant_bench.agents.remote.remote_agent import RemoteRanker
 from plant_bench.errors import AgentError
 from plant_bench.world.scene import EgoState

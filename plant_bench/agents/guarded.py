@@ -1,4 +1,4 @@
-"""Adds a rule-based safety layer to any planner: it brakes where the careful driver brakes hard.
+"""Adds a safety layer to any planner: brakes where the rule-based careful driver brakes hard.
 
 Planners at the top of CARLA's leaderboard have such a layer between network and actuators
 (InterFuser's safety controller, for instance). It uses no privileged inputs.
@@ -16,20 +16,20 @@ from plant_bench.world.scene import TICK
 
 EMERGENCY = -2.0  # m/s2; gentler braking is left to the planner
 EXCESS = 1.0  # m/s2; accelerating by more than this into a conflict is overridden
-NO_DEMAND = -0.5  # m/s2; if the safety layer asks for no harder braking, it is skipped for
+NO_DEMAND = -0.5  # m/s2; above this acceleration, the safety layer is skipped for
 SKIP_TIME = 0.2  # s
 HALF_TICK = 0.5 * TICK
 
 
 class Guarded:
-    """Drives as the given planner does, but brakes where the careful driver would brake hard.
+    """Drives as the planner does, but brakes where the careful driver would brake hard.
 
     The safety layer only reduces the acceleration; it never steers. When it brakes, `explain`
     returns its reason.
 
     Args:
         planner: The planner.
-        tracker: The planner's motion tracker, if it has one, to be shared.
+        tracker: The planner's motion tracker, which the safety layer shares; None if it has none.
     """
 
     def __init__(self, planner: Agent, tracker: MotionTracker | None = None) -> None:

@@ -1,4 +1,4 @@
-"""Terminal output while a run is driven: progress bars, failures, and the message after Ctrl-C."""
+"""Drives a run with terminal output: progress bars, failures, and the message after Ctrl-C."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -99,7 +99,7 @@ class RunProgress:
 
 
 class RunMonitor:
-    """Shows the progress of each run that is driven; mutable.
+    """Shows the progress of each run; mutable.
 
     Attributes:
         run: The current run, or the last one.

@@ -52,7 +52,7 @@ def write_recording(path: Path, ticks: Ticks, metadata: Mapping[str, object]) ->
 
 
 def _thinned(table: pa.Table, ticks: Ticks) -> pa.Table:
-    """Set skipped rows to null, and add the column of disturbed ticks."""
+    """Set actors and lights to null in skipped ticks, and add the column of disturbed ticks."""
     absent = pa.array([scene.tick % ticks.every != 0 for scene in ticks.scenes], pa.bool_())
     for place, name in enumerate(table.column_names):
         if name.startswith("actor_") or name == "lights":
@@ -64,7 +64,7 @@ def _thinned(table: pa.Table, ticks: Ticks) -> pa.Table:
 
 
 def _table(scenes: list[Scene], actions: list[Action], reasons: list[Reason | None]) -> pa.Table:
-    """Return the columns; narrower types such as float32 are kept, wider ones raise an error."""
+    """Return the columns as a table; an array of a wider type than its column raises TypeError."""
     columns: dict[str, pa.Array] = {"tick": pa.array([scene.tick for scene in scenes], pa.int32())}
     for name in EGO_COLUMNS:
         columns[name] = pa.array(

@@ -1,4 +1,4 @@
-"""Statistics of a folder of collected data, computed from its recordings and routes."""
+"""Statistics of a folder of collected data, and a check that all of its files can be read."""
 
 from collections import Counter
 from collections.abc import Iterator
@@ -14,7 +14,7 @@ from plant_bench.data.recording_file import read_table
 from plant_bench.errors import InputError, in_one_line
 from plant_bench.world.route import Route, load_suite
 
-STATIONARY_SPEED = 0.1  # m/s below which the ego is stationary (leaderboard's blocked rule)
+STATIONARY_SPEED = 0.1  # m/s below which the ego is stationary (as in CARLA's blocked rule)
 NEARBY = 30.0  # m: D_max of PlanT
 SPEED_STEP, SPEED_BINS = 5.0, 16  # km/h; the last bin is open
 MOST_NEARBY = 40  # actors; the last bin is open
@@ -128,7 +128,7 @@ def describe_data(folder: Path) -> DataStatistics:
     """Compute the statistics of a data folder.
 
     Raises:
-        InputError: It is empty, or a file of it is broken.
+        InputError: It is empty, or one of its files is broken.
     """
     files, routes = episode_files(folder), data_routes(folder)
     turns, hazards, towns, kinds = (Counter[str]() for _ in range(4))

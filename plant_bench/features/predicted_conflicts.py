@@ -1,8 +1,8 @@
-"""Predicted conflicts with the ego's route under constant motion: four more token attributes.
+"""Token attributes of the predicted conflict of an actor and the route: a distance, three times.
 
-Without them, a network has to learn which of the boxes around it will be on its route, which takes
-more data and training than a small machine has. Nothing here is privileged: only positions,
-headings, speeds and rates of the actors are used, not what they will really do.
+Without them, a network has to learn which of the actors will be on its route, which takes more data
+and training time than is practical on a small machine. No privileged inputs are used: only
+positions, headings, speeds and rates of the actors, not their actual future motion.
 """
 
 import numpy as np
@@ -41,7 +41,7 @@ def predicted_conflicts(
     route: RouteAhead,
     rates: Rates,
 ) -> Float[np.ndarray, "tokens 4"]:
-    """Return where and when actors conflict with the ego's route under constant motion.
+    """Return where and when actors conflict with the route at constant acceleration and turn rate.
 
     Args:
         ego: The ego.

@@ -48,7 +48,7 @@ class ControlAction:
 
 
 class PlanAction:
-    """Waypoints in the ego frame at 0.5, 1.0, 1.5 and 2.0 s, metres; `follow_plan` drives them."""
+    """Waypoints in the ego frame at 0.5, 1.0, 1.5 and 2.0 s, metres; see `follow_plan`."""
 
     def __init__(self) -> None:
         low = np.tile(np.array([MIN_FORWARD, -MAX_LATERAL], np.float32), (PLAN_STEPS, 1))

@@ -24,7 +24,7 @@ class TownPlaces:
 
 @lru_cache(maxsize=8)
 def places_of(name: str, also_in: tuple[Path, ...] = ()) -> TownPlaces:
-    """Return a town and its places; looked for as by `data_files.town_dir`.
+    """Return a town and its places; the town is searched for as in `data_files.town_dir`.
 
     Raises:
         InputError: There is no such town.

@@ -1,9 +1,9 @@
 """Chooses the hazards of a route: number, kinds, places and parameters.
 
-Kinds and places are random, by a seed. The shares follow the scenarios of the routes of Longest6 v2
+Kinds and places are drawn with a seed. The shares follow the scenarios of the routes of Longest6 v2
 (DynamicObjectCrossing 116, SignalizedJunctionLeftTurn 112, ControlLoss 80,
 SignalizedJunctionRightTurn 76, OppositeVehicleRunningRedLight 43, 11.9 per route); a third of the
-hazards is of kinds that CARLA does not have.
+hazards are of kinds that CARLA does not have.
 """
 
 import random

@@ -32,7 +32,7 @@ def make_route(graph: StreetGraph, plan: LanePlan, *, name: str, start: float, e
 
 
 def route_along(graph: StreetGraph, plan: LanePlan, line: RouteLine, name: str) -> Route:
-    """Build the route of a lane plan, given its line."""
+    """Build the route of a lane plan along a centre line that is already computed."""
     return Route(
         id=name,
         town=graph.town.name,

@@ -1,4 +1,4 @@
-"""A map of two-way streets between junctions, and its conversion to a street plan."""
+"""A map of two-way streets, and its conversion to a `StreetPlan`, the input of netconvert."""
 
 from dataclasses import dataclass, field, replace
 
@@ -16,7 +16,7 @@ EAST, NORTH, WEST, SOUTH = 0.0, np.pi / 2, np.pi, -np.pi / 2
 class Street:
     """A two-way street from place `start` to place `end`.
 
-    `leave` and `arrive` are its headings there, in radians; `via` are poses in between.
+    `leave` and `arrive` are its headings at these places, in radians; `via` are poses in between.
     """
 
     start: str
@@ -35,7 +35,7 @@ class Street:
 
 @dataclass
 class StreetMap:
-    """Places (later junctions) and the streets between them; mutable."""
+    """Places, which become junctions, and the streets between them; mutable."""
 
     corner_radius: float
     places: dict[str, Node] = field(default_factory=dict)
@@ -54,7 +54,7 @@ class StreetMap:
         return sum((s.start == name) + (s.end == name) for s in self.streets)
 
     def dissolve_bends(self) -> None:
-        """Replace every place with two arms by a bend of one street; remove places without any."""
+        """Replace every place with two arms by a bend of one street; remove places without arms."""
         for name in list(self.places):
             if self.degree(name) == 2:
                 self._dissolve(name)
@@ -111,7 +111,7 @@ class StreetMap:
             add_street(plan, spec, street.start, street.end, self.shape(street), street.road_class)
 
     def shape(self, street: Street) -> Shape:
-        """Return the middle line of a street (n 2)."""
+        """Return the centre line of a street (n 2)."""
         start, end = self.places[street.start], self.places[street.end]
         return curve_through(
             [
@@ -125,7 +125,7 @@ class StreetMap:
 def add_street(
     plan: StreetPlan, spec: TownSpec, start: str, end: str, shape: Shape, road_class: str
 ) -> None:
-    """Add a two-way street along a middle line as two edges."""
+    """Add a two-way street along a centre line as two edges."""
     road = spec.road(road_class)
     for tail, head, line in ((start, end, shape), (end, start, shape[::-1])):
         name = f"{tail}-{head}"

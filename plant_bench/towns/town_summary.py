@@ -21,7 +21,7 @@ class TownSummary:
         name: The town.
         extent: Width and height, metres.
         lane_km: Total length of lanes outside junctions, kilometres.
-        multi_lane_km: Its part on edges of two or more lanes, kilometres.
+        multi_lane_km: The part of `lane_km` on edges of two or more lanes, kilometres.
         edges: Number of one-way edges outside junctions.
         junctions: Number of junctions by kind ("joint": edges just join).
         signals: Number of signalled junctions.

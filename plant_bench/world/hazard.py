@@ -1,4 +1,4 @@
-"""Hazards of a route as data, and their outcomes; `sim.hazards` simulates them."""
+"""Hazards of a route as data, their phases and outcomes; `sim.hazards` simulates them."""
 
 from dataclasses import dataclass, field
 from enum import StrEnum
@@ -14,9 +14,9 @@ class Hazard:
     Attributes:
         kind: Kind of hazard.
         at: Arc length on the route of the conflict point, metres.
-        arm: Arc length on the route at which the hazard is armed, metres.
+        arm: Arc length on the route; the hazard is armed when the ego reaches it, metres.
         seed: Seed of the random choices, together with the scenario's seed.
-        parameters: Parameters of the kind, SI units; each kind's module names them.
+        parameters: Parameters of the kind, SI units; the kind's module lists them.
     """
 
     kind: HazardKind
@@ -26,7 +26,7 @@ class Hazard:
     parameters: dict[str, float] = field(default_factory=dict)
 
     def to_payload(self) -> dict:
-        """Return the hazard as JSON-able values."""
+        """Return the hazard as JSON values."""
         return {**vars(self), "kind": self.kind.value}
 
     @classmethod

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from plant_bench.agents.loading.checksum import agent_checksum
+from plant_bench.agents.remote.planner_connection import end_processes
 from plant_bench.agents.remote.process import Limits
-from plant_bench.agents.remote.process_reuse import end_processes
 from plant_bench.data.recorder import Recorder
 from plant_bench.data.recording import Recording
 from plant_bench.runner.episode.jobs import Job

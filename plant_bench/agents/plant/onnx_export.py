@@ -1,7 +1,7 @@
-"""Exports PlanT's network as the ONNX graph that `plant_bench.agents.plant.onnx_network` runs.
+"""Builds the ONNX graph of PlanT's network node by node; `agents.plant.onnx_network` runs it.
 
-It is built node by node from the weights: a graph traced by torch has three times the nodes, most
-of them to compute shapes that are known here, and takes a fifth more time.
+It is not traced by torch: a traced graph has three times the nodes, most of them to compute shapes
+that are known here, and takes a fifth more time to run.
 """
 
 from pathlib import Path
@@ -21,8 +21,8 @@ from plant_bench.errors import InputError
 if TYPE_CHECKING:
     from plant_bench.agents.plant.onnx_builder import GraphWriter
 
-_STATE = DECODER_WIDTH + 1  # of the GRU
-_END = np.iinfo(np.int64).max
+_STATE = DECODER_WIDTH + 1  # width of the GRU's state: the decoder's, and the red light
+_END = np.iinfo(np.int64).max  # ends a slice after the last row
 
 
 def export_graph(folder: Path, bits: GraphBits = GRAPH_BITS) -> None:

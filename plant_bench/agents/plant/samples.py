@@ -1,4 +1,4 @@
-"""Encodes a frame as a training sample of PlanT: network inputs and targets in the ego frame."""
+"""Encodes one instant of a recording as a training sample of PlanT: network inputs and targets."""
 
 import numpy as np
 from jaxtyping import Float
@@ -22,7 +22,7 @@ def encode(frame: Frame, spec: TokenSpec) -> Encoded:
 
     Returns:
         `attributes` and `kinds` of the tokens; `futures`, attributes of the same actors 0.5 s
-        later, NaN if the actor is gone or the token is no actor; `red`, 1 if the next light is red
+        later, NaN if the actor is gone or it is no actor's token; `red`, 1 if the next light is red
         or yellow; `target`, a route point ahead, metres; `speed` and `limit`, m/s; and `waypoints`,
         metres.
 

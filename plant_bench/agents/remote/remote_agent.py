@@ -6,8 +6,8 @@ from jaxtyping import Float
 from plant_bench.agent import Cause, Control, Observation, Plan, Reason
 from plant_bench.agents.remote.launch_command import LaunchCommand
 from plant_bench.agents.remote.messages import observation_out, reset_out
+from plant_bench.agents.remote.planner_connection import Connection, Profile, first_profile
 from plant_bench.agents.remote.process import Limits
-from plant_bench.agents.remote.process_reuse import Connection, Profile, first_profile
 from plant_bench.agents.remote.remote_errors import ProtocolError
 from plant_bench.agents.remote.responses import ControlResponse, PlanResponse, Ranks, Ready
 from plant_bench.errors import AgentError
@@ -19,7 +19,7 @@ class RemoteAgent:
     """A planner in a separate process.
 
     Attributes:
-        remote: Marks planners in other processes, whose `files` are complete.
+        remote: Marks planners in other processes, whose `files` list all of their code and weights.
 
     Args:
         connection: The connection to the planner.

@@ -1,9 +1,9 @@
 """Supervises a planner's process: limits its memory and output, and ends all its descendants.
 
-Runs as a script between a worker and the planner, which have pipes to each other: only the
+It is a script between a worker and the planner, which are connected by pipes: only the
 planner's output passes through here. It ends when the worker closes its pipe or dies, and then
 kills the planner with all of its descendants, daemons included. Standard library only, so that it
-starts quickly:
+starts quickly. Usage:
 
     supervisor.py CONTROL STATUS MEMORY OUTPUT COMMAND...
 
@@ -23,7 +23,7 @@ from pathlib import Path
 
 PERIOD_MS = 20  # between two checks of the planner's memory
 SEARCH_PERIOD = 0.25  # s between two searches for the planner's descendants
-SPARE_DATA = 1 << 30  # bytes by which RLIMIT_DATA exceeds the memory limit, at least
+SPARE_DATA = 1 << 30  # bytes, the minimum by which RLIMIT_DATA exceeds the memory limit
 TRUNCATED = b"\n[the planner's output is too long: the rest is dropped]\n"
 PR_SET_PDEATHSIG, PR_SET_CHILD_SUBREAPER = 1, 36  # linux/prctl.h
 CHUNK = 65_536
@@ -187,7 +187,7 @@ def _numbers(folder: str) -> list[str]:
 
 
 def _prctl(option: int, value: int) -> None:
-    """Call prctl; does nothing on other systems than Linux."""
+    """Call prctl on Linux; do nothing on other systems."""
     with contextlib.suppress(OSError, AttributeError):
         ctypes.CDLL(None).prctl(option, value, 0, 0, 0)
 

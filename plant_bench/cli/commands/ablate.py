@@ -1,4 +1,4 @@
-"""`plant-bench ablate`: its options are those of the learner that `--learner` names."""
+"""`plant-bench ablate`: trains and scores variants of a learner that each differ in one thing."""
 
 import inspect
 from collections.abc import Mapping
@@ -25,7 +25,7 @@ from plant_bench.cli.options import (
 )
 
 LEARNER = "plant"
-_NO_OPTION = frozenset({"seed", "validate_every", "patience"})  # settings that ablations fix
+_NO_OPTION = frozenset({"seed", "validate_every", "patience"})  # set by the ablation itself
 
 
 def ablate_learner(

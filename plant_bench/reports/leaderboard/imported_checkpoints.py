@@ -1,4 +1,4 @@
-"""Leaderboard rows from imported checkpoint files of the CARLA leaderboard."""
+"""Leaderboard rows from result files ("checkpoints") of the CARLA leaderboard."""
 
 from collections.abc import Iterable, Sequence
 

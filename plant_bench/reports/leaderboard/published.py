@@ -1,4 +1,4 @@
-"""Published results of the PlanT paper (CARLA), as a separate board."""
+"""Published results of the PlanT paper (CARLA), as the rows of a separate table."""
 
 import math
 
@@ -22,8 +22,8 @@ _SCORES: tuple[str, ...] = (
     "infraction_score",
     "vehicle_collisions",
 )
-# Planner, track, inputs, then mean and standard deviation of each of `_SCORES`, then IT in ms.
-# TransFuser's deviation of IS is printed as 0.60.
+# Planner, track, inputs, mean and standard deviation of each of `_SCORES`, inference time in ms.
+# The paper prints 0.60 as the deviation of TransFuser's infraction score.
 _TABLE_1 = (
     ("LAV", Track.SENSORS, _CAMERAS, "32.74 1.45 70.36 3.14 0.51 0.02 0.84 0.11", _UNKNOWN_TIME),
     ("TransFuser", Track.SENSORS, _CAMERAS, "47.30 5.72 93.38 1.20 0.50 0.60 2.44 0.64", 101.24),

@@ -10,7 +10,7 @@ from plant_bench.reports.replay.replay_episode import EpisodeReplay
 from plant_bench.reports.replay.replay_page import palette
 from plant_bench.reports.replay.scene_image import ScenePainter
 
-ACROSS, STRIP_ACROSS = 90.0, 56.0  # m: width of a scene
+ACROSS, STRIP_ACROSS = 90.0, 56.0  # m: width of a scene, in one column and in several
 DPI = 100
 GAP = 4  # px between scenes
 

@@ -1,4 +1,4 @@
-"""Builds the replay page: one self-contained HTML file from its templates."""
+"""Builds the HTML of the replay page from its templates; scripts beside it hold the data."""
 
 import json
 import re

@@ -1,9 +1,9 @@
-"""Writes the folder of replays: one page, and a script for each town and episode.
+"""Writes the folder of replays: one page, and a data script for each town and episode.
 
 replay.html                     opens replay.html#<id>, or #<id>&<id2> side by side
-replays/<run>/<episode>.js      one episode, read only when it is opened
-replays/index.js                what there is, for choosing
-towns/<town>.js                 what is drawn under it
+replays/<run>/<episode>.js      one episode, loaded only when it is opened
+replays/index.js                the list of all replays
+towns/<town>.js                 the shapes of one town
 
 The scripts call methods of `plantBench`, the page's only global (`web/src/replay/loader.js`).
 """

@@ -21,7 +21,7 @@ from plant_bench.world.scene import EGO_EXTENT, ActorKind, Light
 BOXES = {  # margin around the actor in metres, line width in points, line style
     "relevance": (1.2, 2.2, "solid"),
     "expert": (2.2, 2.2, "solid"),
-    "outline": (3.2, 3.2, "solid"),  # below the next: visible on any background
+    "outline": (3.2, 3.2, "solid"),  # under "ownReason": visible on any background
     "ownReason": (3.2, 1.8, (0, (3.5, 2.0))),
 }
 RECENT = 2.5  # s for which an infraction is highlighted

@@ -1,4 +1,4 @@
-"""Worker tasks of data collection: build a town, or drive an episode and decide if it is used."""
+"""Worker tasks of data collection: build a town; drive an episode, keep or drop its recording."""
 
 from dataclasses import dataclass
 
@@ -98,7 +98,7 @@ def exclusion_reason(result: EpisodeResult) -> str:
 def exclusion_reason_dagger(result: EpisodeResult) -> str:
     """Return why an episode that another planner drove is excluded; empty if it is not.
 
-    Driving mistakes are no reason: DAgger needs the expert's actions in those states.
+    Driving mistakes do not exclude it: DAgger needs the expert's actions in those states.
     """
     if result.status is Status.AGENT_CRASHED:
         return f"Agent crashed: {result.reason}"

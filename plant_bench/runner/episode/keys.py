@@ -1,4 +1,4 @@
-"""Hashes of the code that an episode depends on; part of the key that names its files.
+"""Hashes of the code that an episode depends on; part of the key in its file names.
 
 An episode's key covers the scenario, the planner (`agents.loading.checksum`), the town and the
 rules: all code that the episode loop imports, and the versions of the numerical libraries. Modules
@@ -58,7 +58,7 @@ def rules_modules() -> frozenset[str]:
 
 @cache
 def rules_checksum() -> str:
-    """Return a hash of the rules' code and of the versions of the libraries it needs."""
+    """Return a hash of the rules' code and of the versions of the libraries that it uses."""
     return _hash(rules_modules())
 
 

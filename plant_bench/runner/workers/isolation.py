@@ -12,8 +12,8 @@ from plant_bench.agents.loading.registry import Loader, load_agent
 from plant_bench.agents.remote.launch_command import LaunchCommand, launch_command_of
 
 if TYPE_CHECKING:  # runs without isolation need neither msgpack nor Linux
+    from plant_bench.agents.remote.planner_connection import Profile
     from plant_bench.agents.remote.process import Limits
-    from plant_bench.agents.remote.process_reuse import Profile
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ def isolation_of(agent: str, limits: "Limits") -> Isolation:
     Raises:
         InputError: The planner does not start.
     """
-    from plant_bench.agents.remote.process_reuse import end_processes
+    from plant_bench.agents.remote.planner_connection import end_processes
     from plant_bench.agents.remote.remote_agent import remote_agent
 
     command = launch_command_of(agent)

@@ -1,4 +1,4 @@
-"""Blocked lane: a stationary van in the ego's lane drives off after a wait.
+"""Blocked lane: a stationary van in the ego's lane drives off some time after the ego arrives.
 
 A planner that cannot overtake only loses time. The van is spawned out of the ego's sight, shortly
 before the ego arrives, so that few other vehicles queue behind it.
@@ -23,7 +23,7 @@ TRY_EVERY = 4  # ticks between two attempts to spawn the van
 class BlockedLane:
     """One stationary van; mutable.
 
-    Parameters: `wait` (s from the ego's arrival until it drives off).
+    Parameters: `wait` (s from the ego's arrival until the van drives off).
     """
 
     def __init__(self, hazard: Hazard, world: HazardWorld, draw: random.Random) -> None:
@@ -37,7 +37,7 @@ class BlockedLane:
         self._arrived: float | None = None
 
     def step(self, ego: EgoState, world: HazardWorld) -> None:
-        """Spawn the van, let the ego wait, drive off."""
+        """Spawn the van, keep it stationary until the wait is over, and release it."""
         if self.phase is Phase.ARMED:
             self._appear(world)
             return

@@ -59,7 +59,7 @@ def spread(length: float, count: int, jitter: float, rng: np.random.Generator) -
 
 
 def quiet_places(streets: StreetMap, count: int, rng: np.random.Generator) -> set[str]:
-    """Choose T-junctions without signals."""
+    """Choose the T-junctions that get no signals."""
     small = sorted(name for name in streets.places if streets.degree(name) == 3)
     return {small[i] for i in rng.permutation(len(small))[:count]}
 

@@ -1,4 +1,4 @@
-"""Builds a benchmark Route from the lanes that a matched CARLA route takes."""
+"""Builds a benchmark Route from the lanes that a CARLA route was matched to."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -25,7 +25,7 @@ LEAD = 6.0  # m of lane added to a route that starts or ends inside a junction
 MIN_CHANGE_LENGTH = 10.0  # m of road that a lane change needs
 MIN_ROUTE_LENGTH = 30.0  # m
 
-Visit = tuple[str, list[float]]
+Visit = tuple[str, list[float]]  # a lane, and the arc lengths of the points matched to it, metres
 
 
 @dataclass
@@ -40,7 +40,7 @@ class _Edge:
 
 
 def build_route(graph: StreetGraph, visits: Sequence[Visit], name: str) -> Route:
-    """Build a route from the lanes of a matched one.
+    """Build a route from the lanes that a CARLA route was matched to.
 
     Args:
         graph: The town's edges.

@@ -1,4 +1,8 @@
+<<<<<<< HEAD
 """Repairs an imported network: converts it repeatedly until every remaining path can be driven.
+=======
+"""Repairs an imported network in rounds, until every remaining lane and turn can be driven."""
+>>>>>>> g
 
 A path that no car can follow is drawn again, widened or rounded before it is removed.
 Each step either enlarges a bounded quantity or removes something, so that the repairs end.
@@ -48,6 +52,10 @@ from plant_bench.towns.importing.short_lanes import straighten_short_lanes
 from plant_bench.towns.importing.signal_cycles import bound_cycles
 from plant_bench.world.town import Link, Town
 
+<<<<<<< HEAD
+=======
+MAX_ROUNDS = 12  # rounds of repairs before the import fails
+>>>>>>> g
 MAX_SPEED = 100.0  # m/s
 MAX_EXTENT = 50_000.0  # m
 MAX_LANE_KM = 1000.0
@@ -85,7 +93,7 @@ def repair_network(
     Args:
         source: The map.
         name: The town's name.
-        guess_signals: Whether netconvert adds signals where traffic seems to need them.
+        guess_signals: Whether netconvert guesses which junctions have signals.
         say: Called with a progress message before each step.
 
     Raises:
@@ -166,7 +174,7 @@ class _Repairer:
         return findings
 
     def _remove_unreachable(self) -> list[Finding]:
-        """Leave out narrow lanes, and remove edges that the rest cannot reach or leave."""
+        """Leave out narrow lanes, and remove edges that are unreachable or have no way out."""
         self.town, narrow = without_narrow_lanes(self.town)
         ends = ends_of_edges(self.net)
         removed = unreachable_edges(self.town, ends)
@@ -263,7 +271,7 @@ def _links_by_path(town: Town) -> dict[str, Link]:
 
 
 def is_uneven(drive: PathDrive) -> bool:
-    """Tell whether a path exceeds the limits of the benchmark's own towns."""
+    """Return whether a path exceeds the limits of the benchmark's own towns."""
     return drive.gap > GAP_MAX_M or drive.radius < RADIUS_MIN_M or drive.error > ERROR_MAX_M
 
 
@@ -275,8 +283,13 @@ def is_tight(drive: PathDrive) -> bool:
 
 
 def is_undrivable(drive: PathDrive) -> bool:
+<<<<<<< HEAD
     """Tell whether no car can follow a path."""
     return drive.error > TOLERATED_ERROR
+=======
+    """Return whether no car can follow a path."""
+    return drive.error > TOLERATED_ERROR or drive.radius < TOLERATED_RADIUS
+>>>>>>> g
 
 
 def _extract(net: str, source: MapSource, name: str) -> Town:

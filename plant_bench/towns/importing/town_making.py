@@ -70,7 +70,7 @@ def check_name(name: str) -> None:
     """Check a town's name, which becomes a folder and the prefix of its routes' ids.
 
     Raises:
-        InputError: The name is invalid, or is a benchmark town's.
+        InputError: The name is invalid, or a benchmark town has it already.
     """
     if not NAME.fullmatch(name):
         raise InputError(

@@ -7,8 +7,8 @@ import pytest
 
 from plant_bench.agents.loading.checksum import PlannerComponents, agent_checksum
 from plant_bench.agents.remote.launch_command import LaunchCommand
+from plant_bench.agents.remote.planner_connection import Profile, end_processes
 from plant_bench.agents.remote.process import Limits
-from plant_bench.agents.remote.process_reuse import Profile, end_processes
 from plant_bench.errors import InputError
 from plant_bench.runner.episode.jobs import make_jobs
 from plant_bench.runner.ray import payload

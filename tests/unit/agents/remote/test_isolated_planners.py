@@ -16,8 +16,8 @@ from plant_bench.agent_check import check_action
 from plant_bench.agents.loading.checksum import agent_checksum, agent_files
 from plant_bench.agents.loading.registry import load_agent
 from plant_bench.agents.remote.launch_command import launch_command_of
+from plant_bench.agents.remote.planner_connection import end_processes
 from plant_bench.agents.remote.process import Limits
-from plant_bench.agents.remote.process_reuse import end_processes
 from plant_bench.agents.remote.remote_agent import remote_agent
 from plant_bench.errors import AgentError, InputError
 from plant_bench.inference_timing import listen_to_passes

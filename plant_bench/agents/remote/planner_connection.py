@@ -1,4 +1,4 @@
-"""Owns the process of a remote planner; healthy processes are reused by the next one."""
+"""Connection to a remote planner's process, which later planners reuse unless it failed."""
 
 import atexit
 import weakref
@@ -20,14 +20,14 @@ from plant_bench.sensing.inputs import check_inputs
 
 @dataclass(frozen=True)
 class Profile:
-    """A remote planner's description of itself.
+    """The properties that a remote planner reports.
 
     Attributes:
         inputs: The inputs that it declares.
-        interval: Ticks until its second decision.
+        interval: Ticks from its first decision to its second.
         ranks: Whether it ranks actors.
         files: Its code and weights.
-        libraries: The Python packages that it computes with.
+        libraries: The Python packages that its computations use.
     """
 
     inputs: frozenset[str]
@@ -98,7 +98,7 @@ class Connection:
             raise
 
     def array(self, wire: Any, *, axes: int) -> np.ndarray:
-        """Return an array of a response.
+        """Decode an array in a response.
 
         Raises:
             ProtocolError: It is not an array, or has another number of axes.
@@ -136,7 +136,7 @@ def first_profile(connection: Connection) -> Profile:
         raise InputError(message) from error
 
 
-_idle: dict[tuple[LaunchCommand, Limits], PlannerProcess] = {}  # healthy, to be reused
+_idle: dict[tuple[LaunchCommand, Limits], PlannerProcess] = {}  # to be reused
 _running: weakref.WeakSet[PlannerProcess] = weakref.WeakSet()
 
 

@@ -1,8 +1,4 @@
-<<<<<<< HEAD
 """Repairs an imported network: converts it repeatedly until every remaining path can be driven.
-=======
-"""Repairs an imported network in rounds, until every remaining lane and turn can be driven."""
->>>>>>> g
 
 A path that no car can follow is drawn again, widened or rounded before it is removed.
 Each step either enlarges a bounded quantity or removes something, so that the repairs end.
@@ -52,10 +48,6 @@ from plant_bench.towns.importing.short_lanes import straighten_short_lanes
 from plant_bench.towns.importing.signal_cycles import bound_cycles
 from plant_bench.world.town import Link, Town
 
-<<<<<<< HEAD
-=======
-MAX_ROUNDS = 12  # rounds of repairs before the import fails
->>>>>>> g
 MAX_SPEED = 100.0  # m/s
 MAX_EXTENT = 50_000.0  # m
 MAX_LANE_KM = 1000.0
@@ -283,13 +275,8 @@ def is_tight(drive: PathDrive) -> bool:
 
 
 def is_undrivable(drive: PathDrive) -> bool:
-<<<<<<< HEAD
     """Tell whether no car can follow a path."""
     return drive.error > TOLERATED_ERROR
-=======
-    """Return whether no car can follow a path."""
-    return drive.error > TOLERATED_ERROR or drive.radius < TOLERATED_RADIUS
->>>>>>> g
 
 
 def _extract(net: str, source: MapSource, name: str) -> Town:

@@ -1,6 +1,7 @@
 """Builds a CARLA checkpoint from a run folder."""
 
 import shlex
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -46,11 +47,21 @@ def run_checkpoint(folder: RunFolder, repetition: int | None = None) -> RunCheck
         message = f"{folder.path} has no {what}. Run 'plant-bench score' first."
         raise InputError(message)
     known = list(dict.fromkeys([*provenance.routes, *sorted(item.route for item in results)]))
-    numbers = {route: number for number, route in enumerate(known)}
+    numbers = _numbers(known, provenance.carla_routes)
+    towns = {route: town for route, (_, town) in provenance.carla_routes.items()}
     planned = {place for place in _planned(provenance) if repetition in (None, place[1])}
     expected = len(planned | {(item.route, item.repetition) for item in results})
-    content = checkpoint(results, numbers=numbers, expected=expected, walls=_walls(folder))
+    walls = _walls(folder)
+    content = checkpoint(results, numbers=numbers, expected=expected, walls=walls, towns=towns)
     return RunCheckpoint(content, len(results), expected)
+
+
+def _numbers(routes: Sequence[str], sources: Mapping[str, tuple[str, str]]) -> dict[str, int]:
+    """Return a number for each route: CARLA's own where all have one, else the place in the run."""
+    own = [sources.get(route, ("", ""))[0] for route in routes]
+    if all(number.isdecimal() for number in own) and len(set(map(int, own))) == len(own):
+        return dict(zip(routes, map(int, own), strict=True))
+    return {route: number for number, route in enumerate(routes)}
 
 
 def _planned(provenance: Provenance) -> set[tuple[str, int]]:

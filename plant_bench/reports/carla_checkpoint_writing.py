@@ -8,6 +8,7 @@ frame with y north, whereas CARLA's y points south.
 import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 
@@ -41,6 +42,7 @@ def checkpoint(
     numbers: Mapping[str, int],
     expected: int,
     walls: Mapping[tuple[str, int], float],
+    towns: Mapping[str, str] = MappingProxyType({}),
 ) -> dict[str, object]:
     """Return the file's content, as JSON-able values.
 
@@ -49,12 +51,16 @@ def checkpoint(
         numbers: A number for each route id, since other tools expect numeric route ids.
         expected: Number of episodes in a complete run.
         walls: Wall time of each route and repetition in seconds, as far as known.
+        towns: CARLA's town of each route that was imported from CARLA.
     """
     ordered = sorted(results, key=lambda item: (numbers[item.route], item.repetition))
     records = [
         _record(index, item, numbers[item.route], walls.get((item.route, item.repetition), 0.0))
         for index, item in enumerate(ordered)
     ]
+    for record, item in zip(records, ordered, strict=True):
+        if item.route in towns:
+            record["town_name"] = towns[item.route]
     scores, rates = _mean_scores(ordered), _rates(ordered)
     finished = len(ordered) >= expected
     crashed = any(item.status in CRASHES for item in ordered)

@@ -12,6 +12,7 @@ from plant_bench import __version__
 from plant_bench.agents.loading.planner_spec import without_folders
 from plant_bench.errors import InputError, in_one_line
 from plant_bench.scoring.results import MOST_REPETITIONS
+from plant_bench.towns.importing.carla_sources import carla_routes
 from plant_bench.untrusted_files import read_text
 from plant_bench.world.route import NO_HAZARDS_PROTOCOL, PROTOCOL, Route
 
@@ -37,6 +38,7 @@ class Provenance(BaseModel):
         command: The last command.
         versions: Versions of all software that can change a result.
         processor: Name of the processor; timings depend on it, scores do not.
+        carla_routes: For a suite imported from CARLA, the id and the town of each route there.
     """
 
     model_config = ConfigDict(frozen=True, extra="ignore")
@@ -55,6 +57,7 @@ class Provenance(BaseModel):
     command: str
     versions: dict[str, str]
     processor: str
+    carla_routes: dict[str, tuple[str, str]] = {}
 
     @property
     def identity(self) -> list[tuple[str, object]]:
@@ -106,6 +109,7 @@ def provenance(
         command=shlex.join([Path(sys.argv[0]).name, *sys.argv[1:]]),
         versions=installed_versions(),
         processor=processor_name(),
+        carla_routes=carla_routes(suite),
     )
 
 

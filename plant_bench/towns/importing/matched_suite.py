@@ -5,7 +5,7 @@ import io
 import json
 import shutil
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 
@@ -13,6 +13,7 @@ from plant_bench.atomic_files import move_whole, write_whole, write_whole_text
 from plant_bench.data_files import TOWNS_FOLDER
 from plant_bench.errors import InputError
 from plant_bench.towns.generate import NET_FILE, PICTURE_FILE, TOWN_FILE
+from plant_bench.towns.importing.carla_sources import SOURCES
 from plant_bench.towns.importing.route_import import HEADS, RouteMatch, TownFound, read_town
 from plant_bench.towns.importing.suite_making import with_hazards
 from plant_bench.towns.routes import suite_text
@@ -54,7 +55,8 @@ def save_matches(
         work = Path(scratch) / "new"
         work.mkdir()
         for found in dict.fromkeys(towns):  # several CARLA towns may map to one
-            _write_town(found, [r for r in routes if r.town == found.name], work, out, seed)
+            own = [route for route in routes if route.town == found.name]
+            _write_town(found, own, work, out, seed, _sources(matches))
         write_whole_text(work / REPORT_FILE, _table(matches))
         if not out.exists():
             move_whole(work, out)
@@ -86,14 +88,28 @@ def refuse_existing(out: Path, *, overwrite: bool) -> None:
         raise InputError(f"--out {out} is not empty: use --overwrite or another folder.")
 
 
+def _sources(matches: Sequence[RouteMatch]) -> dict[str, list[str]]:
+    """Return CARLA's id and town of each matched route."""
+    return {m.route.id: [m.source.id, m.source.town] for m in matches if m.route is not None}
+
+
 def _write_town(
-    found: TownFound, routes: Sequence[Route], work: Path, out: Path, seed: int | None
+    found: TownFound,
+    routes: Sequence[Route],
+    work: Path,
+    out: Path,
+    seed: int | None,
+    sources: Mapping[str, list[str]],
 ) -> None:
     if not routes:
         return
     if seed is not None:
         routes = with_hazards(read_town(found), routes, seed)
-    header = {"suite": out.resolve().name, "seed": seed}
+    header = {
+        "suite": out.resolve().name,
+        "seed": seed,
+        SOURCES: {route.id: sources[route.id] for route in routes},
+    }
     file = work / f"{found.name}.json"
     write_whole_text(file, suite_text(header, routes))
     if found.must_copy:

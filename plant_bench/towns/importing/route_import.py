@@ -24,7 +24,11 @@ from plant_bench.untrusted_files import read_text
 from plant_bench.world.route import Route
 from plant_bench.world.town import Town
 
-HEADS = ("route", "town", "points", "worst distance", "at point", "outcome")
+HEADS = ("route", "town", "points", "worst distance", "at point", "length", "outcome")
+
+
+GOAL_SEARCH = 100  # points of the route, one per metre, among which CARLA's last one is looked for
+FAR_GOAL = 2.0  # m beyond CARLA's last point from which on a goal is reported
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,6 +41,7 @@ class RouteMatch:
         worst: Largest distance of a CARLA point from the matched line, metres; NaN without a line.
         point: Index of that point, or of the point where matching failed.
         reason: Why the route does not fit; empty if it does.
+        beyond: Metres of the route after CARLA's last point: routes end outside junctions.
     """
 
     source: CarlaRoute
@@ -44,6 +49,7 @@ class RouteMatch:
     worst: float
     point: int
     reason: str
+    beyond: float = 0.0
 
     @property
     def row(self) -> list[object]:
@@ -52,8 +58,11 @@ class RouteMatch:
         place = self.source.points[self.point]
         where = f" (x {place[0]:.1f}, y {-place[1]:.1f})" if self.reason else ""
         outcome = f"unmatched: {self.reason}{where}" if self.reason else "matched"
+        if self.route is not None and self.beyond > FAR_GOAL:
+            outcome = f"matched; the goal is {self.beyond:.1f} m beyond CARLA's last point"
         points = len(self.source.points)
-        return [self.source.id, self.source.town, points, worst, self.point, outcome]
+        length = "-" if self.route is None else f"{self.route.length:.0f} m"
+        return [self.source.id, self.source.town, points, worst, self.point, length, outcome]
 
 
 @dataclass(frozen=True)
@@ -173,7 +182,10 @@ class _Matcher:
         if worst > self._limit:
             larger = math.ceil(10.0 * worst + 1.0) / 10.0
             reason = f"{worst:.1f} m from the lanes; try --limit-distance {larger:g}"
-        return RouteMatch(source, route if not reason else None, worst, point, reason)
+        line = shapely.linestrings(route.points[-GOAL_SEARCH:])  # it may pass the goal before
+        last = shapely.points(moved.points[-1, :2])
+        beyond = float(shapely.length(line) - shapely.line_locate_point(line, last))
+        return RouteMatch(source, None if reason else route, worst, point, reason, beyond)
 
 
 def _offset(found: TownFound) -> tuple[float, float]:

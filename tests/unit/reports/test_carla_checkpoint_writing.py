@@ -2,13 +2,16 @@
 
 import json
 import re
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from plant_bench.reports.carla_checkpoint import load_checkpoint
+from plant_bench.reports.carla_checkpoint_run import run_checkpoint
 from plant_bench.reports.carla_checkpoint_writing import checkpoint, write_checkpoint
+from plant_bench.runner.run.folder import RunFolder
 from plant_bench.scoring.infractions import Infraction, InfractionKind, Status
 from plant_bench.scoring.results import EpisodeResult
 from tests.unit.reports.checkpoint_files import NINE, episode
@@ -137,3 +140,19 @@ def test_failed_export_leaves_no_file(tmp_path):
     with pytest.raises(OSError, match="there"):
         write_checkpoint({}, tmp_path / "there")
     assert [path.name for path in tmp_path.iterdir()] == ["there"]
+
+
+def test_routes_imported_from_carla_keep_their_ids_and_towns(
+    tmp_path: Path, write_run: Callable[..., Path]
+) -> None:
+    folder = RunFolder(write_run(tmp_path / "run", routes=2))
+    run_file = json.loads(folder.run_file.read_text())
+    first, second = run_file["routes"]
+    run_file["carla_routes"] = {first: ["23", "Town04"], second: ["7", "Town01"]}
+    folder.run_file.write_text(json.dumps(run_file))
+    content: Any = run_checkpoint(folder).content
+    records = content["_checkpoint"]["records"]
+    assert {(item["route_id"], item["town_name"]) for item in records} == {
+        ("RouteScenario_23", "Town04"),
+        ("RouteScenario_7", "Town01"),
+    }

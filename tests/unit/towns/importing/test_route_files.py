@@ -13,6 +13,7 @@ from plant_bench.data_files import TOWNS_VARIABLE, networks_dir
 from plant_bench.errors import InputError
 from plant_bench.towns.importing import carla_routes, matching
 from plant_bench.towns.importing.carla_routes import CarlaRoute, read_carla_routes
+from plant_bench.towns.importing.carla_sources import carla_routes as sources_of
 from plant_bench.towns.importing.lane_graph import LaneGraph
 from plant_bench.towns.importing.route_import import TownFound, match_routes
 from plant_bench.world.route import load_suite
@@ -275,3 +276,15 @@ def test_too_many_points_to_match_are_refused(tmp_path, monkeypatch):
 
     with pytest.raises(InputError, match="more than 5 points: split it"):
         read(tmp_path, f"<routes>{routes}</routes>")
+
+
+def test_an_imported_suite_keeps_carlas_ids_and_towns(tmp_path):
+    text = (
+        as_carla(town_routes("town02")[:2]).replace('id="0"', 'id="17"').replace('id="1"', 'id="4"')
+    )
+    (tmp_path / "file.xml").write_text(text, encoding="utf-8")
+    out = tmp_path / "suite"
+    command = ["import-routes", str(tmp_path / "file.xml"), "--out", str(out)]
+    assert CliRunner().invoke(app, [*command, "--town-map", "Town02=town02"]).exit_code == 0
+    assert sources_of(str(out)) == {"town02-17": ("17", "Town02"), "town02-4": ("4", "Town02")}
+    assert sources_of("longest6") == {}

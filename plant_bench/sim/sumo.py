@@ -185,21 +185,21 @@ class Sumo:
     def watched(self) -> dict[int, VehicleState]:
         """Return the vehicles within the watched radius by id, without the ego."""
         states: dict[int, VehicleState] = {}
-        lanes: dict[str, tuple[str, float]] = {}
+        lanes: dict[str, tuple[str, float, float]] = {}
         make, new, radians = (
             VehicleState,
             tuple.__new__,
             math.radians,
         )  # twice as fast as VehicleState(...)
         for name, values in libsumo.vehicle.getContextSubscriptionResults(EGO_ID).items():
-            lanes[name] = values[_LANE], values[_LANE_POSITION]
+            lanes[name] = values[_LANE], values[_LANE_POSITION], values[_LATERAL]
             if name == EGO_ID:
                 continue
             states[int(name)] = new(make, (
                 *values[_POSITION], radians(90.0 - values[_ANGLE]), values[_SPEED],
                 values[_ACCELERATION], values[_LANE], values[_LANE_POSITION], values[_LATERAL],
             ))  # fmt: skip
-        self._placements.clear_shadows(lanes)
+        self._placements.refresh(lanes)
         self._watched = states
         return states
 

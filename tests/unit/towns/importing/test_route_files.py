@@ -2,6 +2,7 @@
 
 import csv
 import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -288,3 +289,60 @@ def test_an_imported_suite_keeps_carlas_ids_and_towns(tmp_path):
     assert CliRunner().invoke(app, [*command, "--town-map", "Town02=town02"]).exit_code == 0
     assert sources_of(str(out)) == {"town02-17": ("17", "Town02"), "town02-4": ("4", "Town02")}
     assert sources_of("longest6") == {}
+
+
+def point_on(lane, at):
+    """Return a waypoint of CARLA at an arc length of a lane."""
+    x, y = (float(np.interp(at, lane.along, column)) for column in lane.points[:, :2].T)
+    near_x, near_y = (
+        float(np.interp(at + 0.5, lane.along, column)) for column in lane.points[:, :2].T
+    )
+    back_x, back_y = (
+        float(np.interp(at - 0.5, lane.along, column)) for column in lane.points[:, :2].T
+    )
+    heading = -math.degrees(math.atan2(near_y - back_y, near_x - back_x))
+    return f'<waypoint x="{x:.3f}" y="{-y:.3f}" z="0" yaw="{heading:.2f}"/>'
+
+
+def parallel_links(town):
+    """Return lanes before and after a junction: the right one before, the left one after."""
+    for link in town.links:
+        source, target = town.lanes[link.source], town.lanes[link.target]
+        both_have_left = source.left is not None and target.left is not None
+        if link.turn != "straight" or not both_have_left or min(source.length, target.length) < 80:
+            continue
+        if any(other.target == target.left for other in town.links_from.get(source.left, ())):
+            return source, town.lanes[target.left]
+    raise AssertionError("the town has no such junction")
+
+
+@pytest.mark.parametrize("left_first", [False, True])
+def test_lane_change_through_a_junction_passes_all_points(tmp_path, left_first):
+    town = Town.from_json((networks_dir() / "town05" / "town.json").read_text())
+    source, target = parallel_links(town)
+    if left_first:
+        source, target = town.lanes[source.left], town.lanes[target.right]
+    points = [
+        point_on(source, source.length - 60.0),
+        point_on(source, source.length - 4.0),
+        point_on(target, 4.0),
+        point_on(target, 70.0),
+    ]
+    text = f'<routes><route id="0" town="Town05">{"".join(points)}</route></routes>'
+    found = TownFound("town05", networks_dir() / "town05", must_copy=False)
+    (match,) = match_routes(read(tmp_path, text), {"Town05": found}, 1.8, lambda _: None)
+    assert match.worst < 0.4
+    assert [change.direction for change in match.route.lane_changes] == [
+        "right" if left_first else "left"
+    ]
+    assert np.abs(np.diff(match.route.headings)).max() < 0.15  # no kink
+
+
+def test_points_far_from_all_lanes_match_within_the_given_limit(tmp_path):
+    text = as_carla(town_routes("town02")[:1])
+    moved = re.sub(r'y="(-?[\d.]+)"', lambda m: f'y="{float(m[1]) + 1.0:.2f}"', text)
+    far = re.sub(r'y="(-?[\d.]+)"', lambda m: f'y="{float(m[1]) - 400.0:.2f}"', text)
+    (near,) = matched(tmp_path, moved, limit=20.0)
+    assert near.route is not None
+    (unmatched,) = matched(tmp_path, far, limit=20.0)
+    assert re.search(r"the nearest lane is \d+\.\d m away; try --limit-distance", unmatched.reason)

@@ -19,6 +19,7 @@ from plant_bench.reports.why.incident_text import (
 from plant_bench.reports.why.incidents import check_recorded, incidents
 from plant_bench.reports.why.verdicts import verdict
 from plant_bench.runner.review.postmortem import review_episode
+from plant_bench.runner.review.resimulation import Tick, simulate_again
 from plant_bench.runner.review.review_frames import Postmortem
 from plant_bench.runner.run.folder import RunFolder
 from plant_bench.scoring.results import EpisodeResult
@@ -147,3 +148,20 @@ def _route_of(folder: RunFolder, result: EpisodeResult) -> Route:
         message = f"The suite {suite} no longer has a route {result.route}."
         raise InputError(message)
     return routes[0]
+
+
+def simulate_recorded(run: Path, route: str, repetition: int | None) -> Iterator[Tick]:
+    """Simulate a recorded episode again, tick by tick.
+
+    Args:
+        run: Folder of the run.
+        route: A route's id or number.
+        repetition: The repetition; None for the first.
+
+    Raises:
+        InputError: There is no such episode, it has no recording, or its route has changed.
+        SimulationError: SUMO fails.
+    """
+    folder = RunFolder.open(run)
+    name, result = episodes_of(folder, route, repetition)[0]
+    yield from simulate_again(_recording(folder, name), result, _route_of(folder, result))

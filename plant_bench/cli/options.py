@@ -47,6 +47,14 @@ PenaltiesOption = Annotated[
 ]
 
 
+GuiOption = Annotated[
+    bool,
+    typer.Option("--gui", help="Watch the episodes live in sumo-gui, one at a time."),
+]
+GuiSpeedOption = Annotated[
+    float,
+    typer.Option(help="With --gui: multiple of real time, at most.", min=0.1, max=100.0),
+]
 ExecutorOption = Annotated[
     ExecutorKind,
     typer.Option("--executor", help="Where to drive: processes on this machine, or a Ray cluster."),

@@ -68,6 +68,7 @@ class Simulation:
         self._states: dict[int, VehicleState] = {}
         try:
             self._warm_up()
+            self._sumo.show(route.points, _places_of(scenario))
             self.scene = self._look(0, self._start())
         except BaseException:
             self.close()
@@ -203,3 +204,17 @@ class Simulation:
             if passage.signal is not None:
                 lights[index] = self._sumo.signals.light(passage.signal, passage.signal_index)
         return lights
+
+
+def _places_of(scenario: Scenario) -> list[tuple[str, float, float]]:
+    """Return the kind and the place of each of a scenario's hazards."""
+    route = scenario.route
+    x, y = route.points.T
+    return [
+        (
+            hazard.kind.value,
+            float(np.interp(hazard.at, route.along, x)),
+            float(np.interp(hazard.at, route.along, y)),
+        )
+        for hazard in scenario.played_hazards
+    ]

@@ -6,14 +6,19 @@ libsumo has one simulation per process.
 """
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
+from jaxtyping import Float
+
 from plant_bench.errors import SimulationError
 from plant_bench.sim.sumo_commands import Commands
-from plant_bench.sim.sumo_library import libsumo
+from plant_bench.sim.sumo_library import GUI_DELAY, PROGRAM, libsumo
 from plant_bench.sim.sumo_placement import Placements
 from plant_bench.sim.sumo_signals import Signals
+from plant_bench.sim.sumo_window import follow, mark_route
 from plant_bench.sim.vehicle_types import TYPES_FILE
 from plant_bench.world.actor_ids import EGO
 from plant_bench.world.scene import EGO_LENGTH, TICK
@@ -72,12 +77,14 @@ class Sumo:
 
     def __init__(self, network: Path, seed: int) -> None:
         command = [
-            "sumo", "-n", str(network), "-a", str(TYPES_FILE), "--seed", str(seed % 2**31),
+            PROGRAM, "-n", str(network), "-a", str(TYPES_FILE), "--seed", str(seed % 2**31),
             "--step-length", str(TICK), "--default.action-step-length", str(ACTION_STEP),
             "--lanechange.duration", str(LANE_CHANGE_DURATION), "--collision.action", "none",
             "--time-to-teleport", "-1", "--time-to-impatience", "60", "--max-depart-delay", "0",
             "--no-step-log", "--no-warnings", "--duration-log.disable",
         ]  # fmt: skip
+        if GUI_DELAY:
+            command += ["--start", "--quit-on-end", "--delay", GUI_DELAY]
         try:
             libsumo.start(command)
         except libsumo.TraCIException as error:
@@ -142,6 +149,14 @@ class Sumo:
         except libsumo.TraCIException as error:
             message = f"SUMO cannot insert the ego: {error}"
             raise SimulationError(message) from error
+
+    def show(
+        self, route: Float[np.ndarray, "points 2"], hazards: Sequence[tuple[str, float, float]]
+    ) -> None:
+        """Mark the ego, its route and its hazards (name, x, y) in sumo-gui, if it is used."""
+        if GUI_DELAY:
+            mark_route(route, hazards)
+            follow(EGO_ID)
 
     def let_ego_go(self) -> None:
         """Let SUMO's driver drive a self-driving ego."""

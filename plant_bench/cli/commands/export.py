@@ -5,6 +5,8 @@ from typing import Annotated
 
 import typer
 
+from plant_bench.errors import InputError
+
 
 def export_run(
     run: Annotated[Path, typer.Argument(help="Folder of a run.")],
@@ -12,9 +14,14 @@ def export_run(
     format_: Annotated[
         str,
         typer.Option(
-            "--format", help="File format; carla: checkpoint JSON of CARLA's leaderboard."
+            "--format",
+            help="carla: checkpoint JSON of CARLA's leaderboard. fcd: SUMO's floating car "
+            "data (XML, also .gz), of one episode.",
         ),
     ] = "carla",
+    route: Annotated[
+        str | None, typer.Option(help="With --format fcd: id or number of the route.")
+    ] = None,
     repetition: Annotated[
         str,
         typer.Option(
@@ -32,18 +39,22 @@ def export_run(
         plant-bench export reports/plant-longest6 --out plant_longest6.json
 
         plant-bench export reports/plant-longest6 --repetition 0 --out plant_0.json
+
+        plant-bench export reports/plant-longest6 --format fcd --route town01-5 --out a.fcd.xml
     """
-    from plant_bench.errors import InputError
     from plant_bench.reports.carla_checkpoint_run import run_checkpoint
     from plant_bench.reports.carla_checkpoint_writing import write_checkpoint
     from plant_bench.runner.run.folder import RunFolder
 
-    if format_ != "carla":
-        message = f"--format: expected carla, got '{format_}'."
+    if format_ not in ("carla", "fcd"):
+        message = f"--format: expected carla or fcd, got '{format_}'."
         raise InputError(message)
     if repetition != "all" and not repetition.isdecimal():
         message = f"--repetition: expected a number from 0, or all, got '{repetition}'."
         raise InputError(message)
+    if format_ == "fcd":
+        _export_fcd(run, out, route, 0 if repetition == "all" else int(repetition))
+        return
     folder = RunFolder.open(run)
     only = None if repetition == "all" else int(repetition)
     checkpoint = run_checkpoint(folder, only)
@@ -51,3 +62,22 @@ def export_run(
     complete = checkpoint.episodes == checkpoint.expected
     missing = "" if complete else f" of {checkpoint.expected}; the run is not finished"
     typer.echo(f"{out}: {checkpoint.episodes} episodes{missing}.")
+
+
+def _export_fcd(run: Path, out: Path, route: str | None, repetition: int) -> None:
+    from plant_bench.data.recording import Recording
+    from plant_bench.reports.episode_selection import episodes_of
+    from plant_bench.reports.fcd import write_fcd
+    from plant_bench.runner.run.folder import RunFolder
+
+    if route is None:
+        message = "--format fcd writes one episode: choose it with --route, such as town01-5."
+        raise InputError(message)
+    folder = RunFolder.open(run)
+    name, _ = episodes_of(folder, route, repetition)[0]
+    path = folder.recording_path(name)
+    if not path.is_file():
+        message = f"{run} has no recording of {name}. Score the run again with --recordings."
+        raise InputError(message)
+    count = write_fcd(Recording.load(path), out)
+    typer.echo(f"{out}: {count} time steps of {name}.")

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from plant_bench.cli.options import GuiOption, GuiSpeedOption
 from plant_bench.cli.progress import exit_on_ctrl_c
 
 if TYPE_CHECKING:
@@ -51,6 +52,8 @@ def replay(
         float | None, typer.Option(help="Frames per second. Default: 20 for MP4, 10 for GIF.")
     ] = None,
     dark: Annotated[bool, typer.Option("--dark", help="Dark colours for images.")] = False,
+    gui: GuiOption = False,
+    gui_speed: GuiSpeedOption = 1.0,
     expert: Annotated[
         bool,
         typer.Option("--expert", help="Mark in blue the actor that the expert would brake for."),
@@ -73,7 +76,12 @@ def replay(
         crash.gif --from 240 --to 250
 
         plant-bench replay reports/plant-longest6 town02-5 --png crash.png --time 242
+
+        plant-bench replay reports/plant-longest6 town02-5 --gui --gui-speed 4
     """
+    if gui:
+        _show_in_gui(run, route, repetition, gui_speed)
+        return
     from plant_bench.errors import InputError
     from plant_bench.reports.replay.movie import MovieRequest, check_folder, check_path
     from plant_bench.reports.replay.replay_source import source_in_run
@@ -81,7 +89,9 @@ def replay(
     outputs = {"png": png, "gif": gif, "mp4": mp4}
     files = {name: path for name, path in outputs.items() if path is not None}
     if html is None and not files:
-        message = "Expected at least one of --html FOLDER, --png FILE, --gif FILE, --mp4 FILE."
+        message = (
+            "Expected at least one of --html FOLDER, --png FILE, --gif FILE, --mp4 FILE, --gui."
+        )
         raise InputError(message)
     request = MovieRequest(time, start, end, fps, dark)
     for name, path in files.items():
@@ -101,6 +111,20 @@ def replay(
             _write_page(sources, html)
         if files:
             _write_files(sources, files, request)
+
+
+def _show_in_gui(run: Path, route: str, repetition: int | None, speed: float) -> None:
+    """Simulate a recorded episode again in sumo-gui."""
+    from plant_bench.api.gui import use_gui
+
+    use_gui(speed)
+    from plant_bench.api.why import simulate_recorded  # imports the simulation
+
+    with exit_on_ctrl_c("Stopped."):
+        for tick in simulate_recorded(run, route, repetition):
+            if tick.difference:
+                typer.echo(f"At tick {tick.row}, the simulation differs: {tick.difference}.")
+                break
 
 
 def _write_page(sources: "list[ReplaySource]", out: Path) -> None:

@@ -8,11 +8,14 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from plant_bench.api.execution import ExecutorKind, chosen_executor, isolation_for
+from plant_bench.api.gui import use_gui
 from plant_bench.cli.options import (
     CORES,
     AddressOption,
     DensityOption,
     ExecutorOption,
+    GuiOption,
+    GuiSpeedOption,
     HazardsOption,
     IsolateOption,
     ManyWorkersOption,
@@ -26,6 +29,7 @@ from plant_bench.cli.options import (
     TickLimitOption,
     print_note,
 )
+from plant_bench.errors import InputError
 from plant_bench.gc_policy import tune_garbage_collector
 from plant_bench.runner.workers.executors import LocalExecutor
 from plant_bench.runner.workers.preloading import preloader
@@ -74,6 +78,8 @@ def score(
     tick_limit: TickLimitOption = None,
     start_up_limit: StartUpLimitOption = None,
     memory_limit: MemoryLimitOption = None,
+    gui: GuiOption = False,
+    gui_speed: GuiSpeedOption = 1.0,
 ) -> None:
     """Drive a route suite with a planner and print its scores.
 
@@ -89,8 +95,16 @@ def score(
         plant-bench score --agent my_agent.py:MyAgent --routes 0,3-5 --out reports/first-try
 
         plant-bench score --agent plant --executor ray --address ray://head:10001
+
+        plant-bench score --agent expert --routes 0 --repetitions 1 --gui --gui-speed 2
     """
     tune_garbage_collector()
+    if gui:
+        if executor is not ExecutorKind.LOCAL or workers not in (None, 1):
+            message = "--gui shows one episode at a time: use --workers 1, and no cluster."
+            raise InputError(message)
+        use_gui(gui_speed)
+        workers = 1
     cluster = chosen_executor(executor, address, workers, print_note)
     here = LocalExecutor(workers or CORES, preloader(agent, isolate=isolate))
     # Connect first: the workers import their modules while this process imports its own.

@@ -24,4 +24,6 @@ else:
 
     PROGRAM = "sumo"
 
-__all__ = ["GUI_DELAY", "GUI_VARIABLE", "PROGRAM", "libsumo"]
+SumoError = libsumo.TraCIException  # raised for a vehicle that SUMO does not know, for instance
+
+__all__ = ["GUI_DELAY", "GUI_VARIABLE", "PROGRAM", "SumoError", "libsumo"]

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from plant_bench.agent import Control
 from plant_bench.sim.hazards.behaviour import HazardBehaviour, HoldsTraffic
 from plant_bench.sim.hazards.hazard_world import HazardWorld
+from plant_bench.sim.sumo_library import SumoError
 from plant_bench.world.hazard import Hazard, HazardKind, HazardOutcome, Phase
 from plant_bench.world.hazard_table import HAZARDS, load_part
 from plant_bench.world.scene import TICK, EgoState
@@ -14,6 +15,7 @@ ENDED = (Phase.DONE, Phase.VOID)
 MAX_WAIT = 60.0  # s, longer than a red light, that vehicles wait for a stationary ego
 STANDING = 0.1  # m/s
 ARMED_INTERVAL = 2  # ticks between two steps of an armed hazard
+LOST = "SUMO removed its vehicle"  # why a hazard is void
 
 
 def load_behaviour(
@@ -70,9 +72,24 @@ class Director:
             if waits and isinstance(behaviour, HoldsTraffic):
                 behaviour.end(self._world, Phase.VOID, "the ego was stationary for long")
             if behaviour.phase not in ENDED and self._is_due(hazard, behaviour):
-                behaviour.step(ego, self._world)
+                self._world.owner = hazard.at
+                try:
+                    behaviour.step(ego, self._world)
+                except SumoError:  # SUMO has removed one of its vehicles
+                    self._abandon(hazard)
+                    continue
             self._record(hazard, behaviour)
-        self._active = [item for item in self._active if item[1].phase not in ENDED]
+        self._active = [
+            item
+            for item in self._active
+            if item[1].phase not in ENDED and self._outcomes[item[0].at].reason != LOST
+        ]
+
+    def _abandon(self, hazard: Hazard) -> None:
+        """End a hazard whose vehicle is gone, and take its other actors off the road."""
+        self._world.abandon(hazard.at)
+        time = round(self._world.time, 3)
+        self._outcomes[hazard.at] = HazardOutcome(hazard.kind, hazard.at, Phase.VOID, time, LOST)
 
     def _is_due(self, hazard: Hazard, behaviour: HazardBehaviour) -> bool:
         """Tell whether to step a hazard now; SUMO moves actors that are not placed at a tick."""

@@ -35,6 +35,7 @@ class HazardWorld:
         progress: Arc length of the ego on its route, metres.
         tick: Tick of the episode.
         paths: Privileged paths of actors by id: x, y, yaw.
+        owner: Place of the hazard that is stepped now, metres along the route.
     """
 
     def __init__(self, sumo: Sumo, traffic: Traffic, town: Town, route: Route) -> None:
@@ -51,6 +52,8 @@ class HazardWorld:
         self._headings = route.headings.tolist()
         self._limits = route.speed_limits.tolist()
         self.paths: dict[int, Float[np.ndarray, "steps 3"]] = {}
+        self.owner = 0.0
+        self._owned: dict[int, float] = {}  # hazard of each actor that is placed or commanded
 
     def refresh(self, tick: int, progress: float, states: Mapping[int, VehicleState]) -> None:
         """Update to a new tick; called before the hazards are stepped."""
@@ -144,6 +147,7 @@ class HazardWorld:
         number = self._traffic.number()
         self._traffic.types[number] = kind
         self._traffic.scripted.add(number)
+        self._owned[number] = self.owner
         edge = self.route.edges[0]
         self._sumo.commands.add_scripted(number, kind.name, edge)
         self.place(number, x, y, yaw, 0.0)
@@ -187,6 +191,7 @@ class HazardWorld:
         number = self._traffic.number()
         self._traffic.types[number] = kind
         self._traffic.scripted.add(number)
+        self._owned[number] = self.owner
         scale = self._sumo.lane_length(lane.id) / lane.length
         self._sumo.add_vehicle(number, kind.name, edges, lane.index, at * scale, speed)
         return number
@@ -202,6 +207,7 @@ class HazardWorld:
     def command(self, vehicle: int) -> None:
         """Take a traffic vehicle under command until `release`."""
         self._traffic.scripted.add(vehicle)
+        self._owned[vehicle] = self.owner
 
     def may_be_placed(self, vehicle: int, state: VehicleState) -> bool:
         """Tell whether a SUMO vehicle may be placed: it is not changing lanes."""
@@ -223,6 +229,7 @@ class HazardWorld:
         """Return a vehicle to the traffic."""
         self._sumo.commands.release(vehicle)
         self._traffic.scripted.discard(vehicle)
+        self._owned.pop(vehicle, None)
 
     def onward(self, edge: str, kind: ActorKind, draw: random.Random) -> list[str]:
         """Return random edges that continue from an edge for a kind of vehicle."""
@@ -238,6 +245,12 @@ class HazardWorld:
             self._sumo.remove(actor)
         self._traffic.scripted.discard(actor)
         self.paths.pop(actor, None)
+        self._owned.pop(actor, None)
+
+    def abandon(self, owner: float) -> None:
+        """Take all actors of a hazard off the road."""
+        for actor in [actor for actor, place in self._owned.items() if place == owner]:
+            self.remove(actor)
 
     # Along the ego's route
 

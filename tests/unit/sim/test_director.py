@@ -8,6 +8,7 @@ from plant_bench.sim.hazards import director as module
 from plant_bench.sim.hazards.behaviour import HoldsTraffic
 from plant_bench.sim.hazards.director import MAX_WAIT, Director
 from plant_bench.sim.hazards.hazard_world import HazardWorld
+from plant_bench.sim.sumo_library import SumoError
 from plant_bench.world.hazard import Hazard, HazardKind, Phase
 from plant_bench.world.scene import TICK, EgoState
 from tests.builders import make_ego
@@ -75,3 +76,38 @@ def test_armed_hazard_waits_for_an_ego_that_moves_now_and_then(director):
     for tick in range(2 * TICKS):
         director.step(MOVING if tick % 1000 == 0 else WAITING)
     assert director.outcomes[0].phase is Phase.ARMED
+
+
+class Losing(Holding):
+    """Its vehicle is gone at the third step."""
+
+    def step(self, ego: EgoState, world: HazardWorld) -> None:
+        if world.tick >= 4:
+            raise SumoError("Vehicle '7' is not known")
+
+
+class RecordingWorld(EmptyWorld):
+    """Notes which hazards' actors are taken off the road."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.abandoned: list[float] = []
+
+    def abandon(self, owner: float) -> None:
+        self.abandoned.append(owner)
+
+
+def test_hazard_whose_vehicle_sumo_removes_is_void_and_the_episode_goes_on(monkeypatch):
+    behaviours = {HazardKind.CUT_IN: Losing, HazardKind.HARD_BRAKE: Holding}
+    monkeypatch.setattr(module, "load_behaviour", behaviours.__getitem__)
+    places = zip(behaviours, (70.0, 90.0), strict=True)
+    hazards = tuple(Hazard(kind, at, 0.0, 1, {}) for kind, at in places)
+    world = RecordingWorld()
+    director = Director(world, hazards, 0)
+    for world.tick in range(10):
+        director.step(MOVING)
+    lost, other = director.outcomes
+    assert (lost.phase, lost.reason) == (Phase.VOID, "SUMO removed its vehicle")
+    assert other.phase is Phase.ARMED
+    assert world.abandoned == [70.0]
+    assert not director.idle

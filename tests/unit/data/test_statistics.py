@@ -113,7 +113,9 @@ def test_check_names_a_truncated_file(folder):
 
 def test_check_finds_an_episode_on_an_unknown_route(folder):
     record(folder / "episodes" / "c.parquet", "town09-long-0", speed=1.0)
-    assert ["its route town09-long-0 is missing" in fault for fault in find_data_faults(folder)] == [True]
+    assert [
+        "its route town09-long-0 is missing" in fault for fault in find_data_faults(folder)
+    ] == [True]
 
 
 @pytest.mark.parametrize(

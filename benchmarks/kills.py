@@ -66,7 +66,7 @@ def main() -> None:
         print(f"{count:5d}  {kind}")
     print(
         f"{sum(results.faults.values())} faults over {results.finished} suites: "
-        f"{results.lost} lost, {results.duplicated} duplicated, {results.differing} differing; "
+        f"{results.lost} lost, {results.duplicated} duplicated, {results.differing} differing records; "
         f"{len(results.problems)} other faults"
     )
     for line in results.problems:

@@ -85,9 +85,7 @@ def test_unusable_run_folder_is_refused(tmp_path: Path, write_run: RunWriter) ->
     with pytest.raises(pb.InputError, match=r"Unknown penalty scheme 'lb9'"):
         pb.load_run(write_run(tmp_path / "a"), penalties="lb9")
     empty = write_run(tmp_path / "b", routes=0)
-    with pytest.raises(
-        pb.InputError, match=r"no finished episode\. Continue the run"
-    ):
+    with pytest.raises(pb.InputError, match=r"no finished episode\. Continue the run"):
         pb.load_run(empty)
 
 

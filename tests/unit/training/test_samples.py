@@ -181,7 +181,9 @@ def test_expert_action_targets_include_perturbed_frames(made: Make) -> None:
 )
 def test_missing_expert_action_gives_one_message(made: Make, answer: Any) -> None:
     answers = answer if callable(answer) else lambda _tick: answer
-    with pytest.raises(InputError, match="Row 50 of the recording has no acceleration of an expert"):
+    with pytest.raises(
+        InputError, match="Row 50 of the recording has no acceleration of an expert"
+    ):
         made("expert-action", answers=answers)
 
 

@@ -8,7 +8,9 @@ import typer
 
 from plant_bench.cli.options import check_build_options
 
-towns_app = typer.Typer(no_args_is_help=True, help="Build, check and list the towns.")
+towns_app = typer.Typer(
+    no_args_is_help=True, help="Build, check (build --check) and list the towns."
+)
 
 
 @towns_app.command("build")

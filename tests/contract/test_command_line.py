@@ -100,14 +100,14 @@ def test_help_of_each_command_shows_its_usage(command, tmp_path):
         (["collect", "--out", "x", "--driver", "plant@nowhere"], "nowhere"),
         (["collect", "--out", "x", "--driver", "idm", "--perturb", "1"], "exclude each other"),
         (["data", "describe", "nowhere"], "There is no data in nowhere"),
-        (["train", "plant", "--data", "nowhere", "--out", "model"], "No recordings found"),
+        (["train", "plant", "--data", "nowhere", "--out", "model"], "There is no data in"),
         (["train", "plant", "--data", "x", "--out", "y", "--patience", "2"], "--validate-every"),
         (
             ["train", "plant", "--data", "x", "--out", "y", "--validate-suite", "unseen"],
             "of the benchmark's suite 'unseen'",
         ),
         (["ablate", "raer", "--data", "nowhere"], "Did you mean rear?"),
-        (["ablate", "--data", "nowhere"], "No recordings found"),
+        (["ablate", "--data", "nowhere"], "There is no data in"),
     ],
 )
 def test_bad_input_is_one_message_and_exit_code_2(arguments, words, tmp_path, monkeypatch, capsys):

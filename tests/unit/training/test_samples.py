@@ -231,7 +231,7 @@ def test_sample_key_covers_what_samples_depend_on() -> None:
 
 
 def test_unusable_data_folders_raise_input_error(data: Path, tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="No recordings found"):
+    with pytest.raises(InputError, match="There is no data in"):
         frames_of(tmp_path / "empty")
     broken = next((data / "episodes").glob("c.parquet"))
     broken.write_bytes(b"nothing")

@@ -66,8 +66,8 @@ def main() -> None:
         print(f"{count:5d}  {kind}")
     print(
         f"{sum(results.faults.values())} faults over {results.finished} suites: "
-        f"{results.lost} lost, {results.duplicated} duplicated, {results.differing} differing; "
-        f"{len(results.problems)} other faults"
+        f"{results.lost} lost, {results.duplicated} duplicated, {results.differing} differing "
+        f"records; {len(results.problems)} other faults"
     )
     for line in results.problems:
         print(f"  {line}")

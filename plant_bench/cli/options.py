@@ -41,8 +41,8 @@ OverwriteOption = Annotated[
 PenaltiesOption = Annotated[
     str,
     typer.Option(
-        help="Penalty scheme that turns infractions into scores: lb1.0 (as in Longest6) or lb2.1. "
-        "Records do not depend on it."
+        help="Penalty scheme that turns infractions into scores: lb1.0 (CARLA leaderboard 1.0, as "
+        "in Longest6) or lb2.1. It changes the scores shown, not the records."
     ),
 ]
 

@@ -103,9 +103,8 @@ def episode_files(folder: Path) -> list[Path]:
     files = sorted((folder / "episodes").glob("*.parquet"))
     if not files:
         message = (
-            f"There is no data in {folder}. No recordings found in {folder / 'episodes'}: expected "
-            "a data folder as written by `plant-bench collect --out`, with recordings in "
-            "episodes/*.parquet and their routes in routes/*.json."
+            f"There is no data in {folder}: expected a folder written by `plant-bench collect "
+            "--out`, with recordings in episodes/*.parquet and their routes in routes/*.json."
         )
         raise InputError(message)
     return files

@@ -50,7 +50,8 @@ class TokenSpec:
         horizon: Also include farther actors that come within `reach` in this time at constant
             velocities, seconds. Not in PlanT; 30 m are two seconds at 50 km/h.
         segments: Number of route segments (N_s = 2; PlanT, "Implementation").
-        longest: Length at which a segment is split, metres (L_max = 10; PlanT, "Implementation").
+        longest: Maximum length of a segment; longer ones are split; metres (L_max = 10; PlanT,
+            "Implementation").
         tolerance: Tolerance of the Ramer-Douglas-Peucker subsampling, metres (0.5; PlanT,
             dataset.py).
         view: Length of route used, metres (50; PlanT, dataset.py).

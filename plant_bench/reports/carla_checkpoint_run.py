@@ -44,7 +44,7 @@ def run_checkpoint(folder: RunFolder, repetition: int | None = None) -> RunCheck
     results = [item for item in folder.results() if repetition in (None, item.repetition)]
     if provenance is None or not results:
         what = "episodes" if repetition is None else f"episodes of repetition {repetition}"
-        message = f"{folder.path} has no {what}. Run 'plant-bench score' first."
+        message = f"{folder.path} has no {what}. Run 'plant-bench score' to drive them."
         raise InputError(message)
     known = list(dict.fromkeys([*provenance.routes, *sorted(item.route for item in results)]))
     numbers = _numbers(known, provenance.carla_routes)

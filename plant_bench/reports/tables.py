@@ -55,8 +55,8 @@ def print_summary(summary: Summary) -> None:
 def _hazards(phases: dict[Phase, int]) -> str:
     done, void = (phases.get(phase, 0) for phase in (Phase.DONE, Phase.VOID))
     return (
-        f"Hazards: {done} of {sum(phases.values())} completed, {void} void (could not be fair), "
-        "the rest not reached"
+        f"Hazards: {done} of {sum(phases.values())} completed, {void} void (cancelled because they "
+        "could not be fair), the others not reached"
     )
 
 
@@ -105,11 +105,11 @@ def print_planner_time(speed: Speed) -> None:
         return
     decision = (
         f"p50 {speed.p50_ms:.2f} ms, p95 {speed.p95_ms:.2f} ms, p99 {speed.p99_ms:.2f} ms; "
-        f"{speed.late_share:.2%} later than {DEADLINE}"
+        f"{speed.late_share:.2%} of decisions took over {DEADLINE}"
     )
     rows = [
-        ["one decision (means over episodes)", decision],
-        ["IT: one forward pass (median)", inference_time(speed)],
+        ["decision time (mean over episodes)", decision],
+        ["inference time IT (median of one forward pass)", inference_time(speed)],
         ["processor", "; ".join(speed.processors) or "-"],
     ]
     print_rows("Planner time (not scored)", ["what", "value"], rows)
@@ -156,11 +156,11 @@ def print_difference(
         penalties: The penalty scheme.
     """
     known = math.isfinite(difference.low)
-    interval = f"95 % interval {difference.low:+.2f} to {difference.high:+.2f} "
+    interval = f", 95 % confidence interval {difference.low:+.2f} to {difference.high:+.2f}"
     _console.print(
-        f"{second} against {first}: DS (penalties {penalties}) {difference.mean:+.2f}, "
+        f"{second} minus {first}: DS (penalties {penalties}) {difference.mean:+.2f}"
         f"{interval * known}"
-        f"({difference.pairs} pairs of episodes on {difference.routes} routes)"
+        f" (pairs of episodes: {difference.pairs}, routes: {difference.routes})"
     )
     if known:
         _console.print(f"Sign-flip test over routes: p = {difference.p_value:.4f}")
@@ -177,7 +177,7 @@ def print_difference(
 
 def _verdict(difference: PairedDifference) -> str:
     if math.isnan(difference.low):
-        return f"Too few routes for an interval: expected at least {LEAST_ROUTES}."
+        return f"Too few routes for a confidence interval: expected at least {LEAST_ROUTES}."
     if difference.high < 0:
         return "Worse: the whole interval is below zero."
     if difference.low > 0:

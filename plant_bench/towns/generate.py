@@ -14,9 +14,8 @@ from plant_bench.towns.netconvert import convert, sumo_errors
 from plant_bench.towns.town_checks import find_faults
 from plant_bench.towns.town_image import save_picture
 from plant_bench.towns.town_spec import TownSpec, read_spec
-from plant_bench.towns.town_summary import TownSummary, summarise
 from plant_bench.towns.unseen_towns import UNSEEN
-from plant_bench.world.town import Life, Town, load_town
+from plant_bench.world.town import Life, Town
 
 SPEC_FILE, NET_FILE, TOWN_FILE, PICTURE_FILE = (
     "spec.toml",
@@ -116,8 +115,3 @@ def check_town(name: str) -> list[str]:
         elif stored.read_bytes() != text.encode():
             differences.append(f"{file} differs from what the town's spec and seed give.")
     return differences
-
-
-def describe_town(name: str) -> TownSummary:
-    """Count what a town of `networks/` contains."""
-    return summarise(load_town(name))

@@ -14,7 +14,7 @@ from plant_bench.geometry.polyline import arc_lengths
 from plant_bench.towns.town_image import draw_town
 from plant_bench.world.hazard_table import HAZARDS
 from plant_bench.world.route import Route
-from plant_bench.world.town import Town, load_town
+from plant_bench.world.town import Town
 
 LINE, CHANGE, START, END, SIGNAL = "#19b5fe", "#f39c12", "#2ecc71", "#8e44ad", "#e74c3c"
 HAZARD = "#ffd400"
@@ -56,7 +56,8 @@ def save_suite_pictures(routes: Sequence[Route], folder: Path) -> list[Path]:
     files = []
     for name in sorted({route.town for route in routes}):
         path = folder / f"{name}.png"
-        _save_panels(load_town(name), [route for route in routes if route.town == name], path)
+        own = [route for route in routes if route.town == name]
+        _save_panels(own[0].load_town(), own, path)
         files.append(path)
     return files
 

@@ -13,7 +13,7 @@ from PIL import Image
 
 from plant_bench.atomic_files import whole_file
 from plant_bench.towns.street_shapes import Shape, arc_lengths, offset, resample
-from plant_bench.world.town import Lane, Town, load_town
+from plant_bench.world.town import Lane, Town
 
 GROUND, ASPHALT, PAVEMENT = "#e8ebdf", "#4e5257", "#c3c2ba"
 KERB, MARKING, MIDDLE, ZEBRA = "#9a9a94", "#f2f2ee", "#e9b949", "#dcdcd8"
@@ -38,11 +38,6 @@ def draw_town(town: Town, ax: Axes) -> None:
     _draw_surface(town, ax)
     _draw_signals(town, ax)
     _draw_scale(ax, left, low, right - left)
-
-
-def save_town_picture(name: str, path: Path) -> None:
-    """Draw a town of `networks/` into a PNG file."""
-    save_picture(load_town(name), path)
 
 
 def save_picture(town: Town, path: Path) -> None:

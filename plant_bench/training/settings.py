@@ -18,18 +18,20 @@ class TrainingSettings:
 
     Attributes:
         epochs: Passes over the data (PlanT, "Implementation").
-        drop_after: Epochs before the learning rate drops to a tenth; default 45 of 47 (as above).
-        batch: Samples per step, over all devices (as above).
-        rate: Learning rate (as above).
+        drop_after: Epochs before the learning rate drops to a tenth. Default: 45 of 47 (PlanT,
+            "Implementation").
+        batch: Samples per step, over all devices (PlanT, "Implementation").
+        rate: Learning rate (PlanT, "Implementation").
         betas: Betas of AdamW (PlanT, lit_module.py).
         weight_decay: Weight decay of linear layers (PlanT, "Implementation").
-        clip: Maximum norm of the gradient (as above).
+        clip: Maximum norm of the gradient (PlanT, "Implementation").
         seed: Seed of initial weights, sample order, dropout and held-out routes.
-        stationary_fraction: Fraction to keep of samples in which the ego is and stays stationary.
+        stationary_fraction: Fraction of the samples with a stationary ego to keep (those in which
+            it is stationary and stays so).
         held_out: Share of the routes held out for validation.
         full_precision: Multiply matrices in float32 instead of bfloat16.
-        targets: Waypoints to learn: the driven path (PlanT), or the path if the expert's
-            acceleration is held.
+        targets: Waypoints to learn: the driven path (PlanT), or the path that results if the
+            expert's acceleration is held constant.
         validate_every: Epochs between closed-loop validations; 0 for none.
         patience: Stop after this many validations without a better score; 0 to never stop early.
     """

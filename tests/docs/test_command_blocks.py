@@ -44,7 +44,7 @@ SMALLER = {  # in the lines that are run: sizes that take seconds
     r"--epochs \d+": "--epochs 1",
     r"--workers 8": "--workers 1",
     r"--sample 2": "--sample 1",
-    r"((?:score|verify) (?!.*--repetitions).*)$": r"\1 --repetitions 1",
+    r"((?<!re)(?:score|verify) (?!.*--repetitions).*)$": r"\1 --repetitions 1",
     r"(score --(?!.*--routes)(?!.*mytown).*)$": r"\1 --routes town01-5",
     r"--suite unseen --routes \S+": "--suite unseen --routes unseen01-5",
 }

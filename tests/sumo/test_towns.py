@@ -12,13 +12,13 @@ from plant_bench.towns.drivable import drive_all
 from plant_bench.towns.generate import (
     build_town,
     check_town,
-    describe_town,
     make_town,
     town_names,
     town_spec,
 )
 from plant_bench.towns.netconvert import sumo_errors
 from plant_bench.towns.town_checks import find_dead_lanes, find_missing, find_unreachable
+from plant_bench.towns.town_summary import summarise
 from plant_bench.towns.unseen_towns import UNSEEN
 from plant_bench.world.town import Town, load_town
 
@@ -101,7 +101,7 @@ def test_another_seed_gives_a_different_sound_town(name, town):
 
 
 def test_towns_have_their_documented_character():
-    found = {name: describe_town(name) for name in TOWNS}
+    found = {name: summarise(load_town(name)) for name in TOWNS}
     assert found["town01"].signalled_t_junctions >= 10
     assert found["town01"].multi_lane_km == 0
     assert found["town02"].signals >= 8

@@ -67,13 +67,13 @@ class PlanTConfig:
     """A network's shape and inputs; stored beside its weights.
 
     Attributes:
-        size: The encoder's size, a name in `SIZES`.
+        size: Size of the transformer encoder, as named by Turc et al. (2019).
         tokens: Which objects become tokens.
         speed_input: Whether the ego's speed is an input. Not in PlanT: with it, imitation learns
             to keep the present speed, and a stationary ego never starts.
-        speed_dropout: Share of the training samples without the speed.
-        limit_input: Whether the highest speed that meets all limits ahead is an input. Not in
-            PlanT.
+        speed_dropout: Share of the training samples whose speed input is dropped.
+        limit_input: Whether the highest speed that complies with all speed limits ahead is an
+            input. Not in PlanT.
     """
 
     size: SizeName = "mini"

@@ -11,11 +11,13 @@ class PlanTOptions:
 
     Attributes:
         network: The network's size and inputs.
-        auxiliary: Weight lambda of predicting the actors' futures (PlanT, "Implementation").
-        overshoot_weight: Weight of waypoints too far ahead against those too short; 1 in PlanT.
+        auxiliary: Weight lambda of the auxiliary loss, the prediction of the actors' futures
+            (PlanT, "Implementation").
+        overshoot_weight: Loss weight of waypoints that are too far ahead, relative to those that
+            are too short; 1 in PlanT.
         onnx: Also write network.onnx, which halves the inference time.
-        weights_bits: Bits per weight in network.onnx: 8 is up to twice as fast, waypoints differ
-            by about a centimetre.
+        weights_bits: Bits per weight in network.onnx: 8 is up to twice as fast, and the waypoints
+            differ by about 1 cm.
     """
 
     network: PlanTConfig = field(default_factory=PlanTConfig)

@@ -24,7 +24,7 @@ RANKERS = (*PLANNER_RANKERS, *BASELINE_RANKERS, NO_VEHICLE)
 
 
 class FilteredExpert(Filtered):
-    """The expert, which sees the highest-ranked vehicle and all pedestrians.
+    """The expert, which sees only the highest-ranked vehicle and all pedestrians.
 
     Attributes:
         files: The files that determine the ranks, apart from plant-bench's own code.

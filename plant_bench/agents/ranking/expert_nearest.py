@@ -6,5 +6,5 @@ from plant_bench.agents.ranking.rankers import Nearest
 
 
 def expert_nearest() -> Filtered:
-    """Return the expert that sees only the nearest actor (PlanT, section 4.3, inverse distance)."""
+    """Let the expert see only the nearest actor (PlanT, section 4.3, inverse distance)."""
     return Filtered(Expert(), Nearest(), most=1)

@@ -22,7 +22,7 @@ def list_hazards(
         Path | None, typer.Option(help="Folder in which to save a sketch of each kind.")
     ] = None,
 ) -> None:
-    """List the kinds of hazards: what happens, CARLA's scenario type, number in the suite."""
+    """List the kinds of hazards: what happens, CARLA's scenario type, count in the suite."""
     from collections import Counter
 
     from plant_bench.reports.tables import print_rows
@@ -34,7 +34,7 @@ def list_hazards(
         [kind.value, facts.letter, facts.carla or "", counts[kind], facts.sentence]
         for kind, facts in HAZARDS.items()
     ]
-    heads = ["hazard", "mark", "CARLA type", "number", "what happens"]
+    heads = ["hazard", "letter in images", "CARLA type", "count", "what happens"]
     print_rows(f"Hazards of {suite}: {counts.total()}", heads, rows)
     if pictures is not None:
         from plant_bench.towns.hazard_image import save_hazard_pictures

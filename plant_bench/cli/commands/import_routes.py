@@ -21,8 +21,8 @@ def import_routes(
     out: Annotated[
         Path,
         typer.Option(
-            help="Folder of the new suite. Towns in a folder `towns` inside or beside it are found "
-            "by name."
+            help="Folder of the new suite. Imported towns are found by name if they are in a "
+            "folder named `towns` inside or beside it."
         ),
     ],
     limit_distance: Annotated[

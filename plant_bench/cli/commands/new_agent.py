@@ -26,6 +26,6 @@ def new_agent(
     The planner can be scored from its file, or by its name after `pip install -e my_planner`.
     """
     project = write_project(name, out, kind)
-    typer.echo(f"Wrote {project.folder}: {len(project.files)} files.")
+    typer.echo(f"Wrote {project.folder}: {len(project.files)} files. To score the planner:")
     typer.echo(f"  plant-bench score --agent {project.spec} --routes 0 --repetitions 1")
     typer.echo(f"To use it by name: pip install -e {project.folder}, then --agent {name}.")

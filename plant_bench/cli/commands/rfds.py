@@ -55,9 +55,9 @@ def score_rfds(
 ) -> None:
     """Score how well a planner ranks the relevance of vehicles: relative filtered driving score.
 
-    The expert drives while it observes, of all vehicles, only the one ranked most relevant at each
-    decision (pedestrians and traffic lights are not filtered). RFDS is its driving score in percent
-    of the unfiltered expert's, on the same routes and seeds. The planner itself does not drive.
+    The expert drives, and observes only the vehicle that is ranked most relevant at each decision
+    (pedestrians and traffic lights are not filtered). RFDS is its driving score in percent of the
+    unfiltered expert's, on the same routes and seeds. The planner itself does not drive.
     Runs are stored like those of `plant-bench score --agent expert` and `--agent
     expert-filtered@RANKER:AGENT`; the same command again continues them.
 

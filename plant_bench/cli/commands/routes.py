@@ -7,7 +7,9 @@ import typer
 
 from plant_bench.cli.options import SuiteOption, check_build_options
 
-routes_app = typer.Typer(no_args_is_help=True, help="Build, check and list the routes.")
+routes_app = typer.Typer(
+    no_args_is_help=True, help="Build, check (build --check) and list the routes."
+)
 
 
 @routes_app.command("build")
@@ -30,7 +32,7 @@ def build(
         bool, typer.Option("--check", help="Check the existing routes; write nothing.")
     ] = False,
 ) -> None:
-    """Build a suite again by choosing its routes; the same seed gives the same routes.
+    """Choose the routes of a suite again; the same seed gives the same routes.
 
     Example commands:
 

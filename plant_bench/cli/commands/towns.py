@@ -8,7 +8,9 @@ import typer
 
 from plant_bench.cli.options import check_build_options
 
-towns_app = typer.Typer(no_args_is_help=True, help="Build, check and list the towns.")
+towns_app = typer.Typer(
+    no_args_is_help=True, help="Build, check (build --check) and list the towns."
+)
 
 
 @towns_app.command("build")
@@ -63,13 +65,19 @@ def list_towns(
 ) -> None:
     """List the towns and their contents; for an imported town use --suite NAME/routes."""
     from plant_bench.reports.tables import print_rows
-    from plant_bench.towns.generate import describe_town, stored_towns
-    from plant_bench.towns.town_image import save_town_picture
+    from plant_bench.towns.generate import stored_towns
+    from plant_bench.towns.town_image import save_picture
+    from plant_bench.towns.town_summary import summarise
     from plant_bench.towns.unseen_towns import UNSEEN
     from plant_bench.world.route import load_suite
+    from plant_bench.world.town import load_town
 
-    names = stored_towns() if suite is None else sorted({r.town for r in load_suite(suite)})
-    towns = [asdict(describe_town(name)) for name in names]
+    if suite is None:
+        found = [load_town(name) for name in stored_towns()]
+    else:
+        routes = {route.town: route for route in load_suite(suite)}
+        found = [route.load_town() for _, route in sorted(routes.items())]
+    towns = [asdict(summarise(town)) for town in found]
     for title, further in (("Towns", False), ("Unseen towns", True)):
         shown = [town for town in towns if (town["name"] in UNSEEN) == further]
         if not shown:
@@ -79,8 +87,8 @@ def list_towns(
         print_rows(title, heads, [[_words(k), *(town[k] for town in shown)] for k in kinds])
     if pictures is not None:
         pictures.mkdir(parents=True, exist_ok=True)
-        for town in towns:
-            save_town_picture(str(town["name"]), pictures / f"{town['name']}.png")
+        for town in found:
+            save_picture(town, pictures / f"{town.name}.png")
         typer.echo(f"Pictures are in {pictures}.")
 
 

@@ -49,13 +49,14 @@ class TrainGroup(TyperGroup):
 train_app = typer.Typer(
     cls=TrainGroup,
     no_args_is_help=True,
-    help="Train a planner from recordings: LEARNER, package.module:Class or file.py:Class.",
+    help="Train a planner from recordings. COMMAND is plant, package.module:Class or "
+    "file.py:Class.",
 )
 
 
 @train_app.callback()
 def _root() -> None:
-    """Train a planner from recordings: LEARNER, package.module:Class or file.py:Class."""
+    """Train a planner from recordings. COMMAND is plant, package.module:Class or file.py:Class."""
 
 
 def train_command(name: str) -> TyperCommand:

@@ -36,7 +36,11 @@ def print_infractions(results: Sequence[EpisodeResult], run: str) -> None:
     marred = worst_first(results)
     count = sum(len(item.infractions) for item in results)
     _console.print(
-        Text(f"{count} infractions in {len(marred)} of {len(results)} episodes.", style="bold")
+        Text(
+            f"{count} infractions. {len(marred)} of {len(results)} episodes have infractions or "
+            "failed.",
+            style="bold",
+        )
     )
     if not marred:
         return
@@ -63,7 +67,7 @@ def _infractions(result: EpisodeResult) -> str:
     more = len(result.infractions) - FEW
     named += [f"and {more} more"] * (more > 0)
     if not named or result.reason:
-        named.append(f"{result.status.value} {one_line(result.reason)}".strip())
+        named.append(f"{result.status.value}: {one_line(result.reason)}".strip(": "))
     return "; ".join(named)
 
 

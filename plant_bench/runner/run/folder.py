@@ -51,7 +51,10 @@ class RunFolder:
         """
         folder = cls(path)
         if not folder.run_file.is_file():
-            message = f"{path} is no run of plant-bench: it has no run.json."
+            message = (
+                f"{path} is not a run of plant-bench: it has no run.json. Give a folder written "
+                "by `plant-bench score`."
+            )
             raise InputError(message)
         return folder
 

@@ -76,7 +76,7 @@ class Provenance(BaseModel):
             return cls.model_validate_json(read_text(path))
         except (OSError, ValueError) as error:
             message = (
-                f"{path.parent} is no run of plant-bench: cannot read {path.name} "
+                f"{path.parent} is not a run of plant-bench: cannot read {path.name} "
                 f"({in_one_line(error)})."
             )
             raise InputError(message) from error

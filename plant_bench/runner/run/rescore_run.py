@@ -42,7 +42,10 @@ def rescore_folder(folder: RunFolder) -> Iterator[Rescored]:
     """
     provenance = folder.provenance()
     if provenance is None:
-        message = f"{folder.path} is no run of plant-bench: it has no run.json."
+        message = (
+            f"{folder.path} is not a run of plant-bench: it has no run.json. Give a folder written "
+            "by `plant-bench score`."
+        )
         raise InputError(message)
     routes = {route.id: route for route in load_suite(provenance.suite)}
     folder.make_subfolder("rescored")

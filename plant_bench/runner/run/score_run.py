@@ -205,7 +205,7 @@ def _move_superseded(
         return []
     where = folder.path / "superseded"
     return [
-        f"{moved} records of another version of agent, towns, routes or rules are now in {where}."
+        f"Records of another version of agent, towns, routes or rules: {moved}, moved to {where}."
     ]
 
 

@@ -60,7 +60,7 @@ def test_only_partial_files_of_killed_workers_are_removed(folder):
 
 
 def test_folder_without_run_json_is_refused(folder):
-    with pytest.raises(InputError, match=r"is no run of plant-bench: it has no run\.json"):
+    with pytest.raises(InputError, match=r"is not a run of plant-bench: it has no run\.json"):
         RunFolder.open(folder.path)
 
 

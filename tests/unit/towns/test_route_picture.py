@@ -1,5 +1,6 @@
 """Pictures of routes."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -7,7 +8,9 @@ import pytest
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
 from PIL import Image
+from typer.testing import CliRunner
 
+from plant_bench.cli import app
 from plant_bench.towns import route_image
 from plant_bench.towns.route_image import (
     CHANGE,
@@ -18,8 +21,9 @@ from plant_bench.towns.route_image import (
     START,
     save_suite_pictures,
 )
+from plant_bench.towns.routes import suite_text
 from plant_bench.world.route import Route, load_suite
-from plant_bench.world.town import Town
+from plant_bench.world.town import Town, load_town
 from tests.builders import suite_route
 
 NEAR = 50.0  # distance in RGB (0 to 255 each) up to which colours are equal; palettes shift them
@@ -116,3 +120,19 @@ def test_lane_changes_lights_and_hazards_are_marked_where_they_are(
     assert all(picture.shows(HAZARD, hazards, within=6))
     assert np.mean(picture.shows(SIGNAL, stop_lines, within=2)) > 0.5  # a hazard may cover one
     assert np.mean(picture.shows(CHANGE, changes, within=2)) > 0.5
+
+
+def test_towns_beside_a_suite_are_listed_and_drawn(tmp_path):
+    route = next(route for route in load_suite("longest6") if route.town == "town02")
+    own = replace(route, id="mytown-0", town="mytown", hazards=())
+    town = replace(load_town("town02"), name="mytown")
+    folder = tmp_path / "towns" / "mytown"
+    folder.mkdir(parents=True)
+    (folder / "town.json").write_text(town.to_json())
+    (tmp_path / "routes").mkdir()
+    (tmp_path / "routes" / "mytown.json").write_text(suite_text({"suite": "mytown"}, [own]))
+    for command in ("routes", "towns"):
+        options = ["--suite", str(tmp_path / "routes"), "--pictures", str(tmp_path / command)]
+        done = CliRunner().invoke(app, [command, "list", *options])
+        assert done.exit_code == 0, done.output
+        assert (tmp_path / command / "mytown.png").stat().st_size > 10_000

@@ -181,7 +181,9 @@ def test_expert_action_targets_include_perturbed_frames(made: Make) -> None:
 )
 def test_missing_expert_action_gives_one_message(made: Make, answer: Any) -> None:
     answers = answer if callable(answer) else lambda _tick: answer
-    with pytest.raises(InputError, match="Row 50 of a recording has no acceleration of an expert"):
+    with pytest.raises(
+        InputError, match="Row 50 of the recording has no acceleration of an expert"
+    ):
         made("expert-action", answers=answers)
 
 
@@ -229,7 +231,7 @@ def test_sample_key_covers_what_samples_depend_on() -> None:
 
 
 def test_unusable_data_folders_raise_input_error(data: Path, tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="No recordings found"):
+    with pytest.raises(InputError, match="There is no data in"):
         frames_of(tmp_path / "empty")
     broken = next((data / "episodes").glob("c.parquet"))
     broken.write_bytes(b"nothing")

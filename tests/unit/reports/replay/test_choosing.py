@@ -34,5 +34,5 @@ def test_unknown_episode_lists_the_existing_ones(run, tmp_path):
         source_in_run(run, "town01-1", None)
     with pytest.raises(InputError, match="town01-0, repetition 1: its repetitions are 0, 2"):
         source_in_run(run, "town01-0", 1)
-    with pytest.raises(InputError, match="no run of plant-bench"):
+    with pytest.raises(InputError, match="not a run of plant-bench"):
         source_in_run(tmp_path, "town01-0", None)

@@ -122,7 +122,7 @@ def test_worst_routes_are_first_and_clean_episodes_left_out(printed):
 
     assert worst_first(results) == [crashed, worse, marred]
     out = printed(listing, lambda: print_infractions(results, "runs/a"))
-    assert "3 infractions in 3 of 4 episodes." in out
+    assert "3 infractions. 3 of 4 episodes have infractions or failed." in out
     assert "plant-bench why runs/a town01-4 --repetition 0" in out
     assert "collision with a vehicle (car 17) at 3.6 s" in out
 

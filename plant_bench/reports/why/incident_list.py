@@ -9,7 +9,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from plant_bench.reports.tables import PIPED_WIDTH
+from plant_bench.reports.tables import PIPED_WIDTH, counted
 from plant_bench.reports.why.incidents import KIND_NAMES, actor_name
 from plant_bench.scoring.infractions import Infraction, Status
 from plant_bench.scoring.results import EpisodeResult
@@ -35,9 +35,8 @@ def print_infractions(results: Sequence[EpisodeResult], run: str) -> None:
     """Print a table of the infractions of a run."""
     marred = worst_first(results)
     count = sum(len(item.infractions) for item in results)
-    _console.print(
-        Text(f"{count} infractions in {len(marred)} of {len(results)} episodes.", style="bold")
-    )
+    episodes = f"{len(marred)} of {counted(len(results), 'episode')}"
+    _console.print(Text(f"{counted(count, 'infraction')} in {episodes}.", style="bold"))
     if not marred:
         return
     table = Table(box=SIMPLE_HEAD, pad_edge=False)

@@ -30,12 +30,17 @@ CAR_AT = 30.0
 
 
 def use(path: Path, *stops: tuple[float, int, Reason | None], light: Light) -> TimeUse:
-    """An episode of stops (place, ticks and recorded reason), each followed by a moving tick."""
-    recorder, tick = Recorder(path / "e.parquet", {}), 0
+    """An episode of stops (place, ticks and recorded reason), with 1 m a tick in between."""
+    recorder, tick, driven = Recorder(path / "e.parquet", {}), 0, 0
     actors = make_actors([(CAR_AT, 0.0, 0.0)], kinds=(ActorKind.CAR,), ids=(FOE,))
     for x, ticks, reason in stops:
-        for row in range(ticks + 1):
-            ego = make_ego(0.0 if row < ticks else 5.0, x=x)
+        for metre in range(driven, int(x)):
+            ego = make_ego(20.0, x=float(metre))
+            recorder.add(make_scene(tick, ego=ego, actors=actors, lights=[light]))
+            tick += 1
+        driven = int(x)
+        for row in range(ticks):
+            ego = make_ego(x=x)
             decided = reason if row % 2 == 0 else None  # a decision every second tick
             scene = make_scene(tick, ego=ego, actors=actors, lights=[light])
             recorder.add(scene, Control(0.0, 0.0), decided)
@@ -54,11 +59,11 @@ def test_stops_have_the_recorded_reasons(tmp_path: Path):
     )
 
     assert found.recorded
-    assert found.seconds == pytest.approx(163 * 0.05)
+    assert found.seconds == pytest.approx(240 * 0.05)
     assert list(found.stationary) == [Cause.LIGHT, Cause.CONFLICT, Cause.FREE]
     assert list(found.stationary.values()) == pytest.approx([5.0, 2.0, 1.0])
     first, second, _ = found.stops
-    assert (first.start, first.seconds) == pytest.approx((2.05, 5.0))
+    assert (first.start, first.seconds) == pytest.approx((4.3, 5.0))
     assert first.progress == pytest.approx(AT_LIGHT, abs=0.5)
     assert (second.reason, second.kind) == (Reason(Cause.CONFLICT, FOE), ActorKind.CAR)
 
@@ -94,7 +99,7 @@ def test_time_out_is_explained_by_where_the_time_went(
     incident_text.print_finding(finding, looked)
 
     assert text.startswith(
-        "The ego was stationary for 6 of 6 s (as the planner recorded: 5 s for light, 1 s for "
+        "The ego was stationary for 6 of 10 s (as the planner recorded: 5 s for light, 1 s for "
         "nothing). The longest stop lasted 5 s, 46 m along the route."
     )
     assert "did not brake" not in text

@@ -32,17 +32,19 @@ def significant_on_the_page(*paths: Path) -> bool:
     return board.differences[0].significant
 
 
-def test_three_differing_routes_of_six_are_no_regression(
+def test_three_differing_routes_of_seven_are_no_regression(
     tmp_path: Path, write_run: RunWriter
 ) -> None:
-    good = write_run(tmp_path / "good", "good", worse=100, repetitions=1)
-    bad = write_run(tmp_path / "bad", "bad", worse=2, repetitions=1, checksum="b" * 64)
+    good = write_run(tmp_path / "good", "good", worse=100, routes=7, repetitions=1)
+    facts = {"routes": 7, "repetitions": 1, "checksum": "b" * 64}
+    bad = write_run(tmp_path / "bad", "bad", worse=2, **facts)
 
     code, said = compare(good, bad)
 
     assert code == 0
-    assert "p = 0.5000" in said
+    assert "p = 0.2500" in said
     assert "No significant difference: p is above 0.05" in said
+    assert pb.load_run(bad).compare(good).high < 0.0
     assert pb.load_run(bad).compare(good).verdict is Verdict.NOT_SIGNIFICANT
     assert not significant_on_the_page(good, bad)
 

@@ -31,6 +31,7 @@ def write_report(
     replays: bool = True,
     expert: bool = False,
     workers: int = 1,
+    against_last: bool = False,
     on_step: OnStep | None = None,
     on_replay: OnReplay | None = None,
 ) -> Leaderboard:
@@ -45,6 +46,8 @@ def write_report(
         replays: Write a replay of each recorded episode.
         expert: Mark the actors that the expert would brake for in the replays.
         workers: Number of processes that write replays.
+        against_last: Also list the previous version of each run's planner, from the run's folder
+            `superseded`.
         on_step: Called at the start of each step with its name and the number of steps.
         on_replay: Called with the number of replays written and the total.
 
@@ -52,7 +55,7 @@ def write_report(
         InputError: There are no runs, or a source cannot be read.
         OSError: The files cannot be written.
     """
-    sources = find_sources(paths, below=RUNS)
+    sources = find_sources(paths, below=RUNS, against_last=against_last)
     steps = _steps(sources)
 
     def begin(what: str) -> None:
@@ -74,7 +77,7 @@ def write_report(
 
 
 def _steps(sources: Sources) -> int:
-    read = (sources.runs, sources.rankings, sources.checkpoints)
+    read = (sources.runs, sources.previous, sources.rankings, sources.checkpoints)
     return sum(map(len, read)) + STEPS_AFTER_READING
 
 

@@ -6,7 +6,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from plant_bench.errors import InputError
-from plant_bench.runner.run.folder import RunFolder
+from plant_bench.runner.run.folder import RunFolder, sorted_results
+from plant_bench.runner.run.previous_version import previous_records
 from plant_bench.runner.run.summary_files import write_summary
 from plant_bench.scoring.comparison import PairedDifference, paired_difference
 from plant_bench.scoring.metrics import Summary, summarise, summary_frame
@@ -111,7 +112,9 @@ class Run:
     def compare(self, other: "Run | PathLike") -> PairedDifference:
         """Return the paired difference in driving score, this run minus the other.
 
-        Episodes are paired by route and seed, so both planners met the same initial traffic.
+        Episodes are paired by route and seed, so both planners met the same initial traffic. The
+        result's `verdict` says whether the difference is significant, and `by_route` gives the
+        differences on each route.
 
         Args:
             other: The run to compare with, or its folder.
@@ -121,6 +124,17 @@ class Run:
         """
         base = other if isinstance(other, Run) else load_run(other)
         return paired_difference(base.results, self.results, penalties=self.penalties)
+
+    def compare_with_previous(self) -> PairedDifference:
+        """Return the paired difference from the previous version of the planner.
+
+        The episodes of that version are in the run's folder `superseded`.
+
+        Raises:
+            InputError: There are none, or they share no scenario with the run.
+        """
+        previous = sorted_results(previous_records(RunFolder(self.path)).values())
+        return paired_difference(previous, self.results, penalties=self.penalties)
 
     def report(
         self,

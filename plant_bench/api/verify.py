@@ -142,7 +142,7 @@ def simulate_sample(
     sample: tuple[list[str], int],
     on_share: OnShare,
 ) -> Verification:
-    """Simulate a sample of a run again; return the result of the verification.
+    """Score all recordings again, and simulate a sample; return the result of the verification.
 
     Raises:
         InputError: An episode cannot be driven on this machine.
@@ -157,4 +157,5 @@ def simulate_sample(
         on_share=on_share,
         isolation=request.isolation,
     )
-    return Verification(run, checked, CONTROLS if driver.agent is None else AGENT, seed)
+    way = CONTROLS if driver.agent is None else AGENT
+    return Verification(run, checked.simulated, way, seed, checked.rescored)

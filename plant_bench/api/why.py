@@ -8,7 +8,7 @@ from plant_bench.data.recording import Recording
 from plant_bench.errors import InputError
 from plant_bench.reports.episode_selection import episodes_of
 from plant_bench.reports.why.incident_figure import save_picture
-from plant_bench.reports.why.incident_findings import Finding, find
+from plant_bench.reports.why.incident_findings import OUT_OF_TIME, Finding, find
 from plant_bench.reports.why.incident_list import worst_first
 from plant_bench.reports.why.incident_text import (
     again_line,
@@ -17,6 +17,7 @@ from plant_bench.reports.why.incident_text import (
     surroundings,
 )
 from plant_bench.reports.why.incidents import check_recorded, incidents
+from plant_bench.reports.why.time_use import time_use_of
 from plant_bench.reports.why.verdicts import verdict
 from plant_bench.runner.review.postmortem import review_episode
 from plant_bench.runner.review.resimulation import Tick, simulate_again
@@ -98,17 +99,20 @@ def explain(
             continue
         recording = _recording(folder, name)
         check_recorded(result, len(recording))
-        to_review = incidents(result, before)
+        to_review, route_driven = incidents(result, before), _route_of(folder, result)
         postmortem = review_episode(
             recording,
             result,
-            _route_of(folder, result),
+            route_driven,
             [item.window for item in to_review],
             None if on_share is None else lambda share, of=result: on_share(of, share),
         )
         if on_share is not None:
             on_share(result, 1.0)
-        yield Explanation(name, result, [find(item, postmortem) for item in to_review], postmortem)
+        late = any(item.kind in OUT_OF_TIME for item in result.infractions)
+        use = time_use_of(recording, result.seed, route_driven) if late else None
+        found = [find(item, postmortem, use) for item in to_review]
+        yield Explanation(name, result, found, postmortem)
 
 
 def worst_route(results: Sequence[EpisodeResult]) -> str | None:

@@ -1,4 +1,4 @@
-"""Terminal tables: summary of a run, planner time, speed, comparison of two runs, RFDS."""
+"""Terminal tables: summary of a run, planner time, speed, RFDS."""
 
 import math
 import sys
@@ -10,27 +10,35 @@ from rich.console import Console
 from rich.table import Table
 
 from plant_bench.runner.run.speed import Speed
-from plant_bench.scoring.comparison import LEAST_ROUTES, Detectable, PairedDifference
+from plant_bench.scoring.comparison import Detectable
 from plant_bench.scoring.infractions import InfractionKind
 from plant_bench.scoring.metrics import Scores, Summary
 from plant_bench.scoring.metrics_table import Metric, Shown, score_metrics, shown_metrics
-from plant_bench.scoring.penalties import PenaltyScheme
 from plant_bench.scoring.relevance import RelativeScore
 from plant_bench.world.hazard import Phase
 
 DEADLINE = "50 ms"  # one tick
 PIPED_WIDTH = 140  # columns if the output is not a terminal
-_console = Console(
+console = Console(
     highlight=False, markup=False, emoji=False, width=None if sys.stdout.isatty() else PIPED_WIDTH
 )
+
+
+def counted(number: int, noun: str) -> str:
+    """Return a count with its noun, in the plural if the count is not one.
+
+    >>> counted(1, "route"), counted(1200, "episode")
+    ('1 route', '1,200 episodes')
+    """
+    return f"{number:,} {noun}" if number == 1 else f"{number:,} {noun}s"
 
 
 def print_summary(summary: Summary) -> None:
     """Print the scores by town and overall, the infractions and how the episodes ended."""
     count = f"{summary.episodes}/{summary.expected} episodes"
     head = f"{summary.agent}, {summary.protocol}, penalties {summary.penalties}, {count}"
-    _console.print(head, style="bold")
-    _console.print(f"inputs: {', '.join(summary.inputs) or 'ego state only'}")
+    console.print(head, style="bold")
+    console.print(f"inputs: {', '.join(summary.inputs) or 'ego state only'}")
     table = Table()
     table.add_column("town")
     for metric in score_metrics():
@@ -39,17 +47,17 @@ def print_summary(summary: Summary) -> None:
         table.add_row(town, *_cells(scores))
     table.add_section()
     table.add_row("all", *_cells(summary.scores), style="bold")
-    _console.print(table)
+    console.print(table)
     if summary.detectable is not None:
-        _console.print(_least_difference(summary.detectable))
+        console.print(_least_difference(summary.detectable))
     print_rows(f"Infractions ({summary.km:.1f} km)", ["kind", "per km"], _rates(summary))
     count = f" ({summary.measures.episodes} of {summary.episodes} episodes)"
     title = "Other metrics" + count * (summary.measures.episodes < summary.episodes)
     print_rows(title, ["measure", "value"], _measures(summary))
     endings = [f"{count} {status}" for status, count in summary.statuses.items()]
-    _console.print(f"Episodes: {'; '.join(endings)}")
+    console.print(f"Episodes: {'; '.join(endings)}")
     if summary.hazards:
-        _console.print(_hazards(summary.hazards))
+        console.print(_hazards(summary.hazards))
 
 
 def _hazards(phases: dict[Phase, int]) -> str:
@@ -62,7 +70,7 @@ def _hazards(phases: dict[Phase, int]) -> str:
 
 def _least_difference(detectable: Detectable) -> str:
     return (
-        f"With {detectable.repetitions} repetitions, differences below "
+        f"With {counted(detectable.repetitions, 'repetition')}, differences below "
         f"{detectable.difference:.1f} DS cannot be distinguished from chance."
     )
 
@@ -133,56 +141,11 @@ def print_speed(speed: Speed, *, wall_s: float, workers: str) -> None:
     if not speed.episodes:
         return
     parts = ", ".join(f"{name} {share:.0%}" for name, share in speed.shares.items())
-    _console.print(
-        f"Driven now: {speed.episodes} episodes, {speed.simulated_s / 3600:.2f} h simulated in "
-        f"{wall_s / 60:.1f} min with {workers}: {speed.simulated_s / wall_s:.0f} x real "
-        f"time ({parts})"
+    console.print(
+        f"Driven now: {counted(speed.episodes, 'episode')}, {speed.simulated_s / 3600:.2f} h "
+        f"simulated in {wall_s / 60:.1f} min with {workers}: {speed.simulated_s / wall_s:.0f} x "
+        f"real time ({parts})"
     )
-
-
-def print_difference(
-    difference: PairedDifference,
-    first: str,
-    second: str,
-    *,
-    penalties: PenaltyScheme = PenaltyScheme.LB1_0,
-) -> None:
-    """Print the difference in DS of two runs.
-
-    Args:
-        difference: Second run minus first run.
-        first: Name of the first run.
-        second: Name of the second run.
-        penalties: The penalty scheme.
-    """
-    known = math.isfinite(difference.low)
-    interval = f", 95 % confidence interval {difference.low:+.2f} to {difference.high:+.2f}"
-    _console.print(
-        f"{second} minus {first}: DS (penalties {penalties}) {difference.mean:+.2f}"
-        f"{interval * known}"
-        f" (pairs of episodes: {difference.pairs}, routes: {difference.routes})"
-    )
-    if known:
-        _console.print(f"Sign-flip test over routes: p = {difference.p_value:.4f}")
-        _console.print(
-            f"These pairs can detect differences of {difference.detectable:.1f} DS or more."
-        )
-    if difference.unmatched_a or difference.unmatched_b:
-        _console.print(
-            f"Not paired: {difference.unmatched_a} episodes of {first}, "
-            f"{difference.unmatched_b} of {second}"
-        )
-    _console.print(_verdict(difference))
-
-
-def _verdict(difference: PairedDifference) -> str:
-    if math.isnan(difference.low):
-        return f"Too few routes for a confidence interval: expected at least {LEAST_ROUTES}."
-    if difference.high < 0:
-        return "Worse: the whole interval is below zero."
-    if difference.low > 0:
-        return "Better: the whole interval is above zero."
-    return "No significant difference: the interval contains zero."
 
 
 def print_rows(title: str, heads: Sequence[str], rows: Sequence[Sequence[object]]) -> None:
@@ -195,7 +158,7 @@ def print_rows(title: str, heads: Sequence[str], rows: Sequence[Sequence[object]
         table.add_column(head, justify="right" if numeric or place else "left")
     for row in rows:
         table.add_row(*map(_text, row))
-    _console.print(table)
+    console.print(table)
 
 
 def _cells(scores: Scores) -> list[str]:

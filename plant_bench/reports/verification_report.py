@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass
 
 import typer
 
-from plant_bench.reports.tables import print_rows
+from plant_bench.reports.tables import counted, print_rows
 from plant_bench.runner.review.differences import EpisodeCheck
 from plant_bench.runner.review.submission import Submission
 from plant_bench.runner.review.submission_checks import Finding
@@ -26,22 +26,29 @@ class Verification:
         checked: Episodes that were simulated again.
         way: "agent" or "controls": what they were driven by.
         seed: Random seed of the sample.
+        rescored: Episodes whose recording was scored again without the simulator.
     """
 
     submission: Submission
     checked: Sequence[EpisodeCheck]
     way: str
     seed: int
+    rescored: Sequence[EpisodeCheck]
 
     @property
     def different(self) -> int:
-        """Number of episodes that differ from their records."""
+        """Number of episodes that differ from their records when they are simulated again."""
         return sum(item.difference is not None for item in self.checked)
+
+    @property
+    def rescored_different(self) -> int:
+        """Number of episodes that differ from their records when they are scored again."""
+        return sum(item.difference is not None for item in self.rescored)
 
     @property
     def confirmed(self) -> bool:
         """Whether there is no difference and no other finding."""
-        return not self.different and not self.submission.findings
+        return not (self.different or self.rescored_different or self.submission.findings)
 
     def to_json(self) -> str:
         """Return the complete result as JSON."""
@@ -60,6 +67,9 @@ class Verification:
             "sample_seed": self.seed,
             "episodes": [
                 asdict(item) | {"equal": item.difference is None} for item in self.checked
+            ],
+            "rescored": [
+                asdict(item) | {"equal": item.difference is None} for item in self.rescored
             ],
             "findings": [asdict(item) for item in self.submission.findings],
             "notes": list(self.submission.notes),
@@ -86,7 +96,16 @@ def print_submission(submission: Submission) -> None:
 
 
 def print_verification(verification: Verification) -> None:
-    """Print the episodes that were simulated again, and the verdict."""
+    """Print the episodes that were scored or simulated again, and the verdict."""
+    rescored = [
+        [_clean(item.name), _clean(item.town), *map(_clean, vars(item.difference).values())]
+        for item in verification.rescored
+        if item.difference is not None
+    ]
+    heads = ["episode", "town", "first difference", "record", "recording"]
+    print_rows("Scored again from the recording: different", heads, rescored[:_SHOWN])
+    if len(rescored) > _SHOWN:
+        typer.echo(f"and {len(rescored) - _SHOWN} more (--json FILE has all of them)")
     rows = []
     for item in verification.checked:
         cells = ("", "", "")
@@ -104,14 +123,19 @@ def print_verification(verification: Verification) -> None:
 
 def _verdict(verification: Verification) -> str:
     count = len(verification.submission.records)
-    checked = f"{len(verification.checked)} of {count} episodes simulated again"
+    recorded = len(verification.rescored)
+    checked = (
+        f"{recorded} of {counted(count, 'episode')} scored again from the recording, "
+        f"{len(verification.checked)} simulated again"
+    )
     if verification.confirmed:
         return (
             f"CONFIRMED: {checked}, all equal byte for byte; no episode is missing or duplicated, "
             "and the summary follows from the records."
         )
-    others = len(verification.submission.findings)
-    return f"NOT CONFIRMED: {checked}, {verification.different} different; {others} other findings."
+    different = f"{verification.rescored_different} and {verification.different} different"
+    others = counted(len(verification.submission.findings), "other finding")
+    return f"NOT CONFIRMED: {checked}, {different}; {others}."
 
 
 def _row(item: Finding) -> list[str]:

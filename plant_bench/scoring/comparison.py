@@ -4,8 +4,9 @@ Common random numbers: both agents drive the same routes in the same traffic.
 """
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from enum import StrEnum
 from statistics import NormalDist
 
 import numpy as np
@@ -19,6 +20,40 @@ INTERVAL = (2.5, 97.5)  # percentiles of the bootstrap: a 95 % interval
 CONFIDENCE = 0.975  # two-sided 95 %
 POWER = 0.80  # probability of detecting a true difference
 LEAST_ROUTES = 5  # for an interval: fewer routes say too little about the variance between routes
+LEVEL = 0.05  # significance level of p-values
+
+
+class Verdict(StrEnum):
+    """Whether the second agent is better than the first."""
+
+    BETTER = "better"
+    WORSE = "worse"
+    NOT_SIGNIFICANT = "not significant"
+    TOO_FEW_ROUTES = "too few routes"
+
+
+@dataclass(frozen=True)
+class RouteDifference:
+    """The difference of two agents on one route, over the scenarios that both drove.
+
+    Attributes:
+        route: The route's id.
+        first: The first agent's mean driving score.
+        second: The second agent's mean driving score.
+        first_episodes: The first agent's paired episodes.
+        second_episodes: The second agent's, in the same order.
+    """
+
+    route: str
+    first: float
+    second: float
+    first_episodes: tuple[EpisodeResult, ...] = field(repr=False)
+    second_episodes: tuple[EpisodeResult, ...] = field(repr=False)
+
+    @property
+    def difference(self) -> float:
+        """The second agent's mean driving score minus the first's."""
+        return self.second - self.first
 
 
 @dataclass(frozen=True)
@@ -36,6 +71,7 @@ class PairedDifference:
         routes: Number of routes of these scenarios.
         unmatched_a: Number of episodes of the first agent that the second did not drive.
         unmatched_b: Number of episodes of the second agent that the first did not drive.
+        by_route: The difference on each route, the largest first.
     """
 
     mean: float
@@ -47,6 +83,32 @@ class PairedDifference:
     routes: int
     unmatched_a: int
     unmatched_b: int
+    by_route: tuple[RouteDifference, ...] = field(default=(), repr=False)
+
+    @property
+    def verdict(self) -> Verdict:
+        """Whether the second agent is better, by `verdict_of` with the plain p-value."""
+        return verdict_of(self, self.p_value)
+
+
+def verdict_of(difference: PairedDifference, p_value: float) -> Verdict:
+    """Return whether the second agent is better than the first: the one rule for all outputs.
+
+    A difference is significant if the p-value is at most `LEVEL` and the interval excludes zero.
+    The interval alone does not suffice: if three of six routes differ, all to one side, a
+    percentile bootstrap excludes zero although such a result is likely by chance (p = 0.25).
+
+    Args:
+        difference: The difference.
+        p_value: Its p-value, corrected if it is one of several tests.
+    """
+    if math.isnan(difference.low):
+        return Verdict.TOO_FEW_ROUTES
+    if p_value <= LEVEL and difference.low > 0.0:
+        return Verdict.BETTER
+    if p_value <= LEVEL and difference.high < 0.0:
+        return Verdict.WORSE
+    return Verdict.NOT_SIGNIFICANT
 
 
 def paired_difference(
@@ -81,12 +143,15 @@ def paired_difference(
     if not common:
         message = "The two agents share no scenario: score both on the same suite and seeds."
         raise InputError(message)
-    differences: dict[str, list[float]] = {}
+    pairs: dict[str, list[tuple[EpisodeResult, EpisodeResult]]] = {}
     for key in common:
-        gain = second[key].driving_score_by(penalties) - first[key].driving_score_by(penalties)
-        differences.setdefault(first[key].route, []).append(gain)
-    sums = np.array([sum(values) for values in differences.values()])
-    counts = np.array([len(values) for values in differences.values()])
+        pairs.setdefault(first[key].route, []).append((first[key], second[key]))
+    gains = [
+        [two.driving_score_by(penalties) - one.driving_score_by(penalties) for one, two in values]
+        for values in pairs.values()
+    ]
+    sums = np.array([sum(values) for values in gains])
+    counts = np.array([len(values) for values in gains])
     low, high = _interval(sums, counts, seed, samples)
     return PairedDifference(
         mean=float(sums.sum() / counts.sum()),
@@ -98,7 +163,24 @@ def paired_difference(
         routes=len(sums),
         unmatched_a=len(first) - len(common),
         unmatched_b=len(second) - len(common),
+        by_route=_by_route(pairs, penalties),
     )
+
+
+def _by_route(
+    pairs: Mapping[str, Sequence[tuple[EpisodeResult, EpisodeResult]]], penalties: PenaltyScheme
+) -> tuple[RouteDifference, ...]:
+    """Return the difference on each route, the largest first."""
+    found = []
+    for route, values in pairs.items():
+        ordered = sorted(values, key=lambda pair: pair[0].repetition)
+        first, second = zip(*ordered, strict=True)
+        means = (
+            math.fsum(item.driving_score_by(penalties) for item in side) / len(side)
+            for side in (first, second)
+        )
+        found.append(RouteDifference(route, *means, first, second))
+    return tuple(sorted(found, key=lambda item: (-abs(item.difference), item.route)))
 
 
 def _interval(sums: np.ndarray, counts: np.ndarray, seed: int, samples: int) -> tuple[float, float]:

@@ -104,12 +104,12 @@ def test_verify_confirms_a_run_and_rejects_a_tampered_one(place):
     record.write_text(text)
 
     said = plant_bench("verify", "one", "--agent", agent, *routes, "--sample", "1", cwd=place)
-    assert "CONFIRMED: 1 of 2 episodes simulated again" in said
+    assert "CONFIRMED: 2 of 2 episodes scored again from the recording, 1 simulated again" in said
 
     drive = ["--controls", "--all", "--json", "found.json"]
     said = plant_bench("verify", "tampered", *routes, *drive, cwd=place, code=1)
     found = json.loads((place / "found.json").read_text())
-    assert "NOT CONFIRMED: 2 of 2 episodes simulated again, 1 different" in said
+    assert "2 simulated again, 1 and 1 different" in said
     assert [item["equal"] for item in found["episodes"]] == [False, True]
     assert found["episodes"][0]["difference"]["field"] == "completion"
     assert {item["place"] for item in found["findings"]} == {"summary.json", "summary.csv"}

@@ -88,7 +88,7 @@ def test_missing_recording_gives_one_line(work: Path):
 def test_exported_run_is_read_back_equal(work: Path):
     said = plant_bench(work, "export", "run", "--out", "files/run.json", "--repetition", "0")
 
-    assert "1 episodes." in said
+    assert "1 episode." in said
     assert list(load_checkpoint(work / "files" / "run.json").results) == (
         RunFolder(work / "run").results()
     )

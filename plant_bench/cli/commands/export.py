@@ -44,6 +44,7 @@ def export_run(
     """
     from plant_bench.reports.carla_checkpoint_run import run_checkpoint
     from plant_bench.reports.carla_checkpoint_writing import write_checkpoint
+    from plant_bench.reports.tables import counted
     from plant_bench.runner.run.folder import RunFolder
 
     if format_ not in ("carla", "fcd"):
@@ -61,7 +62,7 @@ def export_run(
     write_checkpoint(checkpoint.content, out)
     complete = checkpoint.episodes == checkpoint.expected
     missing = "" if complete else f" of {checkpoint.expected}; the run is not finished"
-    typer.echo(f"{out}: {checkpoint.episodes} episodes{missing}.")
+    typer.echo(f"{out}: {counted(checkpoint.episodes, 'episode')}{missing}.")
 
 
 def _export_fcd(run: Path, out: Path, route: str | None, repetition: int) -> None:

@@ -43,6 +43,13 @@ def report(
             "--expert", help="Mark in replays the actor that the expert would brake for; slow."
         ),
     ] = False,
+    against_last: Annotated[
+        bool,
+        typer.Option(
+            "--against-last",
+            help="Also list the previous version of each run's planner, from RUN/superseded.",
+        ),
+    ] = False,
     workers: WorkersOption = CORES,
 ) -> None:
     """Write a leaderboard of runs: an HTML page, tables for papers, and files for programs.
@@ -57,6 +64,8 @@ def report(
         plant-bench report reports/expert-longest6 reports/plant-longest6 --paper
 
         plant-bench report reports/* --out leaderboard --no-replays
+
+        plant-bench report reports/my_agent.py_MyAgent-longest6 --against-last
 
         plant-bench report mine=results/part_0.json mine=results/part_1.json theirs=their_folder
     """
@@ -73,6 +82,7 @@ def report(
             replays=replays,
             expert=expert,
             workers=workers,
+            against_last=against_last,
         )
         for note in leaderboard.notes:
             typer.echo(note, err=True)
@@ -89,6 +99,7 @@ def _write(
     replays: bool,
     expert: bool,
     workers: int,
+    against_last: bool,
 ) -> "Leaderboard":
     """Write the leaderboard, with progress bars on standard error."""
     from rich.markup import escape
@@ -124,6 +135,7 @@ def _write(
             replays=replays,
             expert=expert,
             workers=workers,
+            against_last=against_last,
             on_step=begin,
             on_replay=show_replays,
         )
@@ -140,6 +152,7 @@ def _print_ranking(leaderboard: "Leaderboard") -> None:
     for board in leaderboard.boards:
         scores = [f"{table_cell(row.planner)} {row.driving_score.mean:.1f}" for row in board.rows]
         typer.echo(f"{board.protocol} ({board.world}): DS {', '.join(scores)}")
+        names = {row.id: table_cell(row.planner) for row in board.rows}
         top = {row.id for row in board.rows[:2]}
         for item in board.differences:
             if {item.better, item.worse} == top:
@@ -150,4 +163,8 @@ def _print_ranking(leaderboard: "Leaderboard") -> None:
                     else f"95 % interval {paired.low:.1f} to {paired.high:.1f}, "
                     f"p {p_text(item.p_corrected)}"
                 )
-                typer.echo(f"  first against second: {paired.mean:+.1f} DS, {interval}")
+                verdict = f", {item.verdict.value}" if not math.isnan(paired.low) else ""
+                typer.echo(
+                    f"  {names[item.better]} against {names[item.worse]}: {paired.mean:+.1f} DS, "
+                    f"{interval}{verdict}"
+                )

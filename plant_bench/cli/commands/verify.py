@@ -1,4 +1,4 @@
-"""`plant-bench verify`: checks a run and simulates a sample of its episodes again."""
+"""`plant-bench verify`: checks a run, scores its recordings and simulates a sample again."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -67,10 +67,11 @@ def verify_run(
 ) -> None:
     """Verify a run's scores: check all its files, and simulate a sample of its episodes again.
 
-    Records, names, checksums and summary are checked for all episodes. A sample from all towns is
-    simulated again: with the agent if it is built in and has the same checksum, or is named with
-    --agent; otherwise with the recorded controls. Nothing in RUN is executed or changed. Exit
-    codes: 0 confirmed, 1 a difference, 2 the run cannot be checked.
+    Records, names, checksums and summary are checked for all episodes, and every recording is
+    scored again without the simulator. A sample from all towns is simulated again: with the agent
+    if it is built in and has the same checksum, or is named with --agent; otherwise with the
+    recorded controls. Nothing in RUN is executed or changed. Exit codes: 0 confirmed, 1 a
+    difference, 2 the run cannot be checked.
 
     Example commands:
 
@@ -123,7 +124,7 @@ def _verify(
         typer.echo(driver.note)
     sample = verify.choose_sample(request, run)
     with progress_bars(18, TaskProgressColumn()) as bars:
-        task = bars.add_task(f"{len(sample[0])} episodes", total=1.0)
+        task = bars.add_task("episodes", total=1.0)
         verification = verify.simulate_sample(
             request, run, driver, sample, lambda share: bars.update(task, completed=share)
         )

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from plant_bench.reports.leaderboard.rows import Row
 from plant_bench.reports.leaderboard.score_sources import RankingSource, RunSource
-from plant_bench.scoring.comparison import PairedDifference
+from plant_bench.scoring.comparison import PairedDifference, Verdict, verdict_of
 from plant_bench.scoring.metrics import Summary
 
 HERE, CARLA = "plant-bench", "CARLA"  # worlds
@@ -40,6 +40,16 @@ class Difference:
     worse: str
     paired: PairedDifference
     p_corrected: float
+
+    @property
+    def verdict(self) -> Verdict:
+        """Whether the difference is significant, by `verdict_of` with the corrected p-value."""
+        return verdict_of(self.paired, self.p_corrected)
+
+    @property
+    def significant(self) -> bool:
+        """Whether the better entry is significantly better."""
+        return self.verdict is Verdict.BETTER
 
 
 @dataclass(frozen=True)

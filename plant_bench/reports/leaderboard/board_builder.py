@@ -19,6 +19,7 @@ from plant_bench.reports.leaderboard.score_sources import (
     RankingSource,
     RunSource,
     Sources,
+    read_previous_version,
     read_ranking,
     read_run,
 )
@@ -55,6 +56,7 @@ def make_leaderboard(
         InputError: A source cannot be read, or its episodes cannot be summarised.
     """
     runs = _read(sources.runs, progress, read_run)
+    runs += _read(sources.previous, progress, read_previous_version)
     rankings = _read(sources.rankings, progress, read_ranking)
     imported = []
     for item in sources.checkpoints:
@@ -63,7 +65,7 @@ def make_leaderboard(
     progress("differences")
     notes = [*sources.notes, *_twin_notes(runs)]
     notes += [note for run in imported for note in run.notes]
-    ids = _ids([run.provenance.agent for run in runs] + [item.name for item in imported])
+    ids = _ids([_run_name(run) for run in runs] + [item.name for item in imported])
     groups: dict[_Key, list[tuple[str, RunSource]]] = {}
     for id, run in zip(ids, runs, strict=False):
         groups.setdefault(_key(run), []).append((id, run))
@@ -112,8 +114,7 @@ def _board(
     notes: list[str],
 ) -> Board:
     names = distinct(
-        [_planner(run.provenance.agent) for _, run in group],
-        lambda place: group[place][1].folder.path.name,
+        [_planner(_run_name(run)) for _, run in group], lambda place: group[place][1].place
     )
     entries = []
     for (id, run), planner in zip(group, names, strict=True):
@@ -130,6 +131,11 @@ def _board(
         _differences_between(entries, penalties),
         tuple(sorted(rankings, key=lambda item: -item.score.score.mean)),
     )
+
+
+def _run_name(run: RunSource) -> str:
+    """Return the name of a run's planner, with "(previous)" if it is the previous version."""
+    return run.provenance.agent + " (previous)" * run.previous
 
 
 def _planner(agent: str) -> str:

@@ -41,6 +41,7 @@ def difference_columns(item: Difference) -> dict[str, object]:
         "high": paired.high,
         "p_value": paired.p_value,
         "p_corrected": item.p_corrected,
+        "verdict": item.verdict.value,
         "detectable": paired.detectable,
         "pairs": paired.pairs,
         "routes": paired.routes,

@@ -10,7 +10,6 @@ from matplotlib.ft2font import FT2Font
 
 from plant_bench.atomic_files import write_whole
 from plant_bench.reports.leaderboard.board import Board, Difference, Leaderboard
-from plant_bench.reports.leaderboard.table_text import LEVEL
 from plant_bench.text_escaping import table_cell
 
 KINDS = ("svg", "png")
@@ -88,7 +87,7 @@ def _draw_differences(axes: Axes, board: Board) -> None:
 def _draw_difference(axes: Axes, item: Difference, places: dict[str, int], *, sign: float) -> None:
     """Draw a difference from the first row; hollow if it is not significant."""
     place = places[item.worse if sign < 0.0 else item.better]
-    significant = item.p_corrected <= LEVEL
+    significant = item.significant
     colour = GREY if not significant else BAD if sign < 0.0 else GOOD
     paired = item.paired
     if not math.isnan(paired.low):

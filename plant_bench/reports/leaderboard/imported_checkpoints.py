@@ -28,6 +28,7 @@ def imported_row(run: ImportedRun, *, id: str, planner: str) -> Row:
         scores={name: _spread(parts, name) for name in _SCORES}
         | {"vehicle_collisions": Spread.of([_rate(part) for part in parts])},
         repetitions=len(parts),
+        routes=len(run.route_lengths),
         episodes=len(run.records),
         expected=run.expected,
         source=f"checkpoint file {run.source.name}",

@@ -100,10 +100,27 @@ def _latex_cells(row: Row, best: Sequence[float]) -> list[str]:
 
 
 def _caption(board: Board) -> str:
-    counts = sorted({row.repetitions for row in board.rows})
-    many = str(counts[0]) if len(counts) == 1 else f"{counts[0]} to {counts[-1]}"
-    text = f"{board_title(board)}. Mean and standard deviation over {many} repetitions."
+    repetitions = _range([row.repetitions for row in board.rows])
+    noun = "repetition" if repetitions == "1" else "repetitions"
+    text = (
+        f"{board_title(board)}. Mean and standard deviation over {repetitions} {noun}"
+        f"{_of_some_routes(board)}."
+    )
     return f"{text} Source: {board.source}." if board.source else text
+
+
+def _of_some_routes(board: Board) -> str:
+    """Return how many routes were driven; empty if all were, or their number is not known."""
+    if all(row.routes >= row.suite_routes for row in board.rows):
+        return ""
+    total = max(row.suite_routes for row in board.rows)
+    return f" of {_range([row.routes for row in board.rows])} of {total} routes"
+
+
+def _range(counts: Sequence[int]) -> str:
+    """Return the smallest and the largest count as text."""
+    low, high = min(counts), max(counts)
+    return str(low) if low == high else f"{low} to {high}"
 
 
 def _compiling(letter: str) -> str:

@@ -132,6 +132,7 @@ def _difference(item: Difference, ids: Sequence[str]) -> list[object]:
         *(round(number, 5) for number in numbers),
         paired.pairs,
         paired.routes,
+        int(item.significant),
     ]
 
 

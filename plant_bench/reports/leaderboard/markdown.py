@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from plant_bench.reports.leaderboard.board import Board, Difference, Leaderboard
 from plant_bench.reports.leaderboard.rows import Row
 from plant_bench.reports.leaderboard.table_text import (
-    LEVEL,
     board_title,
     columns,
     p_text,
@@ -84,7 +83,8 @@ def _markdown_differences(board: Board) -> list[str]:
     rows = [_row(_difference_cells(item, names)) for item in board.differences]
     note = (
         "Paired by route and seed: bootstrap interval and sign-flip test over routes, p corrected "
-        "for all pairs."
+        "for all pairs. A difference is significant if p is at most 0.05 and the interval excludes "
+        "zero."
     )
     return [note, "", _row(heads), "|---|---|---:|---:|---:|---|", *rows, ""]
 
@@ -98,5 +98,5 @@ def _difference_cells(item: Difference, names: dict[str, str]) -> list[str]:
         f"{paired.mean:.1f}",
         f"{paired.low:.1f} to {paired.high:.1f}" if known else "-",
         p_text(item.p_corrected),
-        ("yes" if item.p_corrected <= LEVEL else "no") if known else "too few routes",
+        "yes" if item.significant else "no" if known else "too few routes",
     ]

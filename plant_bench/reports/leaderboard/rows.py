@@ -35,6 +35,8 @@ class Row:
         parameters: Number of parameters of its network.
         date: Day of its newest episode, as in 2026-01-31.
         repetitions: Repetitions of the routes.
+        routes: Number of routes driven.
+        suite_routes: Number of routes in the suite; 0 if not known.
         episodes: Number of episodes.
         expected: Number of episodes in a complete run.
         agent_checksum: Content hash of its code and weights.
@@ -57,6 +59,8 @@ class Row:
     parameters: int | None = None
     date: str = ""
     repetitions: int = 0
+    routes: int = 0
+    suite_routes: int = 0
     episodes: int = 0
     expected: int = 0
     agent_checksum: str = ""
@@ -90,13 +94,15 @@ def run_row(
         processor="; ".join(speed.processors),
         rfds=UNKNOWN if ranking is None else ranking.score.score,
         ranker="" if ranking is None else ranking.ranker,
-        parameters=parameter_count(run.provenance.agent),
+        parameters=None if run.previous else parameter_count(run.provenance.agent),
         date=_newest_day(run),
         repetitions=len({item.result.repetition for item in run.episodes}),
+        routes=len({item.result.route for item in run.episodes}),
+        suite_routes=len(run.provenance.routes),
         episodes=summary.episodes,
         expected=summary.expected,
         agent_checksum=summary.agent_checksum,
-        source=run.folder.path.name,
+        source=run.place,
         rates={kind.value: rate for kind, rate in summary.infractions_per_km.items()},
         km=summary.km,
     )
@@ -121,5 +127,5 @@ def distinct(names: Sequence[str], fallback: Callable[[int], str]) -> list[str]:
 
 def _newest_day(run: RunSource) -> str:
     """Return the day on which the newest record file was written; records contain no dates."""
-    newest = max(path.stat().st_mtime for path in run.folder.record_files())
+    newest = max(path.stat().st_mtime for path in run.record_files)
     return datetime.fromtimestamp(newest, tz=UTC).date().isoformat()

@@ -9,6 +9,7 @@ from pydantic import TypeAdapter
 
 from plant_bench.errors import InputError, in_one_line
 from plant_bench.runner.run.folder import RunFolder
+from plant_bench.runner.run.previous_version import previous_folder, previous_records
 from plant_bench.runner.run.provenance import Provenance
 from plant_bench.scoring.relevance import RelativeScore
 from plant_bench.scoring.results import EpisodeResult
@@ -41,11 +42,25 @@ class RunSource:
         folder: Its folder.
         provenance: How it was made.
         episodes: Its episodes, in order of name; at least one.
+        previous: Whether they are of the previous version of the run's planner; then `folder` is
+            the run's folder of superseded episodes.
     """
 
     folder: RunFolder
     provenance: Provenance
     episodes: tuple[Episode, ...]
+    previous: bool = False
+
+    @property
+    def place(self) -> str:
+        """Name of the folder, with that of the run if it is the folder of superseded episodes."""
+        path = self.folder.path
+        return f"{path.parent.name}/{path.name}" if self.previous else path.name
+
+    @property
+    def record_files(self) -> list[Path]:
+        """Paths of the records."""
+        return [self.folder.path / "episodes" / f"{item.name}.json" for item in self.episodes]
 
     @property
     def results(self) -> list[EpisodeResult]:
@@ -92,24 +107,28 @@ class Sources:
         rankings: Folders with an RFDS that `plant-bench rfds` wrote.
         checkpoints: Files that may be checkpoints of the CARLA leaderboard, by planner.
         notes: Notes for the user on what was left out.
+        previous: Folders of runs whose planner's previous version is also a source.
     """
 
     runs: tuple[Path, ...]
     rankings: tuple[Path, ...]
     checkpoints: tuple["CheckpointFiles", ...]
     notes: tuple[str, ...]
+    previous: tuple[Path, ...] = ()
 
 
-def find_sources(paths: Sequence[Path], *, below: Path) -> Sources:
+def find_sources(paths: Sequence[Path], *, below: Path, against_last: bool = False) -> Sources:
     """Return the sources at the given paths; without any path, search a folder.
 
     Args:
         paths: Runs, folders of `plant-bench rfds` runs, checkpoint files, folders of checkpoint
             files; NAME=PATH, also several times, for the checkpoint files of the planner NAME.
         below: Folder to search for runs if no path is given.
+        against_last: Whether the previous versions of the runs' planners are sources, too.
 
     Raises:
-        InputError: A given path is none of these, or nothing was found.
+        InputError: A given path is none of these, nothing was found, or `against_last` is set and
+            no planner has a previous version.
     """
     if paths:
         parts = [_source_of(path) for path in dict.fromkeys(paths)]
@@ -131,7 +150,26 @@ def find_sources(paths: Sequence[Path], *, below: Path) -> Sources:
         tuple(path for part in parts for path in part.rankings),
         tuple(checkpoints),
         tuple(note for part in parts for note in part.notes),
+        tuple(_with_previous(runs)) if against_last else (),
     )
+
+
+def _with_previous(runs: Sequence[Path]) -> list[Path]:
+    """Return the runs whose planner has a previous version.
+
+    Raises:
+        InputError: None has; the message is about the first.
+    """
+    found, errors = [], []
+    for path in runs:
+        try:
+            previous_records(RunFolder.open(path))
+            found.append(path)
+        except InputError as error:
+            errors.append(error)
+    if not found:
+        raise errors[0] if errors else InputError("--against-last: expected a run of plant-bench.")
+    return found
 
 
 def read_run(path: Path) -> RunSource:
@@ -147,6 +185,24 @@ def read_run(path: Path) -> RunSource:
         message = f"{path} has no finished episodes: run its command again ({provenance.command})."
         raise InputError(message)
     return RunSource(folder, provenance, episodes)
+
+
+def read_previous_version(path: Path) -> RunSource:
+    """Read the records of the previous version of a run's planner.
+
+    Args:
+        path: The run.
+
+    Raises:
+        InputError: There are none, or one is broken.
+    """
+    run = RunFolder.open(path)
+    folder = previous_folder(run)
+    episodes = tuple(
+        _episode(folder, folder.path / "episodes" / f"{name}.json")
+        for name in previous_records(run)
+    )
+    return RunSource(folder, Provenance.load(run.run_file), episodes, previous=True)
 
 
 def read_ranking(path: Path) -> RankingSource:

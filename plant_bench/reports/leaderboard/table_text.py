@@ -9,8 +9,6 @@ from plant_bench.reports.leaderboard.rows import Row
 from plant_bench.scoring.metrics import Spread
 from plant_bench.scoring.metrics_table import Better, Metric, headline_metrics
 
-LEVEL = 0.05  # significance level of a corrected p-value
-
 
 @dataclass(frozen=True)
 class Column:

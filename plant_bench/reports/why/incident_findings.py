@@ -15,12 +15,14 @@ from plant_bench.reports.why.brake_onset import BRAKES, Braking, braking_for, de
 from plant_bench.reports.why.incidents import Incident
 from plant_bench.reports.why.red_light import RedLight, red_light_of
 from plant_bench.reports.why.stationary import Standing, standing_of
+from plant_bench.reports.why.time_use import TimeUse
 from plant_bench.runner.decisions import Decision
 from plant_bench.runner.review.review_frames import Moment, Postmortem
 from plant_bench.scoring.infractions import InfractionKind
 from plant_bench.scoring.termination import BLOCKED_SPEED
 from plant_bench.world.scene import EGO_EXTENT, TICK, ActorKind, Scene
 
+OUT_OF_TIME = (InfractionKind.BLOCKED, InfractionKind.TIMEOUT)
 FIRST_FEW = 3  # top ranks that count as noticed
 
 
@@ -56,6 +58,7 @@ class Finding:
         actor_rank: Rank of the actor hit in the same period; None without a ranking.
         red_light: State of the light; None if the incident is not a red light.
         standing: Why the ego was stationary; None if the incident is not a block.
+        time_use: Where the time of the episode went, for a block or a time-out; else None.
     """
 
     incident: Incident
@@ -69,10 +72,17 @@ class Finding:
     actor_rank: ActorRank | None
     red_light: RedLight | None
     standing: Standing | None
+    time_use: TimeUse | None = None
 
 
-def find(incident: Incident, postmortem: Postmortem) -> Finding:
-    """Return the measurements about an incident."""
+def find(incident: Incident, postmortem: Postmortem, time_use: TimeUse | None = None) -> Finding:
+    """Return the measurements about an incident.
+
+    Args:
+        incident: The incident.
+        postmortem: The review of its episode.
+        time_use: Where the time of the episode went; ignored unless the time ran out.
+    """
     moments = postmortem.between(incident.window)
     item = incident.infraction
     light = item.kind is InfractionKind.RED_LIGHT
@@ -98,6 +108,7 @@ def find(incident: Incident, postmortem: Postmortem) -> Finding:
         actor_rank=None if item.actor is None else _actor_rank(later, item.actor),
         red_light=red_light_of(incident, moments, postmortem.route) if light else None,
         standing=standing_of(moments, answers) if item.kind is InfractionKind.BLOCKED else None,
+        time_use=time_use if item.kind in OUT_OF_TIME else None,
     )
 
 

@@ -9,7 +9,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from plant_bench.reports.tables import PIPED_WIDTH
+from plant_bench.reports.tables import PIPED_WIDTH, counted
 from plant_bench.reports.why.incidents import KIND_NAMES, actor_name
 from plant_bench.scoring.infractions import Infraction, Status
 from plant_bench.scoring.results import EpisodeResult
@@ -35,13 +35,9 @@ def print_infractions(results: Sequence[EpisodeResult], run: str) -> None:
     """Print a table of the infractions of a run."""
     marred = worst_first(results)
     count = sum(len(item.infractions) for item in results)
-    _console.print(
-        Text(
-            f"{count} infractions. {len(marred)} of {len(results)} episodes have infractions or "
-            "failed.",
-            style="bold",
-        )
-    )
+    episodes = f"{len(marred)} of {counted(len(results), 'episode')}"
+    line = f"{counted(count, 'infraction')}. {episodes} have infractions or failed."
+    _console.print(Text(line, style="bold"))
     if not marred:
         return
     table = Table(box=SIMPLE_HEAD, pad_edge=False)

@@ -12,7 +12,8 @@ from rich.text import Text
 from plant_bench.reports.tables import PIPED_WIDTH
 from plant_bench.reports.why.incident_findings import Finding, gap_to
 from plant_bench.reports.why.incidents import KIND_NAMES, actor_name
-from plant_bench.reports.why.verdicts import reason_text, subject, verdict
+from plant_bench.reports.why.time_use import TimeUse
+from plant_bench.reports.why.verdicts import reason_text, stop_reason, subject, verdict
 from plant_bench.runner.review.review_frames import Moment, Postmortem
 from plant_bench.scoring.results import EpisodeResult
 from plant_bench.text_escaping import one_line
@@ -41,7 +42,9 @@ def print_finding(finding: Finding, postmortem: Postmortem) -> None:
     """Print one incident: what happened, the surroundings, the last seconds, the verdict."""
     _console.print(Text(incident_line(finding, postmortem.result), style="bold red"))
     _console.print(Padding(Text(surroundings(finding, postmortem)), (0, 0, 0, 3)))
-    if finding.moments:
+    if finding.time_use is not None:
+        _console.print(Padding(_stops_table(finding.time_use), (0, 0, 0, 1)))
+    elif finding.moments:
         _console.print(Padding(_seconds_table(finding), (0, 0, 0, 1)))
     _console.print(Padding(Text(verdict(finding, postmortem), style="yellow"), (0, 0, 0, 3)))
 
@@ -132,6 +135,19 @@ def _who_hit_whom(finding: Finding) -> str:
     return f"{name} ran into the ego" if item.cause == "other" else f"the ego ran into {name}"
 
 
+def _stops_table(use: TimeUse) -> Table:
+    """Return a table of the longest stops."""
+    table = Table(box=SIMPLE_HEAD, pad_edge=False, title="Longest stops", title_justify="left")
+    for head in ("from", "seconds", "m along the route"):
+        table.add_column(head, justify="right")
+    table.add_column("planner's reason" if use.recorded else "close ahead")
+    for stop in use.stops[:ROWS]:
+        kinds = {} if stop.kind is None else {stop.reason.actor: stop.kind}
+        cells = (f"{stop.start:.1f} s", f"{stop.seconds:.1f}", f"{stop.progress:.0f}")
+        table.add_row(*map(Text, cells), Text(stop_reason(stop.reason, kinds)))
+    return table
+
+
 def _seconds_table(finding: Finding) -> Table:
     table = Table(box=SIMPLE_HEAD, pad_edge=False)
     table.add_column("before", justify="right")
@@ -163,12 +179,14 @@ def _cells(moment: Moment, finding: Finding) -> Sequence[str]:
 def _top(moment: Moment, finding: Finding) -> str:
     """Return the planner's top-ranked actors, and the rank of the actor hit if it is lower.
 
-    Without a ranking, it is the planner's reason, if it gives one.
+    Without a ranking, it is the planner's reason, if it gave one: the recorded one, which does not
+    depend on the planner's present code.
     """
     planner = moment.planner
     ranking = None if planner is None else planner.ranking
     if not ranking:
-        return reason_text(None if planner is None else planner.reason, finding.kinds)
+        reason = moment.reason or (None if planner is None else planner.reason)
+        return reason_text(reason, finding.kinds)
     names = [actor_name(actor, finding.kinds.get(actor)) for actor in ranking[:TOP]]
     hit = finding.incident.infraction.actor
     if hit in ranking[TOP:]:

@@ -5,6 +5,7 @@ from plant_bench.reports.why.brake_onset import Braking
 from plant_bench.reports.why.incident_findings import FIRST_FEW, ActorRank, Finding
 from plant_bench.reports.why.incidents import actor_name
 from plant_bench.reports.why.stationary import Standing
+from plant_bench.reports.why.time_use import TimeUse
 from plant_bench.runner.review.review_frames import Postmortem
 from plant_bench.scoring.infractions import InfractionKind
 from plant_bench.world.scene import ActorKind
@@ -22,11 +23,14 @@ CAUSES: dict[Cause, str] = {
 def verdict(finding: Finding, postmortem: Postmortem) -> str:
     """Return the measurements about an incident as a few sentences."""
     kind = finding.incident.infraction.kind
+    time = "" if finding.time_use is None else f"{_of_time_use(finding.time_use)} "
+    if kind is InfractionKind.TIMEOUT and time:
+        return time.strip()
     if not finding.asked:
         why = postmortem.expert_note or "it was not queried"
-        return f"What the expert would have done is not known: {why}."
+        return f"{time}What the expert would have done is not known: {why}."
     if kind is InfractionKind.BLOCKED and finding.standing is not None:
-        return _of_standing(finding.standing, finding.kinds)
+        return time + _of_standing(finding.standing, finding.kinds)
     if kind is InfractionKind.OUTSIDE_LANES:
         share = finding.incident.infraction.share or 0.0
         return f"{share:.2%} of the distance was driven outside the lanes or against the direction."
@@ -53,6 +57,27 @@ def reason_text(reason: Reason | None, kinds: dict[int, ActorKind]) -> str:
     if reason.actor == NO_ACTOR:
         return CAUSES[reason.cause]
     return f"{CAUSES[reason.cause]}: {actor_name(reason.actor, kinds.get(reason.actor))}"
+
+
+def stop_reason(reason: Reason, kinds: dict[int, ActorKind]) -> str:
+    """Return the reason of a stop as text; a stop for no reason is "nothing"."""
+    return "nothing" if reason.cause is Cause.FREE else reason_text(reason, kinds)
+
+
+def _of_time_use(use: TimeUse) -> str:
+    total = sum(use.stationary.values())
+    if not use.stops:
+        return f"The ego was never stationary in {use.seconds:.0f} s."
+    parts = ", ".join(
+        f"{seconds:.0f} s for {stop_reason(Reason(cause), {})}"
+        for cause, seconds in use.stationary.items()
+    )
+    how = "as the planner recorded" if use.recorded else "by what was close ahead"
+    stop = use.stops[0]
+    return (
+        f"The ego was stationary for {total:.0f} of {use.seconds:.0f} s ({how}: {parts}). The "
+        f"longest stop lasted {stop.seconds:.0f} s, {stop.progress:.0f} m along the route."
+    )
 
 
 def _since(braking: Braking) -> str:

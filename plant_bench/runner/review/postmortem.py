@@ -8,7 +8,7 @@ else its code has changed and the ranking is dropped.
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-from plant_bench.agent import Agent, Control, Input, Plan, Privileged, Ranker
+from plant_bench.agent import Agent, Control, Input, Plan, Privileged, Ranker, Reason
 from plant_bench.agents.loading.registry import load_agent
 from plant_bench.data.recording import Recording
 from plant_bench.errors import AgentError, InputError
@@ -104,7 +104,8 @@ class _Review:
         windows: Sequence[Window],
     ) -> None:
         self._result, self._route, self._windows = result, route, windows
-        self._actions = recording.actions
+        self._actions, self._reasons = recording.actions, recording.reasons
+        self._reason: Reason | None = None
         self._position = RouteProgress(route)
         self._sensors = Sensors(route, result.seed, PERCEIVED)
         self._expert = _ShadowAgent(load_agent("expert"), route, result.seed)
@@ -129,6 +130,7 @@ class _Review:
             action = self._actions[tick.row]
             self._plan = action if isinstance(action, Plan) else None
             self._planned_at = scene.ego
+            self._reason = self._reasons[tick.row]
         if tick.row < len(self._actions) - 1:  # no decision is made at the last scene
             self._query(tick)
         if any(scene.tick in window for window in self._windows):
@@ -181,6 +183,7 @@ class _Review:
             planned_at=self._planned_at,
             planner=self._planner.last,
             expert=self._expert.last,
+            reason=self._reason,
         )
 
 

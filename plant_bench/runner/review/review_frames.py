@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from plant_bench.agent import Control, Observation, Plan
+from plant_bench.agent import Control, Observation, Plan, Reason
 from plant_bench.runner.decisions import Decision
 from plant_bench.scoring.results import EpisodeResult
 from plant_bench.world.route import Route
@@ -40,6 +40,7 @@ class Moment:
         planned_at: State of the ego when that plan was made.
         planner: The planner's latest decision in shadow mode; None if it cannot be queried.
         expert: The expert's latest decision in shadow mode; None if it cannot be queried.
+        reason: The latest recorded reason of the planner; None if it gave none.
     """
 
     scene: Scene
@@ -49,6 +50,7 @@ class Moment:
     planned_at: EgoState
     planner: Decision | None
     expert: Decision | None
+    reason: Reason | None = None
 
 
 @dataclass(frozen=True, eq=False)

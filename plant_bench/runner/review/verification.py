@@ -1,4 +1,4 @@
-"""Verifies records by resimulating episodes, with the agent or with the recorded controls."""
+"""Verifies records: scores their recordings again, and simulates episodes again."""
 
 import random
 import tempfile
@@ -17,9 +17,12 @@ from plant_bench.runner.workers.executors import Event, Finished, Lost, Progress
 from plant_bench.runner.workers.isolation import Isolation, loader_of
 from plant_bench.runner.workers.worker import Report
 from plant_bench.scoring.infractions import Status
+from plant_bench.scoring.rescore_episode import rescore
 from plant_bench.scoring.results import Crash, EpisodeResult
+from plant_bench.world.route import Route
 
 AGENT, CONTROLS = "agent", "controls"
+RECORDING = "a recording that can be scored"
 OnShare = Callable[[float], None]
 
 
@@ -40,6 +43,36 @@ class Task:
     record: EpisodeResult
     recording: Path | None
     isolation: Isolation | None = None
+
+
+@dataclass(frozen=True)
+class RescoringTask:
+    """A recorded episode to score again without the simulator; picklable.
+
+    Attributes:
+        name: Name of the episode's files.
+        route: The installed route.
+        record: The submitted record.
+        recording: The submitted recording.
+    """
+
+    name: str
+    route: Route
+    record: EpisodeResult
+    recording: Path
+
+
+@dataclass(frozen=True)
+class Checks:
+    """The results of verifying the episodes of a run.
+
+    Attributes:
+        simulated: Episodes of the sample, simulated again.
+        rescored: Episodes whose recording was scored again; all that have one.
+    """
+
+    simulated: list[EpisodeCheck]
+    rescored: list[EpisodeCheck]
 
 
 def sample_of(records: Mapping[str, EpisodeResult], size: int, seed: int) -> list[str]:
@@ -70,12 +103,12 @@ def verify_episodes(
     workers: int,
     on_share: OnShare,
     isolation: Isolation | None = None,
-) -> list[EpisodeCheck]:
-    """Simulate episodes again.
+) -> Checks:
+    """Score all recordings of a run again, and simulate some of its episodes again.
 
     Args:
         submission: The run.
-        names: Names of the episodes.
+        names: Names of the episodes to simulate.
         agent: Agent that drives, as named for `load_agent`; None for the recorded controls.
         workers: Number of processes.
         on_share: Called with the fraction of the work done, 0 to 1.
@@ -85,7 +118,8 @@ def verify_episodes(
         InputError: The agent or a town cannot be used.
         SimulationError: Worker processes do not start.
     """
-    tasks = [_task(submission, name, agent, isolation) for name in names]
+    simulations = [_task(submission, name, agent, isolation) for name in names]
+    tasks: list[Task | RescoringTask] = [*simulations, *_rescoring_tasks(submission)]
     shares = [0.0] * len(tasks)
     found: dict[int, EpisodeCheck] = {}
 
@@ -93,14 +127,25 @@ def verify_episodes(
         if isinstance(event, Finished):
             found[event.task] = event.value
         elif isinstance(event, Lost):
-            found[event.task] = _not_simulated(tasks[event.task], event.reason)
+            found[event.task] = _lost(tasks[event.task], event.reason)
         if isinstance(event, Progressed | Finished | Lost):
             shares[event.task] = event.share if isinstance(event, Progressed) else 1.0
             on_share(sum(shares) / len(shares))
 
     with tempfile.TemporaryDirectory(prefix="plant-bench-verify-") as logs:
-        run_tasks(tasks, check_episode, workers=workers, on_event=listen, logs=Path(logs))
-    return [found[index] for index in sorted(found)]
+        run_tasks(tasks, check, workers=workers, on_event=listen, logs=Path(logs))
+    checks = [found[index] for index in sorted(found)]
+    return Checks(checks[: len(simulations)], checks[len(simulations) :])
+
+
+def _rescoring_tasks(submission: Submission) -> list[RescoringTask]:
+    """Return a task for each episode with a recording; a link counts, and is then a difference."""
+    paths = {name: submission.folder.recording_path(name) for name in submission.records}
+    return [
+        RescoringTask(name, submission.routes[record.route], record, paths[name])
+        for name, record in submission.records.items()
+        if paths[name].is_symlink() or paths[name].is_file()
+    ]
 
 
 def _task(
@@ -111,6 +156,25 @@ def _task(
     if agent is None:
         return Task(name, job, record, submission.folder.recording_path(name))
     return Task(name, Job(**{**vars(job), "agent": agent}), record, None, isolation)
+
+
+def check(task: Task | RescoringTask, report: Report) -> EpisodeCheck:
+    """Run a task in a worker process; see `check_episode` and `check_score`."""
+    return check_score(task) if isinstance(task, RescoringTask) else check_episode(task, report)
+
+
+def check_score(task: RescoringTask) -> EpisodeCheck:
+    """Score a recording again without the simulator, and compare the records."""
+    route = task.route
+    try:
+        if task.recording.is_symlink():
+            difference = Difference("recording", "symbolic link", RECORDING)
+        else:
+            again = rescore(Recording.load(task.recording), route.load_town(), route)
+            difference = first_difference(task.record, again)
+    except Exception as error:  # noqa: BLE001  an untrusted recording may cause any error
+        difference = Difference("recording", in_one_line(error), RECORDING)
+    return EpisodeCheck(task.name, route.town, difference)
 
 
 def check_episode(task: Task, report: Report) -> EpisodeCheck:
@@ -158,6 +222,9 @@ def _resimulated_difference(task: Task, path: Path, report: Report) -> Differenc
     return None if again is None else first_difference(record, again)
 
 
-def _not_simulated(task: Task, reason: str) -> EpisodeCheck:
+def _lost(task: Task | RescoringTask, reason: str) -> EpisodeCheck:
+    if isinstance(task, RescoringTask):
+        difference = Difference("recording", f"not scored: {reason}", RECORDING)
+        return EpisodeCheck(task.name, task.route.town, difference)
     difference = Difference("status", task.record.status.value, f"not simulated: {reason}")
     return EpisodeCheck(task.name, task.job.route.town, difference)

@@ -42,11 +42,13 @@ def test_compare_equals_the_command(
     new = write_run(tmp_path / "b", "new", routes=12, worse=40, checksum="b" * 64)
     said: list[PairedDifference] = []
 
-    def say(difference: PairedDifference, *_names: str, penalties: PenaltyScheme) -> None:
-        del penalties
+    def say(
+        difference: PairedDifference, *_names: str, penalties: PenaltyScheme, routes: int | None
+    ) -> None:
+        del penalties, routes
         said.append(difference)
 
-    monkeypatch.setattr("plant_bench.reports.tables.print_difference", say)
+    monkeypatch.setattr("plant_bench.reports.comparison_table.print_difference", say)
     done = CliRunner().invoke(app, ["compare", str(base), str(new), "--penalties", penalties])
 
     assert done.exit_code == 0

@@ -1,11 +1,17 @@
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy import stats
 
 from plant_bench.errors import InputError
-from plant_bench.scoring.comparison import detectable_difference, paired_difference
+from plant_bench.scoring.comparison import (
+    Verdict,
+    detectable_difference,
+    paired_difference,
+    verdict_of,
+)
 from plant_bench.scoring.penalties import PenaltyScheme
 
 
@@ -159,3 +165,38 @@ def test_detectable_difference_is_found_with_80_percent_power():
         error = math.sqrt(2.0 * pooled / (routes * repetitions))
         found += difference > stats.t.ppf(0.975, 48) * error
     assert 0.77 < found / 1000 < 0.87
+
+
+def test_interval_above_zero_with_three_differing_routes_is_not_significant(episode):
+    """A percentile bootstrap excludes zero by construction; the test over routes does not."""
+    a = drives(episode, (0.5, 0.5, 0.5, 0.5, 0.5, 0.5))
+    b = drives(episode, (0.6, 0.9, 0.7, 0.5, 0.5, 0.5))
+    better, worse = paired_difference(a, b), paired_difference(b, a)
+
+    assert better.low > 0.0
+    assert better.p_value == pytest.approx(0.25)
+    assert (better.verdict, worse.verdict) == (Verdict.NOT_SIGNIFICANT, Verdict.NOT_SIGNIFICANT)
+
+
+def test_verdict_needs_a_small_p_value_and_an_interval_without_zero(episode):
+    a = drives(episode, (0.5, 0.4, 0.3, 0.5, 0.5, 0.6))
+    b = drives(episode, (0.6, 0.5, 0.4, 0.7, 0.6, 0.7))
+    better, worse = paired_difference(a, b), paired_difference(b, a)
+
+    assert (better.verdict, worse.verdict) == (Verdict.BETTER, Verdict.WORSE)
+    assert verdict_of(better, 0.051) is Verdict.NOT_SIGNIFICANT
+    assert verdict_of(replace(better, low=-0.1), 0.01) is Verdict.NOT_SIGNIFICANT
+    assert paired_difference(a[:4], b[:4]).verdict is Verdict.TOO_FEW_ROUTES
+
+
+def test_routes_are_listed_by_the_size_of_their_difference(episode):
+    a = drives(episode, (0.5, 0.9, 0.3), repetitions=2)
+    b = drives(episode, (0.4, 0.9, 0.8), repetitions=2)
+
+    first, second, third = paired_difference(a, b).by_route
+
+    assert [first.difference, second.difference, third.difference] == pytest.approx([50, -10, 0])
+    assert (first.first, first.second) == pytest.approx((30.0, 80.0))
+    assert first.route == a[4].route
+    assert first.first_episodes == tuple(a[4:])
+    assert first.second_episodes == tuple(b[4:])

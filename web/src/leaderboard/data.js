@@ -74,8 +74,6 @@ import { isKnown } from "./text.js";
  * @property {() => Episode[]} episodes all of them; unpacked when first called
  */
 
-const SIGNIFICANCE = 0.05; // of corrected p-values
-
 /** What the filters are set to; changed by main.js only. */
 export const filters = { text: "", track: "", town: "", board: "" };
 
@@ -129,7 +127,7 @@ function unpackBoard(packed, place) {
  * @returns {Difference}
  */
 function unpackDifference(packed, entries) {
-  const [better, worse, mean, low, high, , corrected, pairs, routes] = packed;
+  const [better, worse, mean, low, high, , corrected, pairs, routes, significant] = packed;
   return {
     better: entries[better],
     worse: entries[worse],
@@ -139,7 +137,7 @@ function unpackDifference(packed, entries) {
     corrected,
     pairs,
     routes,
-    significant: isKnown(corrected) && corrected <= SIGNIFICANCE,
+    significant: significant === 1,
   };
 }
 

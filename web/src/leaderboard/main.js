@@ -30,7 +30,7 @@ const LEGEND = [
     "Significant differences",
     "Two planners are compared on the routes and seeds that both drove. The interval is a " +
       "95 % bootstrap over routes; p comes from a sign-flip test over routes, corrected for all pairs " +
-      "of the table (Holm). A difference is significant if p is at most 0.05.",
+      "of the table (Holm). A difference is significant if p is at most 0.05 and the interval excludes zero.",
   ],
   [
     "Hazards",

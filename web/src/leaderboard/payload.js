@@ -66,7 +66,8 @@
  * ]} PackedEpisode
  * @typedef {[
  *   better: number, worse: number, mean: number, low: number | null, high: number | null,
- *   p: number | null, corrected: number | null, pairs: number, routes: number
+ *   p: number | null, corrected: number | null, pairs: number, routes: number,
+ *   significant: number
  * ]} PackedDifference
  * @typedef {[
  *   ranker: string, planner: string, mean: number | null, std: number | null, episodes: number

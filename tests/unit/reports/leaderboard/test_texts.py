@@ -4,6 +4,7 @@ import subprocess
 
 import pytest
 
+from plant_bench.reports.leaderboard.columns import leaderboard_frame
 from plant_bench.reports.leaderboard.latex import latex_escaped, latex_text
 from plant_bench.reports.leaderboard.markdown import markdown_escaped, markdown_text
 
@@ -65,3 +66,16 @@ def test_latex_compiles(made, tmp_path):
     command = ["pdflatex", "-interaction=nonstopmode", "-halt-on-error", document.name]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout[-2000:]
+
+
+def test_caption_says_if_only_some_routes_were_driven(tmp_path, write_run, leaderboard):
+    path = write_run(tmp_path / "a", repetitions=1)
+    complete = latex_text(leaderboard([path]))
+    for record in sorted((path / "episodes").iterdir())[2:]:
+        record.unlink()
+    made = leaderboard([path])
+
+    assert "over 1 repetition." in complete
+    assert "over 1 repetition of 2 of 6 routes." in latex_text(made)
+    frame = leaderboard_frame(made)
+    assert (frame["routes"][0], frame["suite_routes"][0]) == (2, 6)

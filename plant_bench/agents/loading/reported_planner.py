@@ -23,6 +23,8 @@ class ReportedPlanner:
         self.inputs = agent.inputs
 
     def __getattr__(self, name: str) -> Any:
+        if name == "_agent":  # asked for while a copy is made
+            raise AttributeError(name)
         value = getattr(self._agent, name)
         return partial(call_reported, value) if name == "explain" and callable(value) else value
 

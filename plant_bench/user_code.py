@@ -39,11 +39,11 @@ def contained() -> Iterator[None]:
         start, leave = threading.Thread.start, os._exit
         started: list[threading.Thread] = []
 
-        def start_daemon(thread: threading.Thread) -> None:
+        def start_daemon(self: threading.Thread) -> None:
             with suppress(RuntimeError):  # it has already been started, as `start` will say
-                thread.daemon = True
-            started.append(thread)
-            start(thread)
+                self.daemon = True
+            started.append(self)
+            start(self)
 
         threading.Thread.start = start_daemon
         os._exit = _exit_function(leave)

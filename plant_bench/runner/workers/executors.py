@@ -196,8 +196,9 @@ def log_name(worker: int) -> str:
 
 def fatal_error(failed: Failed, log: Path | None) -> InputError:
     """Return the error that ends a run after a fatal failure; it names the log of a traceback."""
-    named = failed.logged and log is not None
-    return InputError(with_log(failed.reason, log) if named else failed.reason)
+    if failed.logged and log is not None:
+        return InputError(with_log(failed.reason, log))
+    return InputError(failed.reason)
 
 
 def _kill(processes: Sequence[_Process]) -> None:

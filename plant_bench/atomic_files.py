@@ -39,6 +39,10 @@ def whole_file(path: Path, *, new: bool = False) -> Iterator[Path]:
         else:
             part.replace(path)
         _to_disk(path.parent)
+    except OSError as error:
+        if error.errno is not None and error.filename is None:  # a full disk names no file
+            error.filename = str(path)
+        raise
     finally:
         part.unlink(missing_ok=True)
 

@@ -66,6 +66,12 @@ def _further() -> list[str]:
     return [item for item in os.environ.get(TOWNS_VARIABLE, "").split(os.pathsep) if item]
 
 
+def make_towns_variable_absolute() -> None:
+    """Make the folders of PLANT_BENCH_TOWNS absolute, so that the working folder may change."""
+    if folders := _further():
+        os.environ[TOWNS_VARIABLE] = os.pathsep.join(str(Path(item).absolute()) for item in folders)
+
+
 def towns_dirs_of(suite: Path) -> list[Path]:
     """Return the folders in which a suite may include its own towns; they need not exist."""
     folder = suite.resolve()

@@ -2,6 +2,7 @@
 
 PlantBenchError
 ├── InputError        the user's input is invalid; the command line exits with code 2
+│   └── UserCodeError   the code of a user's planner raised an exception while it was loaded
 ├── AgentError        a planner raised an exception or returned an invalid action
 └── SimulationError   SUMO failed, and the input is not the cause
 """
@@ -30,6 +31,13 @@ class InputError(PlantBenchError):
         """
         line = " ".join(super().__str__().splitlines())
         return shortened(spelt_out(line), LONGEST_MESSAGE)
+
+
+class UserCodeError(InputError):
+    """Raised when a planner's own code raises an exception while it is loaded or created.
+
+    Its cause is that exception, whose traceback has been logged (`user_code.log_traceback`).
+    """
 
 
 class AgentError(PlantBenchError):

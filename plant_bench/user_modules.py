@@ -11,6 +11,7 @@ from typing import Any
 from plant_bench.errors import InputError, did_you_mean
 from plant_bench.renamed import renamed_import
 from plant_bench.source_code import source_of
+from plant_bench.user_code import loading_error
 
 _PACKAGE = Path(__file__).resolve().parent
 _INSTALLED = {"site-packages", "dist-packages"}
@@ -106,10 +107,8 @@ def load_module(module: str, who: str) -> ModuleType:
     except InputError:
         raise
     except (Exception, SystemExit) as error:
-        message = (
-            f"The {who} cannot be loaded: {type(error).__name__}: {error}{renamed_import(error)}"
-        )
-        raise InputError(message) from error
+        hint = renamed_import(error)
+        raise loading_error(f"The {who} cannot be loaded", error, hint) from error
 
 
 def forget_file(module: str) -> None:

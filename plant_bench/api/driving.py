@@ -75,8 +75,8 @@ def drive(
         AgentError: The planner fails.
         SimulationError: SUMO fails.
     """
-    agent = _make_planner(planner)
     chosen = route if isinstance(route, Route) else _route(suite, str(route))
+    agent = _make_planner(planner)
     traffic = repetition_seed(seed, chosen.id, repetition)
     return _steps(agent, Scenario(chosen, traffic, density, hazards))
 

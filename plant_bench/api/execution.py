@@ -4,6 +4,7 @@ import os
 from collections.abc import Callable, Mapping
 from enum import StrEnum
 from importlib.util import find_spec
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from plant_bench.errors import InputError
@@ -60,7 +61,11 @@ def chosen_executor(
 
 
 def isolation_for(
-    spec: str, *, isolate: bool, limits: Mapping[str, float | None] | None = None
+    spec: str,
+    *,
+    isolate: bool,
+    limits: Mapping[str, float | None] | None = None,
+    log: Path | None = None,
 ) -> "Isolation | None":
     """Return the isolation of a planner; None if the workers load it themselves.
 
@@ -68,6 +73,7 @@ def isolation_for(
         spec: Name of the planner; a "command:" planner is always isolated.
         isolate: Whether to isolate any other planner.
         limits: Values of `Limits` by field name; None for a field's default.
+        log: File for the traceback if the planner's code fails; None to drop it.
 
     Raises:
         InputError: A limit is set for a planner that is not isolated, or the planner does not
@@ -85,4 +91,4 @@ def isolation_for(
     from plant_bench.agents.remote.process import Limits
     from plant_bench.runner.workers.isolation import isolation_of
 
-    return isolation_of(spec, Limits(**chosen))
+    return isolation_of(spec, Limits(**chosen), log)

@@ -37,6 +37,7 @@ from plant_bench.runner.run.summary_files import write_summary
 from plant_bench.scoring.penalties import penalty_scheme_of
 from plant_bench.scoring.relevance import RelativeScore, relative_score
 from plant_bench.scoring.results import EpisodeResult
+from plant_bench.user_code import contained
 
 EXPERT, FILTERED = "expert", "expert-filtered"
 
@@ -172,7 +173,8 @@ def score_relevance(
         ranking.partition(":")[0]: f"{FILTERED}@{ranking}" for ranking in rankings
     }
     for agent in agents.values():
-        load_agent(agent)  # report errors before the first run
+        with contained():
+            load_agent(agent)  # report errors before the first run
     runs: dict[str, OpenRun] = {}
     for name, agent in agents.items():
         run = drive_missing(
@@ -198,7 +200,8 @@ def score_relevance(
 
 
 def _best_ranker(agent: str) -> str:
-    return ATTENTION if ranks_itself(load_agent(agent)) else MASKING
+    with contained():
+        return ATTENTION if ranks_itself(load_agent(agent)) else MASKING
 
 
 def _results(run: OpenRun) -> Iterator[EpisodeResult]:

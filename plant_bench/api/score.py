@@ -2,6 +2,7 @@
 
 import logging
 import os
+import re
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, ExitStack, contextmanager
 from dataclasses import dataclass
@@ -13,14 +14,18 @@ from plant_bench.api.planners import PlannerLike, resolve
 from plant_bench.errors import InputError
 from plant_bench.runner.episode.jobs import episode_name
 from plant_bench.runner.run.episode_queue import SuiteEvent, run_suite
+from plant_bench.runner.run.folder import RunFolder
 from plant_bench.runner.run.run_lock import Shard
 from plant_bench.runner.run.score_run import Run as OpenRun
 from plant_bench.runner.run.score_run import ScoreRequest, open_run
+from plant_bench.runner.run.speed import read_timings
 from plant_bench.runner.workers.executors import Executor, LocalExecutor
 from plant_bench.runner.workers.isolation import Isolation, loader_of
 from plant_bench.runner.workers.preloading import preloader
+from plant_bench.runner.workers.worker import WORKER_EXITED
 from plant_bench.scoring.infractions import Status
 from plant_bench.scoring.penalties import PenaltyScheme, penalty_scheme_of
+from plant_bench.user_code import planner_log, with_log
 
 if TYPE_CHECKING:  # loads pandas, which driving does not need
     from plant_bench.api.run import Run
@@ -68,6 +73,8 @@ class Failure:
         episodes: Number of all episodes of the run.
         route: Route of the first of these episodes.
         reason: Error message of the first of these episodes.
+        log: File with the output of the worker that drove it; the folder of all logs if its worker
+            has ended.
     """
 
     status: Status
@@ -75,12 +82,17 @@ class Failure:
     episodes: int
     route: str
     reason: str
+    log: Path
 
     def __str__(self) -> str:
-        return (
+        reason = self.reason
+        if self.status is Status.AGENT_CRASHED and reason.startswith(WORKER_EXITED):
+            reason += " If the planner ended it (os._exit), use --isolate."
+        text = (
             f"{self.count} of {self.episodes} episodes ended with '{self.status.value}', the first "
-            f"on {self.route}: {self.reason}"
+            f"on {self.route}: {reason}"
         )
+        return with_log(text, self.log)
 
 
 def score(
@@ -145,6 +157,10 @@ def score(
         message = f"repetitions: expected at least 1, got {repetitions}."
         raise InputError(message)
     resolved = resolve(planner)
+    request = ScoreRequest(
+        resolved.spec, os.fspath(suite), routes, repetitions, seed, density, hazards
+    )
+    folder = resolved.run_folder(request) if out is None else Path(out)
     settings = ExecutionSettings(
         cores() if workers is None else workers,
         executor=chosen_executor(executor, address, workers, _log.warning),
@@ -152,12 +168,10 @@ def score(
         overwrite=overwrite,
         recordings=recordings,
         penalties=penalty_scheme_of(penalties),
-        isolation=isolation_for(resolved.spec, isolate=isolate),
+        isolation=isolation_for(
+            resolved.spec, isolate=isolate, log=RunFolder(request.folder(folder)).planner_log
+        ),
     )
-    request = ScoreRequest(
-        resolved.spec, os.fspath(suite), routes, repetitions, seed, density, hazards
-    )
-    folder = resolved.run_folder(request) if out is None else Path(out)
     run = drive_missing(request, folder, settings, silent_monitor(on_event))
     for failure in failures_of(run):
         _log.warning("%s", failure)
@@ -188,14 +202,15 @@ def drive_missing(
         )
         hold.enter_context(executor.connected())  # before the run's folder is created
         load = loader_of(settings.isolation)  # this process loads planners, too
-        run = open_run(
-            request,
-            out,
-            overwrite=settings.overwrite,
-            shard=settings.shard,
-            lock_stack=hold,
-            load=load,
-        )
+        with planner_log(RunFolder(request.folder(out)).planner_log):
+            run = open_run(
+                request,
+                out,
+                overwrite=settings.overwrite,
+                shard=settings.shard,
+                lock_stack=hold,
+                load=load,
+            )
         try:
             with monitor(run) as listener:
                 run_suite(
@@ -216,14 +231,26 @@ def drive_missing(
 
 def failures_of(run: OpenRun) -> list[Failure]:
     """Return the crashes of a run: at most one `Failure` for each status in `FAILURES`."""
-    results = [run.folder.record(episode_name(job)) for job in run.jobs]
+    results = {episode_name(job): run.folder.record(episode_name(job)) for job in run.jobs}
     failures = []
     for status in FAILURES:
-        failed = [result for result in results if result is not None and result.status is status]
-        if failed:
-            first = failed[0]
-            failures.append(Failure(status, len(failed), len(run.jobs), first.route, first.reason))
+        failed = [name for name, result in results.items() if result and result.status is status]
+        first = results[failed[0]] if failed else None
+        if first is not None:
+            log = _log_of(run.folder, failed[0])
+            failures.append(
+                Failure(status, len(failed), len(run.jobs), first.route, first.reason, log)
+            )
     return failures
+
+
+def _log_of(folder: RunFolder, episode: str) -> Path:
+    """Return the log of the worker that drove an episode; the folder of logs if it is unknown."""
+    logs = folder.path / "logs"
+    for timing in read_timings(folder, [episode]):
+        if re.fullmatch(r"worker\d+\.log", timing.log) and (logs / timing.log).is_file():
+            return logs / timing.log
+    return logs
 
 
 def silent_monitor(on_event: Listener | None = None) -> RunMonitor:

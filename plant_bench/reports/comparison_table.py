@@ -41,11 +41,10 @@ def print_difference(
         routes: Number of routes to list, those with the largest differences first; None for all.
     """
     known = math.isfinite(difference.low)
-    interval = f"95 % interval {difference.low:+.2f} to {difference.high:+.2f} "
+    interval = f", 95 % confidence interval {difference.low:+.2f} to {difference.high:+.2f}"
     console.print(
-        f"{second} against {first}: DS (penalties {penalties}) {difference.mean:+.2f}, "
-        f"{interval * known}"
-        f"({counted(difference.pairs, 'pair')} of episodes on "
+        f"{second} minus {first}: DS (penalties {penalties}) {difference.mean:+.2f}"
+        f"{interval * known} ({counted(difference.pairs, 'pair')} of episodes on "
         f"{counted(difference.routes, 'route')})"
     )
     if known:
@@ -66,7 +65,7 @@ def verdict_text(difference: PairedDifference) -> str:
     """Return the verdict on a difference as a sentence."""
     verdict = difference.verdict
     if verdict is Verdict.TOO_FEW_ROUTES:
-        return f"Too few routes for an interval: expected at least {LEAST_ROUTES}."
+        return f"Too few routes for a confidence interval: expected at least {LEAST_ROUTES}."
     small = f"p is at most {LEVEL:g}"
     if verdict is Verdict.BETTER:
         return f"Better: {small}, and the interval is above zero."

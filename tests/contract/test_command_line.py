@@ -1,5 +1,6 @@
 """The command line as a user runs it: commands, exit codes and messages."""
 
+import errno
 import os
 import subprocess
 import sys
@@ -71,6 +72,11 @@ def test_help_of_each_command_shows_its_usage(command, tmp_path):
     [
         (["score", "--agent", "exprt"], "Did you mean 'expert'?"),
         (["score", "--agent", "nowhere.py:Agent"], "There is no file"),
+        (["score", "--agent", "nowhere.py"], "There is no file nowhere.py. Expected a planner as"),
+        (["score", "--agent", "one.py"], "names no class. Add :Mine, as in one.py:Mine."),
+        (["score", "--agent", "one.py@w"], "Add :Mine, as in one.py:Mine@w."),
+        (["score", "--agent", "two.py:"], "Add one of :Mine, :Other, as in two.py:Mine."),
+        (["score", "--agent", "broken.py"], "Expected a planner as file.py:Class, got 'broken.py'"),
         (["score", "--agent", "cruise", "--suite", "longest7"], "Available suites: longest6"),
         (["score", "--agent", "cruise", "--routes", "99"], "numbers from 0 to 35"),
         (["score", "--agent", "cruise", "--routes", "twon01-0"], "Did you mean town01-0?"),
@@ -113,6 +119,10 @@ def test_help_of_each_command_shows_its_usage(command, tmp_path):
 def test_bad_input_is_one_message_and_exit_code_2(arguments, words, tmp_path, monkeypatch, capsys):
     (tmp_path / "file").touch()
     (tmp_path / "broken.json").write_text('{"format": 1, "routes": [{"id": "x"}]}')
+    planner = "class {}:\n    def act(self, observation): ...\n"
+    (tmp_path / "one.py").write_text("class Helper: ...\n" + planner.format("Mine"))
+    (tmp_path / "two.py").write_text(planner.format("Mine") + planner.format("Other"))
+    (tmp_path / "broken.py").write_text("class Mine(:")
     monkeypatch.chdir(tmp_path)
 
     assert exit_code(arguments, monkeypatch) == 2
@@ -198,3 +208,20 @@ def test_cli_starts_without_numpy_and_score_without_optional_libraries():
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
 
     assert (done.stdout, done.stderr) == ("False\n", "")
+
+
+def test_full_disk_is_one_line_that_names_the_file(tmp_path, monkeypatch, capsys):
+    from plant_bench.atomic_files import write_whole
+
+    def fill(part):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    def command(*_, **__):
+        write_whole(tmp_path / "verdict.json", fill)
+
+    monkeypatch.setattr("plant_bench.cli.app", command)
+
+    assert exit_code(["agents"], monkeypatch) == 2
+
+    said = capsys.readouterr().err
+    assert f"Cannot use {tmp_path / 'verdict.json'}: No space left on device." in said

@@ -26,7 +26,7 @@ REASONS = {
     "Leaks": "act raised MemoryLimitError: it uses more than 0.25 GB (--memory-limit).",
     "Segfaults": "act raised ProcessEndedError: its process was ended by SIGSEGV.",
     "ExitsAtOnce": "act raised ProcessEndedError: its process ended with exit code 3.",
-    "Raises": "act raised ValueError: no way out of <object object at 0x...>",
+    "Raises": "act raised ValueError: no way out of <object object at 0x...> (hostile.py:75)",
     "AnswersNaN": "act: expected finite numbers, got Control(acceleration=nan, steering=0.0).",
     "ClosesItsPipe": "act raised ProcessEndedError: it has closed its pipe.",
     "AnswersGarbage": "act raised ProtocolError: it sent more than one response, or sent before "
@@ -99,6 +99,9 @@ def test_misbehaving_isolated_planners_affect_only_their_own_episodes(tmp_path):
         for path in sorted((tmp_path / "clean" / part).iterdir()):
             assert path.read_bytes() == (tmp_path / "isolated" / part / path.name).read_bytes()
     assert len(records(tmp_path / "clean")) == 2
+    logs = "".join(path.read_text() for path in (tmp_path / "isolated" / "logs").iterdir())
+    assert logs.count('raise ValueError(f"no way out of {object()}")') == 1  # its traceback
+    assert "Log: isolated/logs/worker" in said.splitlines()[-1]
 
 
 def test_ctrl_c_ends_all_planner_processes(tmp_path):

@@ -24,6 +24,7 @@ from plant_bench.source_code import (
     module_file,
     module_name,
 )
+from plant_bench.user_code import contained, working_folder
 from plant_bench.user_modules import own_files, package_files
 
 HARMLESS = {
@@ -89,17 +90,25 @@ def components_of(spec: str, load: Loader = load_agent) -> PlannerComponents:
     Raises:
         InputError: There is no such planner.
     """
-    agent = load(spec)
+    with contained():
+        agent = load(spec)
+        folder = working_folder()
     if PlannerSpec.parse(spec).kind is Kind.COMMAND:
         code = {module_file(name) for name in import_closure(REMOTE, without=_HARMLESS_TO_COMMANDS)}
-        return PlannerComponents(frozenset(_listed(agent) | code), _libraries(agent))
+        return PlannerComponents(frozenset(_listed(agent, folder) | code), _libraries(agent))
     if getattr(agent, "remote", False):  # its process has reported all files
-        return PlannerComponents(frozenset(_listed(agent)), _libraries(agent))
-    return components_of_loaded(spec, agent)
+        return PlannerComponents(frozenset(_listed(agent, folder)), _libraries(agent))
+    return components_of_loaded(spec, agent, folder)
 
 
-def components_of_loaded(spec: str, agent: Agent) -> PlannerComponents:
-    """Return the files and libraries of a planner that was loaded in this process."""
+def components_of_loaded(spec: str, agent: Agent, folder: str | None) -> PlannerComponents:
+    """Return the files and libraries of a planner that was loaded in this process.
+
+    Args:
+        spec: The planner's name.
+        agent: The planner.
+        folder: Its working folder, which its code may have changed.
+    """
     kind = PlannerSpec.parse(spec).kind
     file = Path(planner_module(spec).__file__ or "")
     own = module_name(file)
@@ -114,7 +123,8 @@ def components_of_loaded(spec: str, agent: Agent) -> PlannerComponents:
     core = {module_file(name) for name in closure}
     libraries |= NUMERICAL_PACKAGES & imported_packages(core)
     core |= {path for name in closure for path in data_files(name)}
-    return PlannerComponents(frozenset(files | core | _listed(agent)), _libraries(agent, libraries))
+    files |= core | _listed(agent, folder)
+    return PlannerComponents(frozenset(files), _libraries(agent, libraries))
 
 
 _HARMLESS_TO_COMMANDS = {
@@ -128,8 +138,11 @@ def _libraries(agent: Agent, imported: frozenset[str] = frozenset()) -> frozense
     return imported if declared is None else frozenset(declared)
 
 
-def _listed(agent: Agent) -> set[Path]:
-    return {Path(item) for item in getattr(agent, "files", ())}
+def _listed(agent: Agent, folder: str | None) -> set[Path]:
+    listed = {Path(item) for item in getattr(agent, "files", ())}
+    if folder is None or folder == working_folder():
+        return listed
+    return {Path(folder, path) for path in listed}
 
 
 def _hash(path: Path, spec: str) -> str:

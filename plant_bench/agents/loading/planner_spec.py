@@ -7,6 +7,7 @@ path/to/file.py:Class          a class in a file
 command:./program --flag       a program in another process (docs/reference/protocol-agents.md)
 """
 
+import ast
 import re
 import shlex
 from collections.abc import Callable
@@ -120,6 +121,8 @@ def _parsed(text: str) -> PlannerSpec:
         kind, found = Kind.INSTALLED, installed_planners()[target].target
     module, _, name = (found or target).rpartition(":")
     if not module or not name:
+        if target.rstrip(":").endswith(".py"):
+            raise InputError(_class_missing(target.rstrip(":"), argument))
         known = [*AGENTS, *(name for name in installed_planners() if name not in AGENTS)]
         hint = did_you_mean(target, known, cutoff=0.5, quote="'")
         message = (
@@ -130,6 +133,29 @@ def _parsed(text: str) -> PlannerSpec:
     if found is None:
         kind = Kind.FILE if module.endswith(".py") else Kind.MODULE
     return PlannerSpec(text, kind, module, name, argument)
+
+
+def _class_missing(file: str, argument: str | None) -> str:
+    """Return the message for a file that is named without its class; it names those to choose."""
+    path = Path(file).expanduser()
+    if not path.is_file():
+        return f"There is no file {file}. Expected a planner as file.py:Class."
+    ending = "" if argument is None else f"@{argument}"
+    try:
+        statements = ast.parse(path.read_bytes()).body
+    except (SyntaxError, ValueError, OSError, RecursionError):
+        statements = []
+    classes = [item for item in statements if isinstance(item, ast.ClassDef)]
+    planners = [item.name for item in classes if "act" in map(_name_of, item.body)]
+    names = planners or [item.name for item in classes]
+    if not names:
+        return f"Expected a planner as file.py:Class, got '{file}{ending}'."
+    choice = f"Add :{names[0]}" if len(names) == 1 else f"Add one of :{', :'.join(names)}"
+    return f"'{file}' names no class. {choice}, as in {file}:{names[0]}{ending}."
+
+
+def _name_of(statement: ast.stmt) -> str:
+    return statement.name if isinstance(statement, ast.FunctionDef) else ""
 
 
 def _split(text: str) -> tuple[str, str | None]:

@@ -8,6 +8,7 @@ from plant_bench.agent import Agent
 from plant_bench.agents.loading.planner_spec import Kind, PlannerSpec
 from plant_bench.errors import AgentError, InputError
 from plant_bench.sensing.inputs import check_inputs
+from plant_bench.user_code import loading_error
 from plant_bench.user_modules import load_module, load_named
 
 Loader = Callable[[str], Agent]  # creates a planner from its name
@@ -31,8 +32,7 @@ def load_agent(text: str) -> Agent:
     except InputError:
         raise
     except (Exception, SystemExit) as error:
-        message = f"The agent '{text}' cannot be created: {type(error).__name__}: {error}"
-        raise InputError(message) from error
+        raise loading_error(f"The agent '{text}' cannot be created", error) from error
     if not isinstance(agent, Agent):
         message = (
             f"'{text}' is not a planner: expected the attributes inputs, reset and act "

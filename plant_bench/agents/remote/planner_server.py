@@ -8,6 +8,7 @@ The planner's output goes to standard error, since standard output carries the p
 import os
 import sys
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 
@@ -23,8 +24,9 @@ from plant_bench.agents.remote.messages import (
     route_in,
 )
 from plant_bench.agents.remote.process import LENGTH
-from plant_bench.errors import AgentError
+from plant_bench.errors import AgentError, InputError
 from plant_bench.inference_timing import listen_to_passes
+from plant_bench.user_code import code_location, located_text, log_traceback
 
 
 def main() -> None:
@@ -44,6 +46,7 @@ class _PlannerServer:
 
     def __init__(self) -> None:
         self._agent: Agent | None = None
+        self._folder = Path.cwd()
         self._components: PlannerComponents | None = None
         self._handlers: dict[str, Callable[[Wire], Wire]] = {
             "hello": self._hello,
@@ -57,13 +60,17 @@ class _PlannerServer:
         try:
             return self._handlers[request["type"]](request)
         except BaseException as error:  # noqa: BLE001  SystemExit and KeyboardInterrupt included
-            return {"type": "failed", "error": type(error).__name__, "message": _text(error)}
+            return _failed(error)
 
     def _hello(self, request: Wire) -> Wire:
         spec = request["agent"]
+        os.chdir(self._folder)  # the planner's code may change it, here and at any time
         self._agent = agent = load_agent(spec)
         if self._components is None:
-            self._components = components_of_loaded(spec, agent)
+            folder = Path.cwd()
+            os.chdir(self._folder)
+            self._components = components_of_loaded(spec, agent, str(folder))
+            os.chdir(folder)
         return {
             "type": "hello",
             "protocol": PROTOCOL_VERSION,
@@ -131,10 +138,20 @@ def _reason_out(agent: Agent) -> Wire:
     except AgentError as error:
         return {"explain_failed": _text(error)}
     except (Exception, SystemExit) as error:  # noqa: BLE001  a failed explain ends the episode
-        return {"explain_failed": f"explain raised {type(error).__name__}: {_text(error)}"}
+        log_traceback(error)
+        text = f"explain raised {type(error).__name__}: {located_text(error)}"
+        return {"explain_failed": text}
     if reason is None:
         return {}
     return {"reason": {"cause": int(reason.cause), "actor": int(reason.actor)}}
+
+
+def _failed(error: BaseException) -> Wire:
+    """Return the response to a request that raised an exception; log the planner's traceback."""
+    if code_location(error):
+        log_traceback(error)
+    name = InputError.__name__ if isinstance(error, InputError) else type(error).__name__
+    return {"type": "failed", "error": name, "message": located_text(error)}
 
 
 def _text(error: BaseException) -> str:

@@ -110,10 +110,12 @@ def score(
     # Connect first: the workers import their modules while this process imports its own.
     with here.connected() if cluster is None else nullcontext():
         from plant_bench.api.score import ExecutionSettings
+        from plant_bench.runner.run.folder import RunFolder
         from plant_bench.runner.run.run_lock import Shard
         from plant_bench.runner.run.score_run import ScoreRequest
         from plant_bench.scoring.penalties import penalty_scheme_of
 
+        request = ScoreRequest(agent, suite, routes, repetitions, seed, density, hazards)
         settings = ExecutionSettings(
             workers=workers or CORES,
             overwrite=overwrite,
@@ -129,9 +131,9 @@ def score(
                     "start_up": start_up_limit,
                     "memory": memory_limit,
                 },
+                log=RunFolder(request.folder(out)).planner_log,
             ),
         )
-        request = ScoreRequest(agent, suite, routes, repetitions, seed, density, hazards)
         code = _drive(request, out, settings)
     raise typer.Exit(code)
 

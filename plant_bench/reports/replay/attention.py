@@ -16,6 +16,7 @@ from plant_bench.reports.replay.overlay import Progress
 from plant_bench.runner.decisions import PlannerSession
 from plant_bench.runner.review.actor_ranking import relevance_of
 from plant_bench.scoring.results import EpisodeResult
+from plant_bench.user_code import contained
 from plant_bench.world.route import Route
 
 SPACING = 10  # ticks between two samples: 2 Hz, as the planner's own history of actors
@@ -50,6 +51,7 @@ class Attention:
         return cls(nothing, np.zeros(1, int), nothing, np.zeros(0), note)
 
 
+@contained()
 def attention_of(
     result: EpisodeResult, agent: str, recording: Recording, route: Route, progress: Progress
 ) -> Attention:

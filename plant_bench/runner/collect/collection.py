@@ -31,6 +31,7 @@ from plant_bench.runner.workers.executors import (
 )
 from plant_bench.sim.densities import density_of
 from plant_bench.towns.training_towns import TrainingTown, training_towns
+from plant_bench.user_code import contained
 from plant_bench.world.route import PROTOCOL, Route
 
 EXPECTED_RATE = 0.55  # frames per metre of route, before the first episode
@@ -101,7 +102,8 @@ def collect(
     request.check()
     density_of(request.density)
     if request.driver:
-        check_driver(request.driver)
+        with contained():
+            check_driver(request.driver)
     folder = DataFolder(out)
     folder.create(_origin(request))
     return _Collection(request, folder, workers, on_event).run()
@@ -199,7 +201,8 @@ class _Collection:
             notes[episode.name] = note
             self._on_event(DriveEnded(worker, episode.name, note, timing))
 
-        tasks = [DriveTask(episode, self._folder) for episode in missing]
+        folder = DataFolder(self._folder.path.absolute())  # a driver may change the working folder
+        tasks = [DriveTask(episode, folder) for episode in missing]
         self._run(tasks, drive_episode, listen)
         self._notes += [note for note in notes.values() if note is not None]
 

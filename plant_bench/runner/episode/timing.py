@@ -33,6 +33,7 @@ class Timing(BaseModel):
         inference_ms: Median time of one forward pass (IT), milliseconds; None if not reported.
         inference_tokens: Median number of tokens of a forward pass; None if not reported.
         processor: Name of the processor.
+        log: Name of the file in `logs/` with the output of the worker; empty if unknown.
     """
 
     model_config = ConfigDict(frozen=True)
@@ -53,6 +54,7 @@ class Timing(BaseModel):
     inference_ms: Amount | None = None
     inference_tokens: Amount | None = None
     processor: str = ""
+    log: str = ""
 
 
 class Stopwatch:

@@ -24,6 +24,8 @@ from plant_bench.runner.workers.executors import (
     SaveFile,
     Started,
     TaskQueue,
+    fatal_error,
+    log_name,
 )
 from plant_bench.runner.workers.worker import Failed, Message, Progress, Ready, TaskResult, Work
 
@@ -232,7 +234,7 @@ class _RayPool:
             self._handle_loss(one, _last_line(error))
             return
         if reply.output:
-            with (self._logs / f"worker{one.number}.log").open("ab") as log:
+            with (self._logs / log_name(one.number)).open("ab") as log:
                 log.write(reply.output)
         self._handle_message(one, reply.message)
 
@@ -251,10 +253,10 @@ class _RayPool:
             self._on_event(Finished(one.number, task, output.value))
         elif isinstance(message, Failed):
             if message.fatal:
-                raise InputError(message.reason)
+                raise fatal_error(message, self._logs / log_name(one.number))
             one.task = None
             if task is not None:
-                self._queue.fail(one.number, task, message.reason)
+                self._queue.fail(one.number, task, message)
         one.ready = one.ready or isinstance(message, Ready)
         self._call_again(one)
 

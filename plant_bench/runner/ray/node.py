@@ -30,8 +30,17 @@ from plant_bench.runner.ray.payload import (
     environment,
     unpack,
 )
-from plant_bench.runner.workers.process_start import exit_reason, start_process
-from plant_bench.runner.workers.worker import Failed, Message, Progress, Ready, Report, Work, serve
+from plant_bench.runner.workers.process_start import start_process
+from plant_bench.runner.workers.worker import (
+    Failed,
+    Message,
+    Progress,
+    Ready,
+    Report,
+    Work,
+    exit_failure,
+    serve,
+)
 
 REPLY_TIMEOUT = 1.0  # s that one call waits for a message
 START_TIMEOUT = 120.0  # s for a worker process to start
@@ -142,7 +151,7 @@ class NodeWorker:
         except (EOFError, OSError):
             process.join()
             self._kill_process()
-            message = Failed(exit_reason(process.exitcode or 0))
+            message = exit_failure(process.exitcode or 0)
         return message
 
     def _kill_process(self) -> None:

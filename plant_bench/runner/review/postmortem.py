@@ -19,6 +19,7 @@ from plant_bench.runner.review.review_frames import Moment, Postmortem, Window
 from plant_bench.scoring.results import EpisodeResult
 from plant_bench.sensing.inputs import PERCEIVED
 from plant_bench.sensing.observe import Sensors
+from plant_bench.user_code import contained
 from plant_bench.world.route import Route
 from plant_bench.world.route_progress import RouteProgress
 from plant_bench.world.scene import TICK, EgoState, Scene
@@ -46,12 +47,13 @@ def review_episode(
         InputError: The recording is thinned, or the route has changed.
         SimulationError: SUMO fails.
     """
-    review = _Review(recording, result, route, windows)
     until = max((window.last for window in windows), default=0)
-    for tick in simulate_again(recording, result, route, until=until):
-        review.process(tick)
-        if progress is not None and tick.row % PROGRESS_INTERVAL == 0:
-            progress(tick.row / max(until, 1))
+    with contained():
+        review = _Review(recording, result, route, windows)
+        for tick in simulate_again(recording, result, route, until=until):
+            review.process(tick)
+            if progress is not None and tick.row % PROGRESS_INTERVAL == 0:
+                progress(tick.row / max(until, 1))
     return review.postmortem()
 
 

@@ -14,7 +14,7 @@ from plant_bench.runner.review.differences import Difference, EpisodeCheck, firs
 from plant_bench.runner.review.resimulation import simulate_again
 from plant_bench.runner.review.submission import Submission
 from plant_bench.runner.workers.executors import Event, Finished, Lost, Progressed, run_tasks
-from plant_bench.runner.workers.isolation import Isolation, loader_of
+from plant_bench.runner.workers.isolation import Isolation, episode_loader
 from plant_bench.runner.workers.worker import Report
 from plant_bench.scoring.infractions import Status
 from plant_bench.scoring.rescore_episode import rescore
@@ -185,7 +185,7 @@ def check_episode(task: Task, report: Report) -> EpisodeCheck:
         SimulationError: SUMO fails.
     """
     if task.recording is None:
-        load = loader_of(task.isolation)
+        load = episode_loader(task.isolation)
         again = run_episode(task.job, progress=report, load=load).result
         again = again.model_copy(update={"agent": task.record.agent})
         return EpisodeCheck(task.name, task.job.route.town, first_difference(task.record, again))

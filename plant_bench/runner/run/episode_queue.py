@@ -1,5 +1,6 @@
 """Runs the episodes of a suite on worker processes and writes each record when it ends."""
 
+import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from importlib import import_module
@@ -20,11 +21,13 @@ from plant_bench.runner.workers.executors import (
     Progressed,
     Retried,
     Started,
+    log_name,
 )
-from plant_bench.runner.workers.isolation import Isolation, loader_of
+from plant_bench.runner.workers.isolation import Isolation, episode_loader, loader_of
 from plant_bench.runner.workers.worker import Report
 from plant_bench.scoring.infractions import Status
 from plant_bench.scoring.results import EpisodeResult
+from plant_bench.user_code import contained
 
 RUN_EPISODE = "plant_bench.runner.episode.loop:run_episode"
 
@@ -111,7 +114,8 @@ def run_suite(
     """Run jobs and write each record when its episode ends.
 
     A job whose worker dies or whose simulator fails is retried once and then recorded as
-    "Failed - Simulation crashed", so that it counts in every mean.
+    "Failed - Simulation crashed", so that it counts in every mean; "Failed - Agent crashed" if its
+    worker ended with an exit code, since only the planner's code can end the process in this way.
 
     Args:
         jobs: Jobs to run; existing records are replaced.
@@ -130,7 +134,7 @@ def run_suite(
     tasks = [
         _Task(
             job,
-            folder.recording_path(episode_name(job)) if recordings else None,
+            folder.recording_path(episode_name(job)).absolute() if recordings else None,
             run_episode,
             isolation,
         )
@@ -147,11 +151,12 @@ def run_suite(
             case Retried():
                 on_event(EpisodeRetried(event.worker, job, event.reason))
             case Finished():
-                _end(event.worker, job, event.value.result, event.value.timing)
+                timing = event.value.timing.model_copy(update={"log": log_name(event.worker)})
+                _end(event.worker, job, event.value.result, timing)
             case Lost():
-                _end(
-                    event.worker, job, crashed_result(job, event.reason, loader_of(isolation)), None
-                )
+                status = Status.AGENT_CRASHED if event.exited else Status.SIMULATION_CRASHED
+                load = loader_of(isolation)
+                _end(event.worker, job, crashed_result(job, event.reason, load, status), None)
 
     def _end(worker: int, job: Job, result: EpisodeResult, timing: Timing | None) -> None:
         folder.save(episode_name(job), result, timing)
@@ -166,16 +171,25 @@ def _run_task(task: _Task, report: Report) -> Outcome:
     """Run an episode in a worker process."""
     module, _, function = task.run_episode.partition(":")
     run_episode = getattr(import_module(module), function)
-    load = loader_of(task.isolation)
-    return run_episode(task.job, recording=task.recording, progress=report, load=load)
+    load = episode_loader(task.isolation)
+    outcome = run_episode(task.job, recording=task.recording, progress=report, load=load)
+    if outcome.result.status is Status.AGENT_CRASHED:  # below its traceback in the worker's log
+        sys.stderr.write(f"{episode_name(task.job)}: {outcome.result.reason}\n")
+    return outcome
 
 
-def crashed_result(job: Job, reason: str, load: Loader = load_agent) -> EpisodeResult:
-    """Return the record of an episode whose simulation crashed."""
-    header = job.header(load(job.agent).inputs)
+def crashed_result(
+    job: Job,
+    reason: str,
+    load: Loader = load_agent,
+    status: Status = Status.SIMULATION_CRASHED,
+) -> EpisodeResult:
+    """Return the record of an episode whose worker or simulation crashed."""
+    with contained():
+        header = job.header(load(job.agent).inputs)
     return EpisodeResult(
         **header.model_dump(),
-        status=Status.SIMULATION_CRASHED,
+        status=status,
         reason=reason,
         route_length=job.route.length,
         completion=0.0,

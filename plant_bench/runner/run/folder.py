@@ -7,7 +7,7 @@ recordings/<the same>.parquet: every tick, for rescoring and replays.
 summary.json, summary.csv: derived from the records alone.
 speed.json: derived from the timings.
 superseded/: episodes of an earlier agent, town, route or protocol.
-logs/: output of the workers.
+logs/: output of the workers, with the tracebacks of planners and of the simulator.
 claims/: locks of the processes that write to the folder (`runner.run.run_lock`).
 """
 
@@ -57,6 +57,11 @@ class RunFolder:
             )
             raise InputError(message)
         return folder
+
+    @property
+    def planner_log(self) -> Path:
+        """Path of the file for the traceback of a planner that cannot be loaded for the run."""
+        return self.path / "logs" / "planner.log"
 
     @property
     def run_file(self) -> Path:

@@ -53,6 +53,10 @@ class ScoreRequest:
             parts.append(f"seed{self.seed}")
         return re.sub(r"[^\w.-]+", "_", "-".join(parts)).strip("._")
 
+    def folder(self, out: Path | None) -> Path:
+        """Return the folder of the run: `out`, or `reports/<run name>` if it is None."""
+        return Path("reports") / self.run_name if out is None else out
+
     def jobs(self, checksum: str, routes: Sequence[Route], repetitions: int) -> list[Job]:
         """Return one job for each route and repetition."""
         return make_jobs(
@@ -131,7 +135,7 @@ def open_run(
     suite = load_suite(request.suite)
     chosen = _checked_routes(request, suite)
     now = _provenance_now(request, suite, load)
-    folder = RunFolder(out if out is not None else Path("reports") / request.run_name)
+    folder = RunFolder(request.folder(out))
     earlier = folder.provenance()
     if earlier is not None and not overwrite:
         _check_same_run(folder, earlier, now)

@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import Any, Protocol, runtime_checkable
 
 from plant_bench.errors import InputError, SimulationError
-from plant_bench.runner.workers.process_start import exit_reason, start_process
+from plant_bench.runner.workers.process_start import start_process
 from plant_bench.runner.workers.worker import (
     Assignment,
     Failed,
@@ -29,9 +29,11 @@ from plant_bench.runner.workers.worker import (
     Ready,
     TaskResult,
     Work,
+    exit_failure,
     serve,
     serve_on_standby,
 )
+from plant_bench.user_code import with_log
 
 MAX_ATTEMPTS = 2  # a task that fails this often is lost
 STANDBY_WORKERS = 2  # started before the number of tasks is known, to preload modules
@@ -75,11 +77,12 @@ class Retried:
 
 @dataclass(frozen=True, slots=True)
 class Lost:
-    """A task has failed `MAX_ATTEMPTS` times."""
+    """A task has failed `MAX_ATTEMPTS` times; `exited` as in `Failed`."""
 
     worker: int
     task: int
     reason: str
+    exited: bool = False
 
 
 Event = Started | Progressed | Finished | Retried | Lost
@@ -186,6 +189,18 @@ class LocalExecutor:
         )
 
 
+def log_name(worker: int) -> str:
+    """Return the name of a worker's log."""
+    return f"worker{worker}.log"
+
+
+def fatal_error(failed: Failed, log: Path | None) -> InputError:
+    """Return the error that ends a run after a fatal failure; it names the log of a traceback."""
+    if failed.logged and log is not None:
+        return InputError(with_log(failed.reason, log))
+    return InputError(failed.reason)
+
+
 def _kill(processes: Sequence[_Process]) -> None:
     """Kill processes and wait for their end."""
     for process, _ in processes:
@@ -208,14 +223,14 @@ class TaskQueue:
         self._on_event = on_event
         self._failures: Counter[int] = Counter()
 
-    def fail(self, worker: int, task: int, reason: str) -> None:
+    def fail(self, worker: int, task: int, failed: Failed) -> None:
         """Count a failure: the task is put first in the queue again, or lost."""
         self._failures[task] += 1
         if self._failures[task] < MAX_ATTEMPTS:
             self.pending.appendleft(task)
-            self._on_event(Retried(worker, task, reason))
+            self._on_event(Retried(worker, task, failed.reason))
         else:
-            self._on_event(Lost(worker, task, reason))
+            self._on_event(Lost(worker, task, failed.reason, failed.exited))
 
 
 def run_tasks(
@@ -286,7 +301,7 @@ class _Pool:
 
     def start(self, number: int) -> None:
         """Start a worker, in a standby process if one is left."""
-        log = None if self._logs is None else self._logs / f"worker{number}.log"
+        log = self._log(number)
         if self._standby:
             process, pipe = self._standby.pop(0)
             with suppress(OSError):  # a dead process is handled when its pipe is read
@@ -333,8 +348,8 @@ class _Pool:
             self._assign_task(worker)
         elif isinstance(message, Failed):
             if message.fatal:
-                raise InputError(message.reason)
-            self._count_failure(worker, message.reason)
+                raise fatal_error(message, self._log(worker.number))
+            self._count_failure(worker, message)
             self._replace(worker)  # the failure may have left the simulator in an invalid state
 
     def _assign_task(self, worker: _Worker) -> None:
@@ -347,22 +362,25 @@ class _Pool:
             return  # a dead worker is handled when its pipe is read
         self._on_event(Started(worker.number, worker.task))
 
-    def _count_failure(self, worker: _Worker, reason: str) -> None:
+    def _count_failure(self, worker: _Worker, failed: Failed) -> None:
         task, worker.task = worker.task, None
         if task is not None:
-            self._queue.fail(worker.number, task, reason)
+            self._queue.fail(worker.number, task, failed)
 
     def _handle_death(self, worker: _Worker) -> None:
         worker.process.join()
-        reason = exit_reason(worker.process.exitcode or 0)
+        failed = exit_failure(worker.process.exitcode or 0)
         if not worker.ready and not worker.from_standby:  # else a fresh worker shows the reason
             self._failed_starts += 1
             if self._failed_starts >= MAX_FAILED_STARTS:
                 where = "" if self._logs is None else f" See {self._logs}."
-                message = f"Worker processes do not start. {reason}{where}"
+                message = f"Worker processes do not start. {failed.reason}{where}"
                 raise SimulationError(message)
-        self._count_failure(worker, reason)
+        self._count_failure(worker, failed)
         self._replace(worker)
+
+    def _log(self, number: int) -> Path | None:
+        return None if self._logs is None else self._logs / log_name(number)
 
     def _replace(self, worker: _Worker) -> None:
         _kill([(worker.process, worker.pipe)])

@@ -4,12 +4,16 @@ The episode loop gets a proxy that queries the other process, so records, record
 the same as without isolation.
 """
 
+from contextlib import nullcontext
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from plant_bench.agent import Agent
 from plant_bench.agents.loading.registry import Loader, load_agent
+from plant_bench.agents.loading.reported_planner import ReportedPlanner
 from plant_bench.agents.remote.launch_command import LaunchCommand, launch_command_of
+from plant_bench.user_code import planner_log
 
 if TYPE_CHECKING:  # runs without isolation need neither msgpack nor Linux
     from plant_bench.agents.remote.planner_connection import Profile
@@ -47,8 +51,13 @@ class Isolation:
         return replace(self, profile=None)
 
 
-def isolation_of(agent: str, limits: "Limits") -> Isolation:
+def isolation_of(agent: str, limits: "Limits", log: Path | None = None) -> Isolation:
     """Start a planner once to query its properties, and return the settings of a run with it.
+
+    Args:
+        agent: Name of the planner.
+        limits: Time and memory limits.
+        log: File for the traceback if the planner's code fails; None to drop it.
 
     Raises:
         InputError: The planner does not start.
@@ -57,7 +66,8 @@ def isolation_of(agent: str, limits: "Limits") -> Isolation:
     from plant_bench.agents.remote.remote_agent import remote_agent
 
     command = launch_command_of(agent)
-    planner = remote_agent(command, limits)
+    with nullcontext() if log is None else planner_log(log):
+        planner = remote_agent(command, limits)
     end_processes()
     return Isolation(command, limits, planner.profile)
 
@@ -65,3 +75,15 @@ def isolation_of(agent: str, limits: "Limits") -> Isolation:
 def loader_of(isolation: Isolation | None) -> Loader:
     """Return the function that loads planners, into separate processes if isolated."""
     return load_agent if isolation is None else isolation.planner
+
+
+def episode_loader(isolation: Isolation | None) -> Loader:
+    """Return the loader for planners that drive: the tracebacks of their exceptions are logged.
+
+    Planners in separate processes log them there.
+    """
+    return _load_reported if isolation is None else isolation.planner
+
+
+def _load_reported(spec: str) -> Agent:
+    return ReportedPlanner(load_agent(spec))

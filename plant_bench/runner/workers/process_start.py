@@ -32,13 +32,6 @@ def start_process(
     return process, parent_end
 
 
-def exit_reason(code: int) -> str:
-    """Return a sentence on how a process ended, from its exit code."""
-    if code < 0:
-        return f"The worker process was ended by {signal.Signals(-code).name}."
-    return f"The worker process ended with exit code {code}."
-
-
 @contextmanager
 def _child_settings() -> Iterator[None]:
     """Let child processes inherit thread limits of one, and block Ctrl-C from their start."""

@@ -12,9 +12,12 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
-from plant_bench.errors import InputError, SimulationError
+from plant_bench.data_files import make_towns_variable_absolute
+from plant_bench.errors import InputError, SimulationError, UserCodeError
 from plant_bench.gc_policy import tune_garbage_collector
+from plant_bench.user_code import PLANNER_LOG, working_folder
 
+WORKER_EXITED = "The worker process ended with exit code"
 REPORT_EVERY = 0.2  # s between two progress reports
 
 Report = Callable[[float], None]
@@ -42,10 +45,19 @@ class TaskResult:
 
 @dataclass(frozen=True, slots=True)
 class Failed:
-    """The task failed; `fatal` if every other task would fail in the same way."""
+    """The task failed.
+
+    Attributes:
+        reason: Why.
+        fatal: Whether every other task would fail in the same way.
+        logged: Whether the worker's log has the traceback of a planner's own code.
+        exited: Whether the process has ended with an exit code, which SUMO does not do.
+    """
 
     reason: str
     fatal: bool = False
+    logged: bool = False
+    exited: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,6 +100,9 @@ def serve(pipe: Connection, work: Work, log: Path | None) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the parent, which decides
     if log is not None:
         _redirect_output(log)
+        os.environ[PLANNER_LOG] = str(log.absolute())
+    make_towns_variable_absolute()
+    folder = working_folder()
     tune_garbage_collector()
     last_report = 0.0
 
@@ -104,10 +119,13 @@ def serve(pipe: Connection, work: Work, log: Path | None) -> None:
             task = pipe.recv()
         except (EOFError, OSError):
             return
+        if folder is not None:
+            os.chdir(folder)  # the planner of the last task may have changed it
         try:
             message: Message = TaskResult(work(task, report))
         except Exception as error:  # noqa: BLE001  sent to the parent
-            traceback.print_exc()
+            if not isinstance(error, UserCodeError):  # its traceback is in the log
+                traceback.print_exc()
             message = failure(error)
         sys.stdout.flush()
         _send(pipe, message)
@@ -116,13 +134,20 @@ def serve(pipe: Connection, work: Work, log: Path | None) -> None:
 def failure(error: Exception) -> Failed:
     """Return the failure message of an exception; its text does not depend on the machine."""
     if isinstance(error, InputError):
-        return Failed(str(error), fatal=True)
+        return Failed(str(error), fatal=True, logged=isinstance(error, UserCodeError))
     if isinstance(error, OSError):
         return Failed(f"A worker cannot go on: {error}.", fatal=True)
     if isinstance(error, SimulationError):
         return Failed(str(error))
     frame = traceback.extract_tb(error.__traceback__)[-1]
     return Failed(f"{type(error).__name__}: {error} ({Path(frame.filename).name}:{frame.lineno})")
+
+
+def exit_failure(code: int) -> Failed:
+    """Return the failure message of a process that has ended, from its exit code."""
+    if code < 0:
+        return Failed(f"The worker process was ended by {signal.Signals(-code).name}.")
+    return Failed(f"{WORKER_EXITED} {code}.", exited=True)
 
 
 def _send(pipe: Connection, message: Message) -> None:

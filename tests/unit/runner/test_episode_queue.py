@@ -101,7 +101,7 @@ def test_dead_worker_is_recorded_and_the_others_continue(go, route, script):
 
     status = {result.route: result.status for result in run.folder.results()}
     assert status == {
-        "dies": Status.SIMULATION_CRASHED,
+        "dies": Status.AGENT_CRASHED,  # only a planner ends its process with an exit code
         "fails": Status.SIMULATION_CRASHED,
         "fine": Status.TIMED_OUT,
     }

@@ -75,7 +75,7 @@ def all_gone(processes, patience=10.0):
         ("ExitsAtOnce", "ProcessEndedError", "its process ended with exit code 3."),
         ("DiesAtReset", "ProcessEndedError", "its process ended with exit code 5."),
         ("Exits", "SystemExit", "4"),
-        ("Raises", "ValueError", "no way out of <object object at 0x...>"),
+        ("Raises", "ValueError", "no way out of <object object at 0x...> (hostile.py:75)"),
         ("ClosesItsPipe", "ProcessEndedError", "it has closed its pipe."),
         ("AnswersGarbage", "ProtocolError", "it sent more than one response"),
         ("AnnouncesTooMuch", "ProtocolError", "it announced a message of more than"),

@@ -9,6 +9,7 @@ import numpy as np
 import pyarrow as pa
 from pydantic import BaseModel, ConfigDict
 
+from plant_bench.data.completeness import impossible_motion
 from plant_bench.data.recording import Recording
 from plant_bench.data.recording_file import read_table
 from plant_bench.errors import InputError, in_one_line
@@ -191,6 +192,8 @@ def _faults(path: Path, routes: dict[str, Route]) -> Iterator[str]:
             _ = routes[name].town_dir  # raises InputError if the town is missing
         if not recording.complete_rows:
             yield f"{path}: it has no frames."
+        if motion := impossible_motion(recording.egos):
+            yield f"{path}: {motion}, which is impossible."
     except InputError as error:
         yield str(error)
 

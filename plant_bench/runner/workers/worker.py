@@ -107,7 +107,8 @@ def serve(pipe: Connection, work: Work, log: Path | None) -> None:
         try:
             message: Message = TaskResult(work(task, report))
         except Exception as error:  # noqa: BLE001  sent to the parent
-            traceback.print_exc()
+            if log is not None or not isinstance(error, InputError):  # else the parent prints it
+                traceback.print_exc()
             message = failure(error)
         sys.stdout.flush()
         _send(pipe, message)

@@ -50,7 +50,7 @@ def collect(
 ) -> None:
     """Record training data: the expert drives training routes.
 
-    Routes and traffic seeds are never those of the benchmark. One unit is about 32 hours of
+    Routes and traffic seeds are never those of the benchmark. One unit is about 34 hours of
     driving. The same command again continues after Ctrl-C; with more units it adds to the data.
     Failed episodes are excluded and counted.
 

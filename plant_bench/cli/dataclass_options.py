@@ -184,7 +184,7 @@ def _fields(
     without: frozenset[str],
     path: tuple[str, ...],
     base: Any,
-    ranges: Mapping[str, tuple[float, float]] = MappingProxyType({}),
+    ranges: Mapping[str, tuple[int | float, int | float]] = MappingProxyType({}),
 ) -> Iterator[OptionField]:
     hints, texts = get_type_hints(kind), attributes_of(kind)
     for item in fields(kind):

@@ -6,12 +6,14 @@ from typing import Any
 
 import typer
 
+Number = int | float
+
 HIGHEST_SEED = 2**31 - 1
 MOST_PROCESSES = 10_000
 LONGEST_TIME = 1e6  # s
 
 
-def number_option(text: str, low: int | float, high: int | float, *names: str) -> Any:
+def number_option(text: str, low: Number, high: Number, *names: str) -> Any:
     """Return an option that takes a finite number from `low` to `high`.
 
     Args:
@@ -23,9 +25,7 @@ def number_option(text: str, low: int | float, high: int | float, *names: str) -
     return typer.Option(*names, help=text, min=low, max=high, callback=number_check(low, high))
 
 
-def number_check(
-    low: int | float | None = None, high: int | float | None = None
-) -> Callable[[Any], Any]:
+def number_check(low: Number | None = None, high: Number | None = None) -> Callable[[Any], Any]:
     """Return a callback that refuses numbers that are not finite or not within a range.
 
     It is needed beside an option's `min` and `max`, because NaN passes comparisons with them in
@@ -52,7 +52,7 @@ def number_check(
     return check
 
 
-def _range(low: int | float | None, high: int | float | None) -> str:
+def _range(low: Number | None, high: Number | None) -> str:
     """Return the words for a range.
 
     >>> _range(0.0, 1.0), _range(0.0, None), _range(None, None)

@@ -268,7 +268,12 @@ export function infractionPlot(entries, width) {
     marginRight: 16,
     marginBottom: 46,
     style: STYLE,
-    x: { label: "infractions per km", grid: true, labelAnchor: "center", labelOffset: LABEL_OFFSET },
+    x: {
+      label: "infractions per km",
+      grid: true,
+      labelAnchor: "center",
+      labelOffset: LABEL_OFFSET,
+    },
     y: { label: null, domain: names },
     color: { domain: kinds.map(asWords), range: kinds.map((kind) => INFRACTION_COLOURS[kind]) },
     marks: [

@@ -185,6 +185,8 @@ def find_data_faults(folder: Path) -> list[str]:
 def _faults(path: Path, routes: dict[str, Route]) -> Iterator[str]:
     try:
         recording = Recording.load(path)
+        if motion := impossible_motion(recording.egos):
+            yield f"{path}: {motion}, which is impossible."
         name = str(recording.metadata.get("route"))
         if name not in routes:
             yield f"{path}: its route {name} is missing in routes/*.json."
@@ -192,8 +194,6 @@ def _faults(path: Path, routes: dict[str, Route]) -> Iterator[str]:
             _ = routes[name].town_dir  # raises InputError if the town is missing
         if not recording.complete_rows:
             yield f"{path}: it has no frames."
-        if motion := impossible_motion(recording.egos):
-            yield f"{path}: {motion}, which is impossible."
     except InputError as error:
         yield str(error)
 

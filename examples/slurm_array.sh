@@ -16,7 +16,7 @@
 #SBATCH --cpus-per-task=4      # that many episodes at a time, one thread each
 #SBATCH --mem-per-cpu=1G       # docs/notes/scaling.md: what a worker takes
 #SBATCH --time=04:00:00
-#SBATCH --signal=INT@120       # Ctrl-C two minutes before the time is up: finished episodes stay
+#SBATCH --signal=B:INT@120     # to this script, which becomes plant-bench: Ctrl-C two minutes before the time is up: finished episodes stay
 #SBATCH --requeue
 
 set -euo pipefail

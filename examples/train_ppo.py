@@ -1,10 +1,12 @@
 """PPO learns to keep to an empty road, in two processes; minutes on a laptop.
 
-pip install 'plant-bench[gym]' stable-baselines3
+pip install -c constraints.txt '.[gym]' stable-baselines3    # in a checkout of plant-bench
 python examples/train_ppo.py --steps 32000 --out ppo.zip
+plant-bench score --agent examples/ppo_agent.py:PPOAgent@ppo.zip --routes 0 --repetitions 1
 """
 
 import argparse
+from pathlib import Path
 from typing import Any
 
 import gymnasium
@@ -67,6 +69,7 @@ def main() -> None:
     model.learn(max(wanted.steps - 4096, 0), reset_num_timesteps=False)
     print(f"last episodes: {_mean_reward(model):.1f}")
     model.save(wanted.out)
+    env.save(str(Path(wanted.out).with_suffix(".vecnormalize.pkl")))  # the policy needs them, too
     env.close()
 
 

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from plant_bench.agent_check import check_agent
     from plant_bench.api.collect import collect
     from plant_bench.api.driving import Step, drive
+    from plant_bench.api.frames import frames
     from plant_bench.api.rfds import rfds
     from plant_bench.api.run import Run, load_run
     from plant_bench.api.score import score
@@ -45,6 +46,7 @@ __all__ = [
     "check_agent",
     "collect",
     "drive",
+    "frames",
     "load_run",
     "load_suite",
     "rfds",
@@ -68,6 +70,7 @@ _MODULES = {
     "check_agent": "agent_check",
     "collect": "api.collect",
     "drive": "api.driving",
+    "frames": "api.frames",
     "load_run": "api.run",
     "load_suite": "world.route",
     "rfds": "api.rfds",

@@ -96,7 +96,8 @@ def _template_values(name: str, kind: Kind) -> dict[str, str]:
         "class_name": _class_name(name),
         "more_dependencies": ', "torch", "safetensors"' if learned else "",
         "network_note": (
-            "\nThe network is untrained; the file's docstring explains how to save trained weights."
+            f"\nThe network is untrained: `python -m {name}.train DATA` trains it on data of "
+            "`plant-bench collect`."
         )
         * learned,
     }

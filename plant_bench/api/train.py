@@ -45,12 +45,14 @@ def train(
         share: Fraction of each folder's episodes to train on, 0 to 1; the first ones are used.
         start: Model folder with the initial weights.
         machine: Accelerator, number of processes and threads.
-        work: Folder for checkpoints and logs. Default: `reports/training-NAME`.
+        work: Folder for checkpoints and logs. Default: `reports/training-NAME-HASH`, with
+            the name of `out` and a hash of its whole path.
         overwrite: Start again instead of resuming.
         on_event: Called with events such as steps and epochs (`plant_bench.training.events`).
 
     Raises:
         InputError: Data or a folder cannot be used, or the folder belongs to another training.
+        TrainingError: The loss is not finite (`plant_bench.training.divergence`).
         KeyboardInterrupt: Ctrl-C was pressed; the same call resumes.
     """
     from plant_bench.training.learners import learner_class

@@ -2,7 +2,8 @@
 
 An option has the name, type and default of its field, and the field's entry under "Attributes:" of
 the docstring as its help. A field's `metadata` may hold "min", "max", and "option": another name,
-or None for no option. The fields of nested dataclasses become options as well.
+or None for no option. The fields of nested dataclasses become options as well; the nested field's
+"ranges" may hold minimum and maximum by the name of a field in it. All numbers must be finite.
 """
 
 import inspect
@@ -12,10 +13,12 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import MISSING, Field, dataclass, fields, is_dataclass
 from enum import Enum
 from pathlib import Path
+from types import MappingProxyType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
 
 import typer
 
+from plant_bench.cli.number_options import number_check
 from plant_bench.errors import InputError
 
 _SCALAR_TYPES = (bool, int, float, str, Path)
@@ -52,7 +55,14 @@ class OptionField:
             optional: Make the default None, which means that the option was not passed.
         """
         cli_type = _command_line_type(self.kind)
-        option = typer.Option(help=self.help, min=self.low, max=self.high)
+        check = number_check(self.low, self.high) if _has_number(self.kind) else None
+        ranged = get_origin(self.kind) is not tuple
+        option = typer.Option(
+            help=self.help,
+            min=self.low if ranged else None,
+            max=self.high if ranged else None,
+            callback=check,
+        )
         return inspect.Parameter(
             self.name,
             inspect.Parameter.KEYWORD_ONLY,
@@ -174,6 +184,7 @@ def _fields(
     without: frozenset[str],
     path: tuple[str, ...],
     base: Any,
+    ranges: Mapping[str, tuple[int | float, int | float]] = MappingProxyType({}),
 ) -> Iterator[OptionField]:
     hints, texts = get_type_hints(kind), attributes_of(kind)
     for item in fields(kind):
@@ -183,10 +194,11 @@ def _fields(
             continue
         default = _default(item, base)
         if is_dataclass(of) and isinstance(of, type):
-            yield from _fields(of, {}, frozenset(), (*path, item.name), default)
+            inner = {**ranges, **item.metadata.get("ranges", {})}
+            yield from _fields(of, {}, frozenset(), (*path, item.name), default, inner)
             continue
         _check(of, kind, item.name)
-        low, high = item.metadata.get("min"), item.metadata.get("max")
+        low, high = ranges.get(item.name, (item.metadata.get("min"), item.metadata.get("max")))
         text = texts.get(item.name, "")
         yield OptionField((*path, item.name), name, of, default, text, low, high)
 
@@ -211,6 +223,10 @@ def _parts(of: Any) -> list[Any]:
     if get_origin(of) in (tuple, Union, types.UnionType):
         return [part for part in get_args(of) if part not in (Ellipsis, type(None))]
     return [of]
+
+
+def _has_number(of: Any) -> bool:
+    return any(part in (int, float) for part in _parts(of))
 
 
 def _is_scalar(of: Any) -> bool:

@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from plant_bench.api.execution import ExecutorKind, cores
+from plant_bench.cli.number_options import MOST_PROCESSES, number_option
 from plant_bench.errors import InputError
 from plant_bench.sim.densities import DENSITIES
 
@@ -30,10 +31,11 @@ HazardsOption = Annotated[
         "are not comparable."
     ),
 ]
-RepetitionsOption = Annotated[int, typer.Option(help="Episodes per route.", min=1)]
+MOST_REPETITIONS = 10_000  # as in `plant_bench.scoring.results`, which is slow to import
+RepetitionsOption = Annotated[int, number_option("Episodes per route.", 1, MOST_REPETITIONS)]
 DensityOption = Annotated[str, typer.Option(help=f"Traffic density: {', '.join(DENSITIES)}.")]
 WorkersOption = Annotated[
-    int, typer.Option(help="Number of processes; does not change the results.", min=1)
+    int, number_option("Number of processes; does not change the results.", 1, MOST_PROCESSES)
 ]
 OverwriteOption = Annotated[
     bool, typer.Option("--overwrite", help="Replace existing results instead of keeping them.")
@@ -65,10 +67,11 @@ AddressOption = Annotated[
 ]
 ManyWorkersOption = Annotated[
     int | None,
-    typer.Option(
-        help=f"Number of processes; does not change scores. Default: one per core ({CORES} here), "
+    number_option(
+        f"Number of processes; does not change scores. Default: one per core ({CORES} here), "
         "on a Ray cluster one per CPU.",
-        min=1,
+        1,
+        MOST_PROCESSES,
     ),
 ]
 
@@ -81,20 +84,25 @@ IsolateOption = Annotated[
         "its own episode fails. This is not a security sandbox.",
     ),
 ]
+_LIMITS_RANGE = (1e-3, 999_999.0)  # seconds or GB
 TickLimitOption = Annotated[
     float | None,
-    typer.Option(help="With --isolate: time limit of one decision, seconds. Default: 5."),
+    number_option(
+        "With --isolate: time limit of one decision, seconds. Default: 5.", *_LIMITS_RANGE
+    ),
 ]
 StartUpLimitOption = Annotated[
     float | None,
-    typer.Option(
-        help="With --isolate: time limit of the start and of each reset, seconds. Default: 120."
+    number_option(
+        "With --isolate: time limit of the start and of each reset, seconds. Default: 120.",
+        *_LIMITS_RANGE,
     ),
 ]
 MemoryLimitOption = Annotated[
     float | None,
-    typer.Option(
-        help="With --isolate: memory limit of the planner's processes together, GB. Default: 4."
+    number_option(
+        "With --isolate: memory limit of the planner's processes together, GB. Default: 4.",
+        *_LIMITS_RANGE,
     ),
 ]
 

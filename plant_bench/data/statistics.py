@@ -9,6 +9,7 @@ import numpy as np
 import pyarrow as pa
 from pydantic import BaseModel, ConfigDict
 
+from plant_bench.data.completeness import impossible_motion
 from plant_bench.data.recording import Recording
 from plant_bench.data.recording_file import read_table
 from plant_bench.errors import InputError, in_one_line
@@ -183,6 +184,8 @@ def find_data_faults(folder: Path) -> list[str]:
 def _faults(path: Path, routes: dict[str, Route]) -> Iterator[str]:
     try:
         recording = Recording.load(path)
+        if motion := impossible_motion(recording.egos):
+            yield f"{path}: {motion}, which is impossible."
         name = str(recording.metadata.get("route"))
         if name not in routes:
             yield f"{path}: its route {name} is missing in routes/*.json."

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool, Int
 
+from plant_bench.data.completeness import impossible_motion, incompleteness
 from plant_bench.data.recording import Recording
 from plant_bench.data.statistics import episode_files
 from plant_bench.errors import InputError
@@ -266,6 +267,16 @@ def check_targets(data: Path, targets: TargetKind) -> None:
         raise InputError(message)
 
 
+def check_completeness(data: Path) -> None:
+    """Check that each episode of a data folder is there once.
+
+    Raises:
+        InputError: One is there twice, or missing.
+    """
+    if problems := incompleteness(data, episode_files(data)):
+        raise InputError(" ".join(problems))
+
+
 def recordings_in(data: Path, share: float = 1.0) -> list[Path]:
     """Return a share of the recordings of a data folder, sorted by name.
 
@@ -293,6 +304,12 @@ def _build_episode(task: _Task) -> tuple[Rows, dict[str, Any]]:
     route = routes_in(task.routes).get(name)
     if route is None:
         message = f"{task.recording} was driven on route '{name}', which is not in {task.routes}."
+        raise InputError(message)
+    if motion := impossible_motion(recording.egos):
+        message = (
+            f"{task.recording}: {motion}, which is impossible. Remove the file, and run the same "
+            "`plant-bench collect` command again to replace it."
+        )
         raise InputError(message)
     try:
         rows = rows_of(recording, route)

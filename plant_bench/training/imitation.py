@@ -19,9 +19,15 @@ from plant_bench.model_folder import CONFIG_FILE, WEIGHTS_FILE, fill, save_model
 from plant_bench.runner.run.provenance import command_line
 from plant_bench.training.batches import Split
 from plant_bench.training.card import Origin, model_card
-from plant_bench.training.checkpoint import broken_checkpoint, load_checkpoint, save_checkpoint
+from plant_bench.training.checkpoint import (
+    CHECKPOINT_FILE,
+    broken_checkpoint,
+    load_checkpoint,
+    save_checkpoint,
+)
 from plant_bench.training.closed_loop import ClosedLoop, closed_loop_score
 from plant_bench.training.code_keys import closure_hash
+from plant_bench.training.divergence import DivergedError, TrainingError
 from plant_bench.training.events import Driving, EpochEnded, Listener
 from plant_bench.training.graceful_interrupt import stop_on_interrupt
 from plant_bench.training.history import DRIVING_SCORE, History
@@ -97,6 +103,7 @@ def train(
 
     Raises:
         InputError: A folder cannot be used, or holds another training.
+        TrainingError: The loss is not finite.
         KeyboardInterrupt: The training was interrupted; the checkpoint is written.
     """
     learner = request.learner.build()
@@ -106,6 +113,17 @@ def train(
         fill(trainer.network, state, request.start)
     output = _TrainingOutput(request, split, trainer, fabric)
     output.resume()
+    try:
+        _run_epochs(trainer, output, fabric, listen)
+    except DivergedError as error:
+        raise output.diverged(error) from None
+    if fabric.is_global_zero:
+        output.finish()
+
+
+def _run_epochs(
+    trainer: Trainer, output: "_TrainingOutput", fabric: Fabric, listen: Listener
+) -> None:
     with stop_on_interrupt() as stop:
         over = trainer.any_process(output.is_finished)
         while not over:
@@ -122,8 +140,6 @@ def train(
             over = trainer.any_process(output.is_finished)
             if trainer.any_process(stop.requested) and not over:
                 raise KeyboardInterrupt
-    if fabric.is_global_zero:
-        output.finish()
 
 
 class _TrainingOutput:
@@ -232,6 +248,18 @@ class _TrainingOutput:
         write_whole_text(request.out / CARD_FILE, card)
         if self._history is not None:
             self._history.close()
+
+    def diverged(self, error: DivergedError) -> TrainingError:
+        """Return the error of a training that cannot go on."""
+        work = self._request.work
+        kept = "No weights were kept"
+        if (work / CHECKPOINT_FILE).is_file():
+            kept = f"The weights of the last checkpoint are kept in {work / CHECKPOINT_FILE}"
+        message = (
+            f"The training diverged: {error}. {kept}, and no model was written. Try a lower --rate "
+            f"than {self._request.settings.rate:g}, with --overwrite to start anew."
+        )
+        return TrainingError(message)
 
     def _write(self, folder: Path) -> None:
         learner, network = self._learner, self._trainer.network

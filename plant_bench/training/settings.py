@@ -36,20 +36,20 @@ class TrainingSettings:
         patience: Stop after this many validations without a better score; 0 to never stop early.
     """
 
-    epochs: int = field(default=47, metadata={"min": 1})
-    drop_after: int | None = field(default=None, metadata={"min": 0})
-    batch: int = field(default=128, metadata={"min": 1})
-    rate: float = 1e-4
-    betas: tuple[float, float] = (0.9, 0.95)
-    weight_decay: float = field(default=0.1, metadata={"min": 0.0})
-    clip: float = field(default=1.0, metadata={"min": 0.0})
-    seed: int = field(default=0, metadata={"min": 0})
+    epochs: int = field(default=47, metadata={"min": 1, "max": 1_000_000})
+    drop_after: int | None = field(default=None, metadata={"min": 0, "max": 1_000_000})
+    batch: int = field(default=128, metadata={"min": 1, "max": 1_000_000})
+    rate: float = field(default=1e-4, metadata={"min": 1e-12, "max": 1e6})
+    betas: tuple[float, float] = field(default=(0.9, 0.95), metadata={"min": 0.0, "max": 0.999999})
+    weight_decay: float = field(default=0.1, metadata={"min": 0.0, "max": 1e6})
+    clip: float = field(default=1.0, metadata={"min": 0.0, "max": 1e6})
+    seed: int = field(default=0, metadata={"min": 0, "max": 2**31 - 1})
     stationary_fraction: float = field(default=1.0, metadata={"min": 0.0, "max": 1.0})
     held_out: float = field(default=0.1, metadata={"min": 0.0, "max": 0.9})
     full_precision: bool = False
     targets: TargetKind = "future"
-    validate_every: int = field(default=0, metadata={"min": 0})
-    patience: int = field(default=0, metadata={"min": 0})
+    validate_every: int = field(default=0, metadata={"min": 0, "max": 1_000_000})
+    patience: int = field(default=0, metadata={"min": 0, "max": 1_000_000})
 
     @property
     def drop(self) -> int:

@@ -1,5 +1,6 @@
 """The training loop: steps, epochs and validation, on the processes of Lightning Fabric."""
 
+import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
@@ -11,6 +12,7 @@ from torch import Tensor, nn
 from plant_bench.learner import Learner
 from plant_bench.training.batches import Split, epoch_batches
 from plant_bench.training.checkpoint import SAMPLES, Progress
+from plant_bench.training.divergence import DivergedError
 from plant_bench.training.events import Listener, StepEnded
 from plant_bench.training.loader import Loader, Tensors
 from plant_bench.training.settings import TrainingSettings
@@ -56,7 +58,11 @@ class Trainer:
         )
 
     def steps(self, listen: Listener) -> Iterator[None]:
-        """Run the remaining steps of the current epoch; yields after each step."""
+        """Run the remaining steps of the current epoch; yields after each step.
+
+        Raises:
+            DivergedError: The loss or its gradient is not finite.
+        """
         fabric, settings, progress = self._fabric, self._settings, self.progress
         for group in self.optimizer.param_groups:
             group["lr"] = settings.rate_of(progress.epoch)
@@ -68,7 +74,8 @@ class Trainer:
         loaded = self._loader.batches(mine)
         for place, (chosen, batch) in enumerate(zip(mine, loaded, strict=True), progress.step):
             torch.manual_seed(_step_seed(settings.seed, progress.epoch, place, rank))
-            losses = self._step(self._moved(batch))
+            where = f"step {place + 1} of {len(batches)} of epoch {progress.epoch + 1}"
+            losses = self._step(self._moved(batch), where)
             _add(progress.sums, losses, len(chosen))
             progress.step = place + 1
             loss, waits = next(iter(losses.values())), self._loader.waited - waited
@@ -77,7 +84,11 @@ class Trainer:
             yield
 
     def end_epoch(self) -> dict[str, float]:
-        """Validate, append the epoch's row to the history, and go to the next epoch."""
+        """Validate, append the epoch's row to the history, and go to the next epoch.
+
+        Raises:
+            DivergedError: A loss is not finite.
+        """
         progress = self.progress
         row = {
             "epoch": float(progress.epoch + 1),
@@ -87,6 +98,9 @@ class Trainer:
             total = self._summed(sums)
             count = total.pop(SAMPLES, 0.0)
             row |= {f"{name}_{part}": value / count for part, value in total.items() if count}
+        if odd := [name for name, value in row.items() if not math.isfinite(value)]:
+            message = f"{odd[0]} was {row[odd[0]]} after epoch {progress.epoch + 1}"
+            raise DivergedError(message)
         progress.history.append(row)
         progress.epoch, progress.step, progress.sums = progress.epoch + 1, 0, {}
         return row
@@ -109,11 +123,21 @@ class Trainer:
         least = self._fabric.world_size
         return [training[batch] for batch in batches if len(batch) >= least]
 
-    def _step(self, batch: Tensors) -> dict[str, float]:
+    def _step(self, batch: Tensors, where: str) -> dict[str, float]:
         losses = self._learner.loss(self._forward, batch)
         self.optimizer.zero_grad()
-        self._fabric.backward(next(iter(losses.values())))
-        self._fabric.clip_gradients(self._model, self._stepper, max_norm=self._settings.clip)
+        loss = next(iter(losses.values()))
+        self._fabric.backward(loss)
+        norm = self._fabric.clip_gradients(
+            self._model,
+            self._stepper,
+            max_norm=self._settings.clip,
+            error_if_nonfinite=False,
+        )
+        # The norm is the same in all processes, so all of them stop.
+        if norm is not None and not math.isfinite(float(norm)):
+            message = f"the loss was {float(loss.detach()):g}, its gradient's norm {float(norm):g}"
+            raise DivergedError(f"{message}, at {where}")
         self._stepper.step()
         return {name: float(value.detach()) for name, value in losses.items()}
 

@@ -1,6 +1,8 @@
 """Runs a training from recordings to weights, for `plant-bench train` and the Python API."""
 
+import hashlib
 import importlib.util
+import os
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -15,7 +17,12 @@ from plant_bench.training.closed_loop import ClosedLoop, check_suite
 from plant_bench.training.column_store import ProgressCallback
 from plant_bench.training.data_provenance import source_of
 from plant_bench.training.events import Listener
-from plant_bench.training.frame_store import check_targets, load_frames, recordings_in
+from plant_bench.training.frame_store import (
+    check_completeness,
+    check_targets,
+    load_frames,
+    recordings_in,
+)
 from plant_bench.training.imitation import TrainingRequest, make_fabric, train
 from plant_bench.training.initial_weights import check_start
 from plant_bench.training.learners import LearnerSpec
@@ -36,10 +43,10 @@ class Machine:
     """
 
     accelerator: str = "auto"
-    devices: int = field(default=1, metadata={"min": 1})
-    threads: int = field(default=0, metadata={"min": 0})
-    workers: int = field(default=2, metadata={"min": 1})
-    loaders: int = field(default=1, metadata={"min": 0})
+    devices: int = field(default=1, metadata={"min": 1, "max": 1000})
+    threads: int = field(default=0, metadata={"min": 0, "max": 10_000})
+    workers: int = field(default=2, metadata={"min": 1, "max": 10_000})
+    loaders: int = field(default=1, metadata={"min": 0, "max": 10_000})
 
 
 @dataclass(frozen=True)
@@ -72,7 +79,8 @@ class TrainingRun:
         start: Model folder with the initial weights.
         machine: Hardware and processes.
         validation: Closed-loop validation, if `settings.validate_every` is not 0.
-        work: Folder for checkpoint, logs and validation; default reports/training-NAME.
+        work: Folder for checkpoint, logs and validation. Default: reports/training-NAME-HASH, with
+            the name of the model folder and a hash of its whole path.
         overwrite: Start anew instead of resuming.
     """
 
@@ -96,7 +104,18 @@ class TrainingRun:
     @property
     def work_folder(self) -> Path:
         """Folder of checkpoint, logs and validation runs."""
-        return self.work or Path("reports") / f"training-{self.out.name}"
+        return self.work or default_work_folder(self.out)
+
+
+def default_work_folder(out: Path) -> Path:
+    """Return the folder of a training's state: another one for each path of a model folder.
+
+    >>> default_work_folder(Path("/one/mine")) == default_work_folder(Path("/two/mine"))
+    False
+    """
+    whole = Path(os.path.abspath(out))  # noqa: PTH100  a link's own path, not that of its target
+    digest = hashlib.sha256(os.fsencode(whole)).hexdigest()[:8]
+    return Path("reports") / f"training-{whole.name}-{digest}"
 
 
 @dataclass(frozen=True)
@@ -126,6 +145,7 @@ def run_training(run: TrainingRun, listeners: Listeners = SILENT) -> bool:
 
     Raises:
         InputError: Data or a folder cannot be used, or the folder holds another training.
+        TrainingError: The loss is not finite.
     """
     machine = run.machine
     check_training_run(run)
@@ -181,7 +201,7 @@ def check_training_run(run: TrainingRun) -> None:
     if run.validation.suite is not None:
         check_suite(run.validation.suite)
     for folder in run.data:
-        recordings_in(folder)
+        check_completeness(folder)
         check_targets(folder, run.settings.targets)
 
 

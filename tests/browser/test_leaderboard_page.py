@@ -212,6 +212,35 @@ def test_page_is_accessible_and_fits_the_window(
     screenshot(page, f"leaderboard-{window}-{theme}")
 
 
+def test_no_label_of_a_plot_is_cut_off_on_a_phone(board, open_page):
+    page = open_page(board, size=PHONE)
+    open_all(page)
+
+    labels, cut = page.evaluate(
+        """() => {
+            const texts = [...document.querySelectorAll(".plot svg text")];
+            const outside = texts.filter((text) => {
+                const inner = text.getBoundingClientRect();
+                const outer = text.closest(".plot").getBoundingClientRect();
+                const aside = inner.left < outer.left - 1 || inner.right > outer.right + 1;
+                return inner.width && (aside || inner.bottom > outer.bottom + 1);
+            });
+            return [texts.length, outside.map((text) => text.textContent)];
+        }"""
+    )
+
+    assert labels > 10
+    assert cut == []
+
+
+def test_repetitions_are_counted_from_zero(board, open_page):
+    page = open_page(board)
+    open_all(page)
+
+    shown = page.locator("#board-0-episodes tbody tr td:nth-child(2)").first.inner_text()
+    assert "repetition 0" in shown
+
+
 def test_theme_switch_changes_the_theme(board, open_page):
     page = open_page(board)
     before = page.evaluate("getComputedStyle(document.body).backgroundColor")

@@ -18,6 +18,7 @@ PARAMETERS = {  # of the public functions; those after the asterisk are given by
     "check_agent": "agent route observations",
     "collect": "out * frames units seed perturb driver density workers on_event",
     "drive": "planner route * suite repetition seed density hazards",
+    "frames": "data * inputs targets workers",
     "load_run": "path * penalties",
     "load_suite": "name",
     "rfds": (
@@ -54,7 +55,7 @@ def test_public_names_match_the_documentation() -> None:
     assert sorted({*described} - CONTRACTS) == plant_bench.__all__
     assert set(described) >= CONTRACTS
     assert plant_bench.__all__ == sorted(plant_bench.__all__)
-    assert len(plant_bench.__all__) == 21
+    assert len(plant_bench.__all__) == 22
 
 
 @pytest.mark.parametrize("name", plant_bench.__all__)

@@ -25,6 +25,8 @@ NOT_RUN = {  # lines that match, and why they cannot run in a test
     r"^sbatch\b": "needs a Slurm cluster",
     r"^ray\b|--executor ray": "needs a Ray cluster; tests/end_to_end starts one",
     r"^python examples/train_ppo\.py": "trains for minutes; tests/end_to_end runs it",
+    r"PPOAgent@ppo\.zip": "needs the trained policy; tests/end_to_end has a small one",
+    r"^export NUMBA_CACHE_DIR": "is a folder of the reader's",
     r"\S+\.xodr|longest6\.xml|^for n in|^done": "needs CARLA's files, which are not ours to give",
     r"--suite carla/": "needs CARLA's files, which are not ours to give",
     r"\bmycity\b": "needs a map of the reader's; tutorials/your-map.md makes one",

@@ -12,11 +12,15 @@ import pytest
 import torch
 from stable_baselines3 import PPO
 from stable_baselines3.common.env_util import make_vec_env
-from stable_baselines3.common.vec_env import SubprocVecEnv
+from stable_baselines3.common.vec_env import DummyVecEnv, SubprocVecEnv, VecNormalize
 
-import plant_bench.gym  # noqa: F401 - registers the environment
+import plant_bench
+import plant_bench.gym  # registers the environment
+from plant_bench.agent import Control
+from plant_bench.agents.loading.registry import load_agent
 from plant_bench.features.raster import RasterSpec
 from plant_bench.gym.encoders import RasterEncoder
+from plant_bench.world.route import load_suite
 
 pytestmark = pytest.mark.sumo
 
@@ -108,3 +112,29 @@ def test_training_example_improves_progress(tmp_path: Path) -> None:
     first, last = (float(line.split()[-1]) for line in done.stdout.splitlines())
     assert last > first + 50.0  # measured: -63 at 4,096 steps, 48 at 24,576, 167 at 32,768
     assert (tmp_path / "a.zip").is_file()
+    assert (tmp_path / "a.vecnormalize.pkl").is_file()
+
+
+def test_example_planner_drives_with_a_saved_policy(tmp_path: Path) -> None:
+    def make() -> gymnasium.Env:
+        return gymnasium.make("PlantBench-v0", **settings(density="empty", hazards=False))
+
+    env = VecNormalize(
+        DummyVecEnv([make]), norm_reward=False, norm_obs_keys=["tokens", "target", "speed", "limit"]
+    )
+    try:
+        env.reset()
+        seen = env.get_original_obs()
+        model = PPO("MultiInputPolicy", env, n_steps=64, batch_size=64, seed=1, device="cpu")
+        model.save(tmp_path / "a.zip")
+        env.save(str(tmp_path / "a.vecnormalize.pkl"))
+        expected, _ = model.predict(env.normalize_obs(seen), deterministic=True)
+    finally:
+        env.close()
+    planner = load_agent(f"{EXAMPLE.with_name('ppo_agent.py')}:PPOAgent@{tmp_path / 'a.zip'}")
+    route = load_suite("longest6")[12]
+    planner.reset(route)
+    first = next(iter(plant_bench.drive(planner, route, hazards=False)))
+    assert isinstance(first.action, Control)
+    assert len(expected) == 1
+    assert [file.name for file in planner.files] == ["a.zip", "a.vecnormalize.pkl"]  # pyright: ignore[reportAttributeAccessIssue]

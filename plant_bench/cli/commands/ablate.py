@@ -15,6 +15,7 @@ from plant_bench.cli.dataclass_options import (
     option_fields,
     with_options,
 )
+from plant_bench.cli.number_options import number_option
 from plant_bench.cli.options import (
     DensityOption,
     HazardsOption,
@@ -51,7 +52,7 @@ def ablate_learner(
             "the learner's defaults."
         ),
     ] = None,
-    seeds: Annotated[int, typer.Option(help="Number of trainings per variant.", min=1)] = 1,
+    seeds: Annotated[int, number_option("Number of trainings per variant.", 1, 1000)] = 1,
     suite: SuiteOption = "longest6",
     routes: RoutesOption = None,
     repetitions: RepetitionsOption = 3,

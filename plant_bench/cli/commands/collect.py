@@ -6,30 +6,35 @@ from typing import Annotated
 
 import typer
 
+from plant_bench.cli.number_options import HIGHEST_SEED, MOST_PROCESSES, number_option
 from plant_bench.cli.options import CORES, EXIT_INTERRUPTED, DensityOption
+
+MOST_FRAMES = 228_000_000  # a thousand units
 
 
 def collect(
     out: Annotated[Path, typer.Option(help="Folder for the data.")],
     units: Annotated[
         float | None,
-        typer.Option(help="Amount of data, in PlanT's units of 228,000 frames. Default: 1."),
+        number_option(
+            "Amount of data, in PlanT's units of 228,000 frames. Default: 1.", 1e-5, 1000.0
+        ),
     ] = None,
     frames: Annotated[
         int | None,
-        typer.Option(help="Amount of data, in frames at 2 Hz; instead of --units.", min=1),
+        number_option("Amount of data, in frames at 2 Hz; instead of --units.", 1, MOST_FRAMES),
     ] = None,
     seed: Annotated[
         int,
-        typer.Option(help="Seed of routes, traffic and perturbations.", min=0),
+        number_option("Seed of routes, traffic and perturbations.", 0, HIGHEST_SEED),
     ] = 0,
     perturb: Annotated[
         float,
-        typer.Option(
-            help="Fraction of episodes in which the executed control is perturbed, so that the "
+        number_option(
+            "Fraction of episodes in which the executed control is perturbed, so that the "
             "data contains recoveries (PlanT: 0).",
-            min=0.0,
-            max=1.0,
+            0.0,
+            1.0,
         ),
     ] = 0.0,
     driver: Annotated[
@@ -40,12 +45,12 @@ def collect(
     ] = "",
     density: DensityOption = "dense",
     workers: Annotated[
-        int, typer.Option(help="Number of processes; does not change the data.", min=1)
+        int, number_option("Number of processes; does not change the data.", 1, MOST_PROCESSES)
     ] = CORES,
 ) -> None:
     """Record training data: the expert drives training routes.
 
-    Routes and traffic seeds are never those of the benchmark. One unit is about 32 hours of
+    Routes and traffic seeds are never those of the benchmark. One unit is about 34 hours of
     driving. The same command again continues after Ctrl-C; with more units it adds to the data.
     Failed episodes are excluded and counted.
 

@@ -45,21 +45,27 @@ def describe(
 def check(folder: Folder) -> None:
     """Read all files of collected data and check that they can be used.
 
-    Exit code 2 if a file is broken, truncated or does not belong to any route.
+    Exit code 2 if a file is broken, truncated or does not belong to any route, if the ego in it
+    jumps or drives impossibly fast, or if an episode is there twice or missing.
 
     Example commands:
 
         plant-bench data check data/plant-1x
     """
+    from plant_bench.data.completeness import incompleteness
     from plant_bench.data.statistics import episode_files, find_data_faults
     from plant_bench.errors import InputError
 
     faults = find_data_faults(folder)
-    count = len(episode_files(folder))
+    files = episode_files(folder)
+    count = len(files)
+    problems = incompleteness(folder, files)
     if faults:
         message = (
             f"{len(faults)} of {count} files cannot be used. The first: {faults[0]} Remove these "
             "files and run the same `plant-bench collect` command again to replace them."
         )
-        raise InputError(message)
+        raise InputError(" ".join([message, *problems]))
+    if problems:
+        raise InputError(" ".join(problems))
     typer.echo(f"{folder}: valid, {count} episodes.")

@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from plant_bench.cli.number_options import HIGHEST_SEED, number_option
 from plant_bench.cli.options import OverwriteOption
 from plant_bench.cli.progress import exit_on_ctrl_c
 
@@ -16,10 +17,16 @@ def import_town(
         Path | None,
         typer.Option(help="Output folder; it may hold other towns. Default: ./NAME."),
     ] = None,
-    routes: Annotated[int, typer.Option(help="Number of routes; fewer if the map is small.")] = 6,
-    min_length: Annotated[float, typer.Option(help="Minimum length of a route, metres.")] = 400.0,
-    max_length: Annotated[float, typer.Option(help="Maximum length of a route, metres.")] = 1500.0,
-    seed: Annotated[int, typer.Option(help="Seed of routes and hazards.", min=0)] = 0,
+    routes: Annotated[
+        int, number_option("Number of routes; fewer if the map is small.", 1, 200)
+    ] = 6,
+    min_length: Annotated[
+        float, number_option("Minimum length of a route, metres.", 100.0, 50_000.0)
+    ] = 400.0,
+    max_length: Annotated[
+        float, number_option("Maximum length of a route, metres.", 100.0, 50_000.0)
+    ] = 1500.0,
+    seed: Annotated[int, number_option("Seed of routes and hazards.", 0, HIGHEST_SEED)] = 0,
     hazards: Annotated[bool, typer.Option(help="Place hazards on the routes.")] = True,
     guess_signals: Annotated[
         bool,

@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from plant_bench.cli.number_options import HIGHEST_SEED, number_option
 from plant_bench.cli.options import OverwriteOption
 from plant_bench.cli.progress import exit_on_ctrl_c
 
@@ -27,9 +28,9 @@ def import_routes(
     ],
     limit_distance: Annotated[
         float,
-        typer.Option(help="Maximum distance of a point from the driven line, metres.", min=0.01),
+        number_option("Maximum distance of a point from the driven line, metres.", 0.01, 1000.0),
     ] = 1.8,
-    seed: Annotated[int, typer.Option(help="Seed of the hazards.", min=0)] = 0,
+    seed: Annotated[int, number_option("Seed of the hazards.", 0, HIGHEST_SEED)] = 0,
     hazards: Annotated[bool, typer.Option(help="Place hazards on the routes.")] = True,
     overwrite: OverwriteOption = False,
 ) -> None:

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from plant_bench.cli.options import GuiOption, GuiSpeedOption
+from plant_bench.cli.number_options import LONGEST_TIME, number_option
+from plant_bench.cli.options import MOST_REPETITIONS, GuiOption, GuiSpeedOption
 from plant_bench.cli.progress import exit_on_ctrl_c
 
 if TYPE_CHECKING:
@@ -18,7 +19,8 @@ def replay(
     run: Annotated[Path, typer.Argument(help="Folder of a run with recordings.")],
     route: Annotated[str, typer.Argument(help="Id or number of a route, e.g. town01-0.")],
     repetition: Annotated[
-        int | None, typer.Option(help="Repetition of the route. Default: the first.", min=0)
+        int | None,
+        number_option("Repetition of the route. Default: the first.", 0, MOST_REPETITIONS - 1),
     ] = None,
     against: Annotated[
         Path | None, typer.Option(help="Another run, shown side by side on the same route.")
@@ -39,17 +41,22 @@ def replay(
     ] = None,
     time: Annotated[
         float | None,
-        typer.Option(
-            help="Time of the --png image, seconds. Default: the first infraction, or the middle "
-            "of the episode if there is none."
+        number_option(
+            "Time of the --png image, seconds. Default: the first infraction, or the middle "
+            "of the episode if there is none.",
+            0.0,
+            LONGEST_TIME,
         ),
     ] = None,
     start: Annotated[
-        float | None, typer.Option("--from", help="Start of the part, seconds.")
+        float | None, number_option("Start of the part, seconds.", 0.0, LONGEST_TIME, "--from")
     ] = None,
-    end: Annotated[float | None, typer.Option("--to", help="End of the part, seconds.")] = None,
+    end: Annotated[
+        float | None, number_option("End of the part, seconds.", 0.0, LONGEST_TIME, "--to")
+    ] = None,
     fps: Annotated[
-        float | None, typer.Option(help="Frames per second. Default: 20 for MP4, 10 for GIF.")
+        float | None,
+        number_option("Frames per second. Default: 20 for MP4, 10 for GIF.", 1.0, 60.0),
     ] = None,
     dark: Annotated[bool, typer.Option("--dark", help="Dark colours for images.")] = False,
     gui: GuiOption = False,

@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from plant_bench.api.execution import ExecutorKind, chosen_executor
+from plant_bench.cli.number_options import HIGHEST_SEED, number_option
 from plant_bench.cli.options import (
     CORES,
     AddressOption,
@@ -37,7 +38,7 @@ def score_rfds(
     suite: SuiteOption = "longest6",
     routes: RoutesOption = None,
     repetitions: RepetitionsOption = 3,
-    seed: Annotated[int, typer.Option(help="Base seed of the traffic.")] = 0,
+    seed: Annotated[int, number_option("Base seed of the traffic.", 0, HIGHEST_SEED)] = 0,
     density: DensityOption = "dense",
     hazards: HazardsOption = True,
     workers: ManyWorkersOption = None,

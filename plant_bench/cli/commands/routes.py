@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from plant_bench.cli.number_options import HIGHEST_SEED, number_option
 from plant_bench.cli.options import SuiteOption, check_build_options
 
 routes_app = typer.Typer(
@@ -23,7 +24,7 @@ def build(
         typer.Option(help="Build only this town's routes. Repeat the option for several."),
     ] = None,
     seed: Annotated[
-        int | None, typer.Option(help="Seed for other routes of the same kind.", min=0)
+        int | None, number_option("Seed for other routes of the same kind.", 0, HIGHEST_SEED)
     ] = None,
     out: Annotated[
         Path | None, typer.Option(help="Output folder, instead of the suite's own.")

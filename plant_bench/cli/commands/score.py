@@ -9,6 +9,7 @@ import typer
 
 from plant_bench.api.execution import ExecutorKind, chosen_executor, isolation_for
 from plant_bench.api.gui import use_gui
+from plant_bench.cli.number_options import HIGHEST_SEED, number_option
 from plant_bench.cli.options import (
     CORES,
     AddressOption,
@@ -52,7 +53,10 @@ def score(
     routes: RoutesOption = None,
     repetitions: RepetitionsOption = 3,
     seed: Annotated[
-        int, typer.Option(help="Base seed of the traffic; use the same one to compare agents.")
+        int,
+        number_option(
+            "Base seed of the traffic; use the same one to compare agents.", 0, HIGHEST_SEED
+        ),
     ] = 0,
     density: DensityOption = "dense",
     hazards: HazardsOption = True,

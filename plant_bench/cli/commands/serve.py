@@ -5,12 +5,13 @@ from typing import Annotated
 
 import typer
 
+from plant_bench.cli.number_options import number_option
 from plant_bench.cli.progress import exit_on_ctrl_c
 
 
 def serve(
     folder: Annotated[Path, typer.Argument(help="Folder of pages.")],
-    port: Annotated[int, typer.Option(help="Port; 0 chooses a free one.", min=0, max=65535)] = 8000,
+    port: Annotated[int, number_option("Port; 0 chooses a free one.", 0, 65535)] = 8000,
 ) -> None:
     """Serve a folder of pages to browsers on this machine, until Ctrl-C.
 

@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from plant_bench.cli.number_options import HIGHEST_SEED, number_option
 from plant_bench.cli.options import check_build_options
 
 towns_app = typer.Typer(
@@ -17,7 +18,8 @@ towns_app = typer.Typer(
 def build(
     town: Annotated[str | None, typer.Option(help="Name of the town. Default: all.")] = None,
     seed: Annotated[
-        int | None, typer.Option(help="Seed for another layout of the same kind of town.", min=0)
+        int | None,
+        number_option("Seed for another layout of the same kind of town.", 0, HIGHEST_SEED),
     ] = None,
     out: Annotated[
         Path | None, typer.Option(help="Output folder. Default: the folder of the built-in towns.")

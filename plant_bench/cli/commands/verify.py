@@ -6,8 +6,10 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from plant_bench.atomic_files import write_whole_text
+from plant_bench.cli.number_options import HIGHEST_SEED, MOST_PROCESSES, number_option
 from plant_bench.cli.options import (
     CORES,
+    MOST_REPETITIONS,
     IsolateOption,
     MemoryLimitOption,
     StartUpLimitOption,
@@ -30,9 +32,10 @@ def verify_run(
         bool, typer.Option("--all", help="Simulate all episodes again.")
     ] = False,
     seed: Annotated[
-        int | None, typer.Option(help="Seed of the sample. Default: a new one each time.", min=0)
+        int | None,
+        number_option("Seed of the sample. Default: a new one each time.", 0, HIGHEST_SEED),
     ] = None,
-    workers: Annotated[int, typer.Option(help="Number of processes.", min=1)] = CORES,
+    workers: Annotated[int, number_option("Number of processes.", 1, MOST_PROCESSES)] = CORES,
     agent: Annotated[
         str | None,
         typer.Option(
@@ -54,9 +57,10 @@ def verify_run(
     ] = None,
     repetitions: Annotated[
         int | None,
-        typer.Option(
-            help="Repetitions per route that the run must contain. Default: as many as it has.",
-            min=1,
+        number_option(
+            "Repetitions per route that the run must contain. Default: as many as it has.",
+            1,
+            MOST_REPETITIONS,
         ),
     ] = None,
     json: Annotated[Path | None, typer.Option(help="Write the findings to this JSON file.")] = None,

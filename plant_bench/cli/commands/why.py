@@ -5,6 +5,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from plant_bench.cli.number_options import number_option
+from plant_bench.cli.options import MOST_REPETITIONS
 from plant_bench.cli.progress import exit_on_ctrl_c, progress_bars
 
 if TYPE_CHECKING:
@@ -22,13 +24,15 @@ def explain_run(
     ] = None,
     repetition: Annotated[
         int | None,
-        typer.Option(help="Repetition of the route. Default: all with infractions.", min=0),
+        number_option(
+            "Repetition of the route. Default: all with infractions.", 0, MOST_REPETITIONS - 1
+        ),
     ] = None,
     out: Annotated[
         Path | None, typer.Option(help="PNG file, or folder for images. Default: RUN/why.")
     ] = None,
     before: Annotated[
-        float, typer.Option(help="Seconds shown before each infraction.", min=0.5, max=60.0)
+        float, number_option("Seconds shown before each infraction.", 0.5, 60.0)
     ] = 4.0,
 ) -> None:
     """Explain infractions: the seconds before each one, and what the expert would have done.

@@ -75,7 +75,7 @@ def _board(board: Board, replays: bool) -> dict[str, object]:
         "lines": [_row(row) for row in board.rows],
         "differences": [_difference(item, ids) for item in board.differences],
         "rankings": [
-            [item.ranker, item.planner or "", *_spread(item.score.score, 2), item.score.episodes]
+            [item.ranker, item.planner or "", *_spread(item.score.score, 6), item.score.episodes]
             for item in board.rankings
         ],
         "details": [_detail(entry) for entry in board.entries],
@@ -109,7 +109,7 @@ def _row(row: Row) -> dict[str, object]:
         "it": row.inference_ms,
         "tokens": row.inference_tokens,
         "processor": row.processor,
-        "rfds": _spread(row.rfds, 3),
+        "rfds": _spread(row.rfds, 6),
         "ranker": row.ranker,
         "parameters": row.parameters,
         "date": row.date,
@@ -161,9 +161,9 @@ def _detail(entry: Entry) -> dict[str, object]:
 
 
 def _scores(scores: Scores) -> dict[str, list[float]]:
-    """Return scores by name, with two more decimals than are shown."""
+    """Return scores by name, with so many decimals that the page rounds only once."""
     return {
-        metric.name: _spread(scores[metric.name], metric.digits + 2)
+        metric.name: _spread(scores[metric.name], metric.digits + 6)
         for metric in score_metrics()
         if metric.name in scores
     }
@@ -204,13 +204,13 @@ def _episode(
 def _episode_scores(result: EpisodeResult, penalties: PenaltyScheme) -> list[Number | None]:
     """Return an episode's scores, in the order of the page's `scores`.
 
-    They are rounded to twice the decimals that are shown, since pages hold many episodes.
+    They are rounded to three more decimals than are shown, since pages hold many episodes.
     """
     scores = []
     for metric in headline_metrics():
         if metric.episode is not None:
             value = metric.episode(result, penalties)
-            scores.append(None if value is None else round(value, 2 * metric.digits))
+            scores.append(None if value is None else round(value, metric.digits + 3))
     return scores
 
 

@@ -16,6 +16,8 @@ from plant_bench.scoring.results import EpisodeResult
 from plant_bench.untrusted_files import read_json
 
 RANKING_FILE = "rfds.json"
+# Files in the folders of leaderboards, replays, trainings and ablations:
+_OTHER_OUTPUT = ("leaderboard.html", "replay.html", "losses.csv", "ablations.md")
 LARGEST_WHOLE = 2**63 - 1  # largest value of an integer column
 
 
@@ -131,7 +133,12 @@ def find_sources(paths: Sequence[Path], *, below: Path, against_last: bool = Fal
             no planner has a previous version.
     """
     if paths:
-        parts = [_source_of(path) for path in dict.fromkeys(paths)]
+        given = dict.fromkeys(paths)
+        skipped = [path for path in given if len(given) > 1 and _is_other_output(path)]
+        parts = [_source_of(path) for path in given if path not in skipped]
+        parts += [
+            Sources((), (), (), (f"{path} is not a run: it is left out.",)) for path in skipped
+        ]
     else:
         folders = sorted(path for path in below.glob("*") if path.is_dir())
         parts = [part for path in folders if (part := _source_below(path)) is not None]
@@ -142,7 +149,7 @@ def find_sources(paths: Sequence[Path], *, below: Path, against_last: bool = Fal
             f"There is no run to report in {below}. Score a planner first, for example with "
             "'plant-bench score --agent expert', or give the folders of runs."
             if not paths
-            else "Only runs of 'plant-bench rfds' were given: add runs of 'plant-bench score'."
+            else "No run of 'plant-bench score' was given: add runs."
         )
         raise InputError(message)
     return Sources(
@@ -249,6 +256,15 @@ def _source_of(path: Path) -> Sources:
     if found.notes:
         raise InputError(found.notes[0])
     return found
+
+
+def _is_other_output(path: Path) -> bool:
+    """Whether a path is something else that plant-bench writes into `reports/`."""
+    if path.is_file():
+        return path.suffix == ".md"
+    return path.is_dir() and (
+        path.name == "planners" or any((path / name).is_file() for name in _OTHER_OUTPUT)
+    )
 
 
 def _checkpoint_files(path: Path) -> tuple[Path, ...]:

@@ -124,7 +124,9 @@ def serve(pipe: Connection, work: Work, log: Path | None) -> None:
         try:
             message: Message = TaskResult(work(task, report))
         except Exception as error:  # noqa: BLE001  sent to the parent
-            if not isinstance(error, UserCodeError):  # its traceback is in the log
+            told = isinstance(error, UserCodeError)  # its traceback is in the log
+            by_parent = log is None and isinstance(error, InputError)  # the parent prints it
+            if not told and not by_parent:
                 traceback.print_exc()
             message = failure(error)
         sys.stdout.flush()

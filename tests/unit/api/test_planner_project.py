@@ -15,7 +15,7 @@ def test_new_project_is_complete_and_its_planner_loads(tmp_path, kind):
     project = write_project(f"my_{kind}_planner", tmp_path, kind)
 
     assert isinstance(load_agent(project.spec), Agent)
-    assert len(project.files) == 5
+    assert len(project.files) == (6 if kind is Kind.TORCH else 5)
     facts = tomllib.loads((project.folder / "pyproject.toml").read_text())["project"]
     (target,) = facts["entry-points"]["plant_bench.agents"].values()
     assert target == f"my_{kind}_planner.agent:My{kind.capitalize()}Planner"

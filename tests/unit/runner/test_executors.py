@@ -98,6 +98,19 @@ def test_error_common_to_all_tasks_ends_the_run(scripted, tmp_path, act, words):
     assert not multiprocessing.active_children()
 
 
+def test_input_error_of_a_worker_without_a_log_prints_no_traceback(scripted, capfd):
+    with pytest.raises(InputError, match="no such town"):
+        run(scripted, [scripted.Step("input-error")])
+
+    assert capfd.readouterr().err == ""
+
+
+def test_bug_of_a_worker_without_a_log_prints_its_traceback(scripted, capfd):
+    run(scripted, [scripted.Step("bug")])
+
+    assert "ZeroDivisionError: of a bug" in capfd.readouterr().err
+
+
 def test_ctrl_c_ends_all_workers_at_once(scripted):
     timer = threading.Timer(1.5, os.kill, (os.getpid(), signal.SIGINT))
     timer.start()

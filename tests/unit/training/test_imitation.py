@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 import torch
@@ -18,6 +19,7 @@ from plant_bench.training import graceful_interrupt as interrupts
 from plant_bench.training import imitation
 from plant_bench.training.batches import Split, split_by_route
 from plant_bench.training.closed_loop import ClosedLoop
+from plant_bench.training.divergence import TrainingError
 from plant_bench.training.events import StepEnded, TrainingEvent
 from plant_bench.training.frame_store import load_frames
 from plant_bench.training.imitation import TrainingRequest, make_fabric, train
@@ -25,6 +27,7 @@ from plant_bench.training.learners import LearnerSpec
 from plant_bench.training.loader import make_loader
 from plant_bench.training.settings import TrainingSettings
 from plant_bench.training.trainer import optimizer_of
+from plant_bench.training.training_run import TrainingRun
 
 SETTINGS = TrainingSettings(epochs=2, drop_after=2, batch=8, rate=1e-2)
 
@@ -243,3 +246,42 @@ def test_weight_decay_applies_only_to_linear_weights() -> None:
 def test_unknown_accelerator_raises_input_error() -> None:
     with pytest.raises(InputError, match="Cannot train on"):
         make_fabric(accelerator="abacus", devices=1)
+
+
+def test_diverging_training_ends_with_one_line_that_names_the_step(
+    tmp_path: Path, split: Split, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    request = request_in(tmp_path)
+    losses = PlanTLearner.loss
+    calls = 0
+
+    def loss(*arguments: Any) -> dict[str, torch.Tensor]:
+        nonlocal calls
+        calls += 1
+        found = dict(losses(*arguments))
+        name = next(iter(found))
+        return found | ({name: found[name] * float("inf")} if calls == 2 else {})
+
+    monkeypatch.setattr(PlanTLearner, "loss", loss)
+    with pytest.raises(TrainingError) as caught:
+        run(request, split)
+
+    told = str(caught.value)
+    assert "the loss was inf" in told
+    assert "at step 2 of 3 of epoch 1. No weights were kept" in told
+    assert "lower --rate than 0.01" in told
+    assert not isinstance(caught.value, InputError)  # exit code 1
+    assert not request.out.exists()
+
+
+def test_training_state_is_of_the_whole_path_of_the_model() -> None:
+    options = PlanTOptions()
+    first, other, again = (
+        TrainingRun("plant", options, (Path("data"),), Path(out)).work_folder
+        for out in ("one/mine", "two/mine", "./one/../one/mine")
+    )
+
+    assert first == again
+    assert first != other
+    assert first.parent == Path("reports")
+    assert first.name.startswith("training-mine-")

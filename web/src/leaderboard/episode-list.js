@@ -159,7 +159,7 @@ function episodeRow(board, episode) {
       "td",
       {},
       nameElement(route, 28),
-      element("span", { class: "of" }, `repetition ${repetition + 1}`),
+      element("span", { class: "of" }, `repetition ${repetition}`),
     ),
     numbers.map((text) => element("td", { class: "number" }, text)),
     element(
@@ -232,7 +232,7 @@ function replayCell(board, episode) {
   if (!episode.hasReplay) return element("span", { class: "muted" }, "not recorded");
   const planner = truncated(episode.entry.planner, 40);
   const route = truncated(episode.route, 60);
-  const name = `${planner}, ${route}, repetition ${episode.repetition + 1}`;
+  const name = `${planner}, ${route}, repetition ${episode.repetition}`;
   const isSelected = () => String(selected.includes(episode));
   const compare = element(
     "button",
@@ -290,7 +290,7 @@ function showSelected(board) {
     second ? [" and ", planner(second)] : "",
     " on ",
     nameElement(first.route, 28),
-    `, repetition ${first.repetition + 1}`,
+    `, repetition ${first.repetition}`,
   );
   const action = second
     ? element(

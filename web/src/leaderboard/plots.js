@@ -31,7 +31,15 @@ const STYLE = {
 const TOOLTIP = { fill: "var(--raised)", stroke: "var(--line-strong)" };
 const SIDE_COLOURS = { ahead: "var(--good)", behind: "var(--bad)", even: "var(--muted)" };
 
-const labelWidth = () => (innerWidth < NARROW ? 110 : 190);
+const LABEL_OFFSET = 38; // px below the plot, so that the margin also holds the descenders
+const LETTER_WIDTH = 7.2; // px: the widest mean width of a letter in names, in this font size
+
+/**
+ * Width of the margin for the names at an axis.
+ * @param {string[]} names
+ */
+const labelWidth = (names) =>
+  Math.ceil(16 + LETTER_WIDTH * Math.max(8, ...names.map((name) => Array.from(name).length)));
 
 /**
  * Draw a plot into an element, and again when the element's width changes.
@@ -108,7 +116,7 @@ export function differencePlot(board, entries, reference, width) {
   return plot({
     width,
     height: 60 + 26 * entries.length,
-    marginLeft: labelWidth(),
+    marginLeft: labelWidth(names),
     marginRight: 16,
     marginBottom: 46,
     style: STYLE,
@@ -117,6 +125,7 @@ export function differencePlot(board, entries, reference, width) {
       grid: true,
       nice: true,
       labelAnchor: "center",
+      labelOffset: LABEL_OFFSET,
     },
     y: { label: null, domain: names },
     marks: [
@@ -145,24 +154,24 @@ export function differencePlot(board, entries, reference, width) {
   });
 }
 
-const BIN = 5; // DS of a bin of episodes
+const STEP = 1; // DS: scores are rounded to it, so that equal ones share a dot
 
 /**
- * Distribution of the episodes' driving scores: a dot a bin, its area the share of episodes in it.
+ * The episodes' driving scores: a dot for each value, its area the share of episodes with it.
  * @param {Board} board
  * @param {Entry[]} entries
  * @param {number} width
  */
 export function episodePlot(board, entries, width) {
   const names = axisNames(entries, width);
-  const bins = entries.flatMap((entry, place) => episodeBins(board, entry, names[place]));
+  const values = entries.flatMap((entry, place) => episodeValues(board, entry, names[place]));
   const means = entries
     .map((entry, place) => ({ name: names[place], ds: scoreOf(entry, rankedMetric)[0] }))
     .filter((row) => isKnown(row.ds));
   return plot({
     width,
     height: 56 + 34 * entries.length,
-    marginLeft: labelWidth(),
+    marginLeft: labelWidth(names),
     marginRight: 24,
     marginBottom: 46,
     style: STYLE,
@@ -171,11 +180,12 @@ export function episodePlot(board, entries, width) {
       domain: [0, 100],
       grid: true,
       labelAnchor: "center",
+      labelOffset: LABEL_OFFSET,
     },
     y: { label: null, domain: names },
     r: { domain: [0, 1], range: [0, 22] },
     marks: [
-      dot(bins, {
+      dot(values, {
         x: "ds",
         y: "name",
         r: "share",
@@ -191,7 +201,7 @@ export function episodePlot(board, entries, width) {
         insetTop: 5,
         insetBottom: 5,
       }),
-      tip(bins, pointer({ x: "ds", y: "name", title: "title", ...TOOLTIP })),
+      tip(values, pointer({ x: "ds", y: "name", title: "title", ...TOOLTIP })),
     ],
   });
 }
@@ -201,24 +211,22 @@ export function episodePlot(board, entries, width) {
  * @param {Entry} entry
  * @param {string} name
  */
-function episodeBins(board, entry, name) {
+function episodeValues(board, entry, name) {
   const scores = board
     .episodes()
     .filter((item) => item.entry === entry && (!filters.town || item.town === filters.town))
     .map((item) => item.scores[rankedMetric] ?? 0);
   /** @type {Map<number, number>} */
-  const bins = new Map();
+  const counts = new Map();
   for (const score of scores) {
-    const low = BIN * Math.min(Math.floor(score / BIN), 100 / BIN - 1);
-    bins.set(low, (bins.get(low) ?? 0) + 1);
+    const value = STEP * Math.round(score / STEP);
+    counts.set(value, (counts.get(value) ?? 0) + 1);
   }
-  return [...bins].map(([low, count]) => ({
+  return [...counts].map(([ds, count]) => ({
     name,
-    ds: low + BIN / 2,
+    ds,
     share: count / scores.length,
-    title:
-      `${name}: ${count} of ${scores.length} episodes\n` +
-      `with a driving score of ${low} to ${low + BIN}`,
+    title: `${name}: ${count} of ${scores.length} episodes\nwith a driving score of ${ds}`,
   }));
 }
 
@@ -256,11 +264,16 @@ export function infractionPlot(entries, width) {
   return plot({
     width,
     height: 60 + 26 * entries.length,
-    marginLeft: labelWidth(),
+    marginLeft: labelWidth(names),
     marginRight: 16,
     marginBottom: 46,
     style: STYLE,
-    x: { label: "infractions per km", grid: true, labelAnchor: "center" },
+    x: {
+      label: "infractions per km",
+      grid: true,
+      labelAnchor: "center",
+      labelOffset: LABEL_OFFSET,
+    },
     y: { label: null, domain: names },
     color: { domain: kinds.map(asWords), range: kinds.map((kind) => INFRACTION_COLOURS[kind]) },
     marks: [

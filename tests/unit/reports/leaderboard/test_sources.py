@@ -44,6 +44,23 @@ def test_path_that_is_not_a_run_is_refused(tmp_path):
         find_sources([tmp_path / "gone"], below=tmp_path)
 
 
+@pytest.mark.parametrize("name", ["leaderboard.html", "replay.html", "losses.csv", "ablations.md"])
+def test_other_folders_of_plant_bench_are_left_out_with_a_note(tmp_path, write_run, name):
+    run, other = write_run(tmp_path / "a"), tmp_path / "other"
+    other.mkdir()
+    (other / name).touch()
+    (tmp_path / "README.md").touch()
+
+    found = find_sources([run, other, tmp_path / "README.md"], below=tmp_path)
+
+    assert found.runs == (run,)
+    assert [note.split()[0] for note in found.notes] == [str(other), str(tmp_path / "README.md")]
+    with pytest.raises(InputError, match=r"has no run\.json"):
+        find_sources([other], below=tmp_path)
+    with pytest.raises(InputError, match="No run of 'plant-bench score' was given"):
+        find_sources([other, tmp_path / "README.md"], below=tmp_path)
+
+
 def test_report_without_any_run_is_refused(tmp_path):
     with pytest.raises(InputError, match="Score a planner first"):
         find_sources([], below=tmp_path)

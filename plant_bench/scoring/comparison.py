@@ -175,11 +175,11 @@ def _by_route(
     for route, values in pairs.items():
         ordered = sorted(values, key=lambda pair: pair[0].repetition)
         first, second = zip(*ordered, strict=True)
-        means = (
+        before, after = (
             math.fsum(item.driving_score_by(penalties) for item in side) / len(side)
             for side in (first, second)
         )
-        found.append(RouteDifference(route, *means, first, second))
+        found.append(RouteDifference(route, before, after, first, second))
     return tuple(sorted(found, key=lambda item: (-abs(item.difference), item.route)))
 
 

@@ -1,7 +1,7 @@
 """Measures the wall time of an episode by part, and the latency of the planner's decisions."""
 
 import time
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
@@ -81,9 +81,10 @@ class Stopwatch:
         """Return the timing of an episode; `simulated` is its simulated time in seconds."""
         p50, p95, p99 = np.percentile(self.decisions or [0.0], (50, 95, 99)).tolist()
         late = sum(decision > TICK for decision in self.decisions)
+        spent: dict[str, Any] = {f"{part}_s": spent for part, spent in self.spent.items()}
         return Timing(
             wall_s=time.perf_counter() - self.begin,
-            **{f"{part}_s": spent for part, spent in self.spent.items()},
+            **spent,
             simulated_s=simulated,
             ticks=ticks,
             latency_p50_ms=1000.0 * p50,

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from xml.etree.ElementTree import ParseError
 
 import numpy as np
+import shapely
 from shapely.geometry import Point, Polygon
 
 from plant_bench.errors import InputError, in_one_line
@@ -225,7 +226,7 @@ class _Repairer:
         if radius > ROAD_SHARE * min(roads, default=0.0) or len(node.outline) < 3:
             return None
         shape = Polygon(node.outline).buffer(0.0).union(Point(node.x, node.y).buffer(radius))
-        return np.array(shape.convex_hull.exterior.coords)[:-1]
+        return shapely.get_coordinates(shape.convex_hull)[:-1]
 
     def _smooth_bends(self) -> list[Finding]:
         """Smooth the bends of roads that no car can follow; remove those still too sharp."""

@@ -84,7 +84,7 @@ def _heading_around(
         for other in _nearest_long(lanes, name, table)
     ]
     total = np.sum(directions, axis=0) if directions else np.zeros(2)
-    size = float(np.hypot(*total))
+    size = float(np.linalg.norm(total))
     return None if size < 1e-6 else total / size
 
 

@@ -29,6 +29,7 @@ def test_frames_hold_observation_action_waypoints_route_and_town(data: Path) -> 
     assert len(frames) == len(load_frames([data])) > 10
     first = frames[0]
     assert first.observation.ego == scene_of(round(first.observation.time * 20)).ego
+    assert first.observation.actors is not None
     assert len(first.observation.actors) == 1
     assert first.observation.privileged is None
     assert first.answer == pb.Control(0.5, 0.1)

@@ -15,6 +15,7 @@ from plant_bench.sim.gridlock import (
 )
 from plant_bench.sim.sumo import VehicleState
 from plant_bench.sim.sumo_commands import Commands
+from plant_bench.sim.sumo_placement import Placements
 from plant_bench.world.scene import TICK
 from tests.builders import cars, make_ego
 
@@ -28,7 +29,7 @@ class Told(Commands):
     """Records which vehicles others are told to ignore."""
 
     def __init__(self) -> None:
-        super().__init__()
+        super().__init__(Placements())
         self.ignored: dict[int, tuple[int, ...]] = {}
         self.reseated: list[int] = []
         self.out_of_order = False

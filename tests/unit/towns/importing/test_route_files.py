@@ -321,7 +321,7 @@ def test_lane_change_through_a_junction_passes_all_points(tmp_path, left_first):
     town = Town.from_json((networks_dir() / "town05" / "town.json").read_text())
     source, target = parallel_links(town)
     if left_first:
-        source, target = town.lanes[source.left], town.lanes[target.right]
+        source, target = town.lanes[str(source.left)], town.lanes[str(target.right)]
     points = [
         point_on(source, source.length - 60.0),
         point_on(source, source.length - 4.0),
@@ -332,6 +332,7 @@ def test_lane_change_through_a_junction_passes_all_points(tmp_path, left_first):
     found = TownFound("town05", networks_dir() / "town05", must_copy=False)
     (match,) = match_routes(read(tmp_path, text), {"Town05": found}, 1.8, lambda _: None)
     assert match.worst < 0.4
+    assert match.route is not None
     assert [change.direction for change in match.route.lane_changes] == [
         "right" if left_first else "left"
     ]

@@ -99,7 +99,7 @@ def test_run_is_compared_with_the_last_version_of_its_planner(
     code, said = compare(run, "--against-last")
 
     assert code == 0
-    assert f"{run} against {run} (previous)" in said
+    assert f"{run} minus {run} (previous)" in said
     assert pb.load_run(run).compare_with_previous().mean == pytest.approx(40.0 * 11 / 12)
     sources = find_sources([run], below=Path("nowhere"), against_last=True)
     board = make_leaderboard(

@@ -26,7 +26,7 @@ def test_report_writes_all_files_and_prints_the_order(tmp_path, write_run):
     done = report(*runs, "--no-replays", "--out", tmp_path / "out")
     assert done.exit_code == 0, done.output
     assert "DS b 98.3, a 60.0" in done.output
-    assert "first against second: +38.3 DS" in done.output
+    assert "  b against a: +38.3 DS, 95 % interval" in done.output
     assert {path.name for path in (tmp_path / "out").iterdir()} == FILES
 
 

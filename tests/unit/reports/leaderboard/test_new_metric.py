@@ -130,7 +130,7 @@ def test_new_metric_is_on_the_page(made):
     assert score["about"] == "Share of the routes driven to their end."
     assert not score["ofEpisode"]
     (own, *_) = data["boards"]
-    assert own["lines"][0]["scores"]["arrived"] == [91.667, 11.785]
+    assert own["lines"][0]["scores"]["arrived"] == pytest.approx([91.667, 11.785], abs=1e-3)
     assert own["details"][0]["towns"]["town02"]["arrived"] == [100.0, 0.0]
     (column,) = [item for item in data["measures"] if item["name"] == "mean_speed"]
     assert (column["label"], column["unit"]) == ("mean speed", "m/s")

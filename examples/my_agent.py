@@ -1,4 +1,4 @@
-"""A whole planner: keeps to its route, and stops for red lights and for whoever is in front.
+"""A complete planner: follows its route, and stops for red lights and for the vehicle ahead.
 
 plant-bench score --agent examples/my_agent.py:MyAgent --routes 0 --repetitions 1
 """
@@ -11,7 +11,7 @@ from plant_bench.world.scene import Light
 
 LOOK_AHEAD = 6  # m along the route to steer for
 WHEELBASE = 2.9  # m
-GAP = 8.0  # m between centres to keep to whoever is in front
+GAP = 8.0  # m between the centres of the ego and the vehicle ahead
 
 
 class MyAgent:

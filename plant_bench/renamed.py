@@ -4,8 +4,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from itertools import zip_longest
 from types import MappingProxyType
 
-from plant_bench.renamed_modules import MODULES
-
 OF_LEARNERS = ("train", "ablate")
 # Old option: the new one, and the commands that have it.
 OPTIONS: Mapping[str, tuple[str, tuple[str, ...]]] = MappingProxyType(
@@ -70,6 +68,8 @@ def renamed_import(error: BaseException) -> str:
     ". 'NOBODY' is now 'NO_ACTOR'."
     """
     if isinstance(error, ModuleNotFoundError):
+        from plant_bench.renamed_modules import MODULES  # only errors need this table
+
         name = (error.name or "").removeprefix("plant_bench.")
         if name in MODULES and name != error.name:
             return f". '{error.name}' is now 'plant_bench.{MODULES[name]}'."

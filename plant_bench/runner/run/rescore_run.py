@@ -7,6 +7,7 @@ from pathlib import Path
 from plant_bench.data.recording import Recording
 from plant_bench.errors import InputError, in_one_line
 from plant_bench.runner.run.folder import RunFolder
+from plant_bench.runner.run.provenance import Provenance
 from plant_bench.scoring.rescore_episode import rescore
 from plant_bench.scoring.results import EpisodeResult
 from plant_bench.world.route import Route, load_suite
@@ -40,13 +41,7 @@ def rescore_folder(folder: RunFolder) -> Iterator[Rescored]:
     Raises:
         InputError: There is no such run, or its suite, towns or recordings cannot be read.
     """
-    provenance = folder.provenance()
-    if provenance is None:
-        message = (
-            f"{folder.path} is not a run of plant-bench: it has no run.json. Give a folder written "
-            "by `plant-bench score`."
-        )
-        raise InputError(message)
+    provenance = Provenance.load(RunFolder.open(folder.path).run_file)
     routes = {route.id: route for route in load_suite(provenance.suite)}
     folder.make_subfolder("rescored")
     for path in folder.record_files():

@@ -108,9 +108,7 @@ class Simulation:
         if self._self_driving:
             ego = self._driven(ego)
         self.scene = self._look(tick, ego)
-        if self._gridlock.due(tick, ego):
-            facts = self.privileged()
-            self._gridlock.look(tick, ego, self.scene.actors, facts, self._states)
+        self._gridlock.step(tick, ego, self.scene.actors, self._states, self.privileged)
         return self.scene
 
     @property

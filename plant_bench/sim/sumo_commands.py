@@ -11,6 +11,8 @@ from plant_bench.sim.sumo_placement import PLACED_MODE, Placements
 DEFAULT_MODE = 31  # SUMO's speed mode: obeys safe gaps, limits, right of way and lights
 DEFAULT_LANE_CHANGES = 1621  # SUMO's lane change mode
 CENTRED = 0.02  # m from its lane's centre line within which a driver is not changing lanes
+AT_LIGHT = 10.0  # m before its stop line within which a vehicle waits for a signal
+GREEN = "GgOo"  # SUMO's states of a signal at which a driver may go; "o" and "O" are off
 RULE_IGNORING_MODE = 39  # safe gap and limits of acceleration only; ignores foes inside junctions
 RULE_IGNORING_FACTOR = 1.5  # times the lane's speed limit, for a driver that ignores rules
 
@@ -66,6 +68,14 @@ class Commands:
         with contextlib.suppress(libsumo.TraCIException):  # it may have left
             names = " ".join(map(str, others))
             libsumo.vehicle.setParameter(str(vehicle), "junctionModel.ignoreIDs", names)
+
+    def is_at_red_light(self, vehicle: int) -> bool:
+        """Tell whether a vehicle is right before a signal that is red or yellow for it."""
+        try:
+            ahead = libsumo.vehicle.getNextTLS(str(vehicle))
+        except libsumo.TraCIException:
+            return False
+        return bool(ahead) and ahead[0][2] < AT_LIGHT and ahead[0][3] not in GREEN
 
     def is_out_of_order(self, vehicle: int) -> bool:
         """Tell whether SUMO's order of vehicles on a vehicle's lane contradicts their positions."""

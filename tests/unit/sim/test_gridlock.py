@@ -9,23 +9,23 @@ from plant_bench.agent import PATH_POSES, Privileged
 from plant_bench.sim.gridlock import (
     LOOK_INTERVAL,
     MIN_STANDSTILL,
+    MIN_WAIT,
     ORDER_INTERVAL,
-    RELEASE,
     Gridlock,
 )
 from plant_bench.sim.sumo import VehicleState
 from plant_bench.sim.sumo_commands import Commands
 from plant_bench.sim.sumo_placement import Placements
-from plant_bench.world.scene import TICK
+from plant_bench.world.scene import TICK, EgoState
 from tests.builders import cars, make_ego
 
 EGO = make_ego()  # stands inside the junction, eastwards
 CROSSING = (8.0, -8.0, math.pi / 2)  # would drive north past the ego's front
 BEHIND = (-8.0, 0.0, 0.0)  # stands behind the ego
-NOW = 400  # a tick at which a look may be due
+EGO_LONG_STATIONARY = 10.0  # s; shorter than a driver's own long wait
 
 
-class Told(Commands):
+class RecordedCommands(Commands):
     """Records which vehicles others are told to ignore."""
 
     def __init__(self) -> None:
@@ -33,9 +33,13 @@ class Told(Commands):
         self.ignored: dict[int, tuple[int, ...]] = {}
         self.reseated: list[int] = []
         self.out_of_order = False
+        self.red: set[int] = set()
 
     def ignore(self, vehicle: int, others: tuple[int, ...]) -> None:
         self.ignored[vehicle] = others
+
+    def is_at_red_light(self, vehicle: int) -> bool:
+        return vehicle in self.red
 
     def is_out_of_order(self, vehicle: int) -> bool:
         return self.out_of_order
@@ -44,12 +48,17 @@ class Told(Commands):
         self.reseated.append(vehicle)
 
 
-def look(
-    told: Told, *poses: tuple[float, float, float], lanes: str = ":J_0_0", speed: float = 0.0
-) -> Gridlock:
-    """Run one gridlock check on vehicles 1, 2, ...; each would go straight ahead."""
+def drive(
+    gridlock: Gridlock,
+    *poses: tuple[float, float, float],
+    seconds: float,
+    ego: EgoState = EGO,
+    lanes: str = ":J_0_0",
+    speed: float = 0.0,
+) -> None:
+    """Step for some seconds beside vehicles 1, 2, ...; each would go straight ahead."""
     count = len(poses)
-    placed = np.array(poses)
+    placed = np.array(poses).reshape(count, 3)
     actors = cars(*((*pose, speed) for pose in poses))
     ahead = np.stack((np.cos(placed[:, 2]), np.sin(placed[:, 2]), np.zeros(count)), axis=1)
     paths = placed[:, None] + np.arange(PATH_POSES)[:, None] * ahead[:, None]
@@ -58,58 +67,97 @@ def look(
         number: VehicleState(x, y, 0.0, yaw, speed, 0.0, lanes, 0.0, 0.0)
         for number, (x, y, yaw) in enumerate(poses, start=1)
     }
-    gridlock = Gridlock(told)
-    gridlock.look(NOW, EGO, actors, Privileged(paths, zero, zero, zero, zero), states)
-    return gridlock
+    for tick in range(round(seconds / TICK)):
+        gridlock.step(tick, ego, actors, states, lambda: Privileged(paths, zero, zero, zero, zero))
+
+
+def after(
+    seconds: float,
+    *poses: tuple[float, float, float],
+    ego: EgoState = EGO,
+    lanes: str = ":J_0_0",
+    speed: float = 0.0,
+    red: set[int] | None = None,
+) -> dict[int, tuple[int, ...]]:
+    """Return whom each vehicle ignores after some seconds."""
+    commands = RecordedCommands()
+    commands.red = red or set()
+    drive(Gridlock(commands), *poses, seconds=seconds, ego=ego, lanes=lanes, speed=speed)
+    return commands.ignored
 
 
 def test_vehicle_waiting_for_the_ego_and_its_queue_is_released() -> None:
     """The crossing vehicle waits for the ego and for the one behind it."""
-    told = Told()
-    look(told, CROSSING, BEHIND)
-    assert told.ignored == {1: (0, 2)}  # the ego's own number is 0; 2 has the ego before it
+    assert after(EGO_LONG_STATIONARY, CROSSING, BEHIND) == {1: (0, 2)}  # 0 is the ego
 
 
 def test_vehicle_is_not_released_into_a_stationary_vehicle() -> None:
-    told = Told()
-    look(told, CROSSING, (8.0, 0.0, 0.0))
-    assert 1 not in told.ignored
+    assert 1 not in after(EGO_LONG_STATIONARY, CROSSING, (8.0, 0.0, 0.0))
+
+
+def test_a_vehicle_that_overlaps_another_one_already_is_released() -> None:
+    assert 1 in after(EGO_LONG_STATIONARY, CROSSING, (8.5, -8.5, math.pi / 2))
 
 
 @pytest.mark.parametrize(("lanes", "speed"), [("street_0", 0.0), (":J_0_0", 1.0)])
 def test_vehicles_moving_or_before_the_junction_are_not_released(lanes: str, speed: float) -> None:
-    told = Told()
-    look(told, CROSSING, lanes=lanes, speed=speed)
-    assert told.ignored == {}
+    assert after(EGO_LONG_STATIONARY, CROSSING, lanes=lanes, speed=speed) == {}
+
+
+def test_drivers_that_wait_for_each_other_for_long_are_released_while_the_ego_drives() -> None:
+    """Two drivers before a junction whose paths cross: each has free space right ahead."""
+    poses = ((20.0, -12.0, math.pi / 2), (32.0, 0.0, math.pi))
+    moving = make_ego(5.0)
+    assert after(MIN_WAIT - 1.0, *poses, ego=moving, lanes="street_0") == {}
+    released = after(MIN_WAIT + 1.5, *poses, ego=moving, lanes="street_0")
+    assert released == {1: (2,), 2: (1,)}
+
+
+def test_drivers_at_a_red_light_are_not_released() -> None:
+    poses = ((20.0, -12.0, math.pi / 2), (32.0, 0.0, math.pi))
+    released = after(MIN_WAIT + 1.5, *poses, ego=make_ego(5.0), lanes="street_0", red={1})
+    assert released == {2: (1,)}
+
+
+def test_a_queued_driver_is_not_released_into_the_one_ahead() -> None:
+    poses = ((20.0, 0.0, 0.0), (26.0, 0.0, 0.0))
+    assert after(MIN_WAIT + 1.5, *poses, ego=make_ego(5.0)) == {2: (1,)}
 
 
 @pytest.mark.parametrize("speed", [0.0, 5.0])
 def test_ego_out_of_lane_order_is_reseated(speed: float) -> None:
-    told = Told()
-    gridlock = Gridlock(told)
-    gridlock.due(NOW, make_ego(speed))
-    assert told.reseated == []
-    told.out_of_order = True
-    for tick in range(NOW, NOW + ORDER_INTERVAL):
-        gridlock.due(tick, make_ego(speed))
-    assert told.reseated == [0]
+    commands = RecordedCommands()
+    gridlock = Gridlock(commands)
+    drive(gridlock, seconds=ORDER_INTERVAL * TICK, ego=make_ego(speed))
+    assert commands.reseated == []
+    commands.out_of_order = True
+    drive(gridlock, seconds=ORDER_INTERVAL * TICK, ego=make_ego(speed))
+    assert commands.reseated == [0]
 
 
-def test_release_of_a_vehicle_expires() -> None:
-    told = Told()
-    gridlock = look(told, CROSSING)
-    assert told.ignored == {1: (0,)}
-    end = NOW + round(RELEASE / TICK)
-    gridlock.due(end - 1, EGO)
-    assert told.ignored == {1: (0,)}
-    gridlock.due(end, EGO)
-    assert told.ignored == {1: ()}
+def test_release_of_a_vehicle_expires_and_is_renewed_at_the_next_check() -> None:
+    commands = RecordedCommands()
+    gridlock = Gridlock(commands)
+    drive(gridlock, CROSSING, seconds=EGO_LONG_STATIONARY)
+    assert commands.ignored == {1: (0,)}
+    gridlock.step(10_001, make_ego(5.0), cars(), {}, _no_facts)
+    assert commands.ignored == {1: ()}
 
 
-def test_gridlock_check_is_due_only_after_a_long_stop() -> None:
-    gridlock = Gridlock(Told())
-    due = [tick for tick in range(300) if gridlock.due(tick, EGO)]
-    assert due[0] == pytest.approx(MIN_STANDSTILL / TICK, abs=LOOK_INTERVAL)
-    assert set(np.diff(due).tolist()) == {LOOK_INTERVAL}
-    assert not gridlock.due(300, make_ego(3.0))
-    assert not gridlock.due(320, EGO)
+def test_facts_are_queried_only_after_a_long_stop() -> None:
+    gridlock = Gridlock(RecordedCommands())
+    with pytest.raises(AssertionError, match="queried"):
+        gridlock_with_facts(gridlock, ticks=round(MIN_STANDSTILL / TICK) + LOOK_INTERVAL + 1)
+    gridlock_with_facts(Gridlock(RecordedCommands()), ticks=round(MIN_STANDSTILL / TICK))
+
+
+def gridlock_with_facts(gridlock: Gridlock, ticks: int) -> None:
+    """Step beside one stationary vehicle; a query of facts raises."""
+    x, y, yaw = CROSSING
+    states = {1: VehicleState(x, y, 0.0, yaw, 0.0, 0.0, ":J_0_0", 0.0, 0.0)}
+    for tick in range(ticks):
+        gridlock.step(tick, EGO, cars((*CROSSING, 0.0)), states, _no_facts)
+
+
+def _no_facts() -> Privileged:
+    raise AssertionError("queried")

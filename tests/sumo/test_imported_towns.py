@@ -11,9 +11,13 @@ import pytest
 import sumo
 from typer.testing import CliRunner
 
+from plant_bench.agent import Control
 from plant_bench.cli import app
 from plant_bench.data_files import TOWNS_VARIABLE, networks_dir
 from plant_bench.errors import InputError
+from plant_bench.sim.simulation import Simulation
+from plant_bench.sim.sumo_library import libsumo
+from plant_bench.sim.vehicle_types import CAR
 from plant_bench.towns.importing import levels, suite_making
 from plant_bench.towns.importing.carla_routes import read_carla_routes
 from plant_bench.towns.importing.map_checks import check
@@ -23,7 +27,7 @@ from plant_bench.towns.importing.network_repair import repair_network
 from plant_bench.towns.importing.route_import import TownFound, match_routes
 from plant_bench.towns.importing.suite_making import RouteRequest, make_routes
 from plant_bench.towns.town_checks import find_unreachable
-from plant_bench.world.route import load_suite
+from plant_bench.world.route import Scenario, load_suite
 from plant_bench.world.town import Town
 from tests.unit.towns.importing.carla_files import as_carla
 
@@ -343,3 +347,67 @@ def test_routes_longer_than_the_town_allows_are_refused(tmp_path):
 
     with pytest.raises(InputError, match="Lower --min-length"):
         make_routes(town, RouteRequest(count=1, shortest=20_000.0, longest=30_000.0))
+
+
+def avenue(folder):
+    """A 2 x 2 grid of long streets; at n10 from the west, lane 1 turns left and lane 0 goes on.
+
+    Returns the network, and points in the middle of lane 1 and of the street north of n10.
+    """
+    nodes = "".join(
+        f'<node id="n{i}{j}" x="{i * 450}" y="{j * 450}" type="priority"/>'
+        for i in range(3)
+        for j in range(2)
+    )
+    pairs = [(f"n{i}{j}", f"n{i + 1}{j}") for i in range(2) for j in range(2)]
+    pairs += [(f"n{i}0", f"n{i}1") for i in range(3)]
+    edges = "".join(
+        f'<edge id="{a}{b}" from="{a}" to="{b}" numLanes="2" speed="13.9"/>'
+        for one, other in pairs
+        for a, b in ((one, other), (other, one))
+    )
+    turn = """<connection from="n00n10" to="n10n11" fromLane="1" toLane="1"/>
+        <connection from="n00n10" to="n10n20" fromLane="0" toLane="0"/>"""
+    (folder / "n.xml").write_text(f"<nodes>{nodes}</nodes>")
+    (folder / "e.xml").write_text(f"<edges>{edges}</edges>")
+    (folder / "c.xml").write_text(f"<connections>{turn}</connections>")
+    files = ("-n", "n.xml", "-e", "e.xml", "-x", "c.xml", "-o", "map.net.xml")
+    netconvert(folder, *files, "--no-turnarounds", "true")
+    beside = 1.6  # m from the street's middle line, in its left lane
+    west = [(x, -beside) for x in (310.0, 360.0, 410.0)]
+    north = [(450.0 + beside, y) for y in (60.0, 200.0, 300.0)]
+    return folder / "map.net.xml", (*west, *north)
+
+
+def test_vehicle_handed_back_on_a_turn_lane_turns_with_it(tmp_path, monkeypatch):
+    """It came from the lane straight on, as after a cut-in; its own route goes straight on."""
+    net, points = avenue(tmp_path)
+    monkeypatch.setenv(TOWNS_VARIABLE, str(tmp_path / "m" / "towns"))
+    command = ["import", str(net), "--name", "avenue", "--no-hazards", "--out", str(tmp_path / "m")]
+    done = CliRunner().invoke(app, [*command, "--routes", "1", "--min-length", "300"])
+    assert done.exit_code == 0, done.output
+    waypoints = "".join(f'<waypoint x="{x}" y="{-y}" z="0"/>' for x, y in points)
+    (tmp_path / "routes.xml").write_text(
+        f'<routes><route id="0" town="Avenue">{waypoints}</route></routes>'
+    )
+    town = TownFound("avenue", tmp_path / "m" / "towns" / "avenue", must_copy=False)
+    carla = read_carla_routes(tmp_path / "routes.xml")
+    route = match_routes(carla, {"Avenue": town}, 1.5, lambda _: None)[0].route
+    assert route is not None
+    with Simulation(Scenario(route, 1, "empty", hazards=False)) as simulation:
+        world = simulation._hazard_world
+        street = simulation.town.edges["n00n10"]
+        other = world.send(CAR, ("n00n10", "n10n20"), street[0], 320.0, 8.0)
+        assert other is not None
+        for _ in range(20):
+            simulation.step(Control(0.0, 0.0))
+        libsumo.vehicle.setLaneChangeMode(str(other), 0)  # as during the cut-in
+        libsumo.vehicle.moveTo(str(other), "n00n10_1", 380.0)
+        simulation.step(Control(0.0, 0.0))
+
+        world.hand_back(other)
+
+        while libsumo.vehicle.getRoadID(str(other)) not in ("n10n11", "n10n20"):
+            simulation.step(Control(0.0, 0.0))
+            assert simulation.scene.tick < 800
+        assert libsumo.vehicle.getRoadID(str(other)) == "n10n11"

@@ -7,12 +7,15 @@ ego, and other stationary vehicles inside the junction, for a few seconds.
 Drivers also wait for each other in a circle: a bus that turns left yields to an oncoming car, which
 cannot pass the bus; a vehicle in a small ring yields to the queue behind itself. A driver that has
 waited for long, not at a red light, ignores those that are stationary too if its path is free.
+Drivers that are so close that none can move would stay for ever: SUMO's own answer is to remove
+them after 300 s (`--time-to-teleport`). Here it is earlier than the ego counts as blocked.
 
 On a lane, a driver may pass an ego that is between two lanes. SUMO still treats the ego as its
 leader, so both wait for ever, and drivers behind hit the ego. So the lane's order is corrected.
 """
 
 from collections.abc import Callable
+from collections.abc import Set as AbstractSet
 
 import numpy as np
 from jaxtyping import Float
@@ -25,6 +28,7 @@ from plant_bench.world.scene import EGO_EXTENT, TICK, Actors, EgoState
 
 MIN_STANDSTILL = 8.0  # s that the ego has been stationary
 MIN_WAIT = 15.0  # s that a driver has been stationary before it is checked for a circle of drivers
+MAX_WAIT = 120.0  # s after which a driver inside a junction is removed, unless the ego blocks it
 RELEASE = 4.0  # s for which the driver ignores the ego
 REACH = 40.0  # m from the ego within which drivers are checked
 CLEAR_PATH = 10  # m of a driver's path that must be free of the ego and stationary vehicles
@@ -39,10 +43,12 @@ class Gridlock:
 
     Args:
         commands: Commands to the drivers.
+        scripted: The vehicles that hazards command now; they are left alone.
     """
 
-    def __init__(self, commands: Commands) -> None:
+    def __init__(self, commands: Commands, scripted: AbstractSet[int] = frozenset()) -> None:
         self._commands = commands
+        self._scripted = scripted
         self._standing_since: int | None = None
         self._waiting_since: dict[int, int] = {}
         self._released: dict[int, int] = {}
@@ -99,6 +105,7 @@ class Gridlock:
             (int(row), vehicle)
             for row, vehicle in zip(standing, ids, strict=True)
             if vehicle not in self._released
+            and vehicle not in self._scripted
             and (
                 (ego_stands and near[row] and lanes[row].startswith(":"))
                 or _lasts(self._waiting_since[vehicle], tick, MIN_WAIT)
@@ -112,6 +119,12 @@ class Gridlock:
             around = np.hypot(*(vehicles.poses[standing, :2] - (x, y)).T) < REACH
             others = vehicles.only(standing[around & (standing != row)])
             if not _is_free(paths[row], vehicles, row, ego, others):
+                if (
+                    lanes[row].startswith(":")
+                    and _lasts(self._waiting_since[vehicle], tick, MAX_WAIT)
+                    and _is_free(paths[row], vehicles, row, ego, others.only(np.arange(0)))
+                ):
+                    self._commands.withdraw(vehicle)
                 continue
             if not lanes[row].startswith(":") and self._commands.is_at_red_light(vehicle):
                 continue

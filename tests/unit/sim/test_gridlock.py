@@ -8,6 +8,7 @@ import pytest
 from plant_bench.agent import PATH_POSES, Privileged
 from plant_bench.sim.gridlock import (
     LOOK_INTERVAL,
+    MAX_WAIT,
     MIN_STANDSTILL,
     MIN_WAIT,
     ORDER_INTERVAL,
@@ -34,9 +35,13 @@ class RecordedCommands(Commands):
         self.reseated: list[int] = []
         self.out_of_order = False
         self.red: set[int] = set()
+        self.withdrawn: set[int] = set()
 
     def ignore(self, vehicle: int, others: tuple[int, ...]) -> None:
         self.ignored[vehicle] = others
+
+    def withdraw(self, vehicle: int) -> None:
+        self.withdrawn.add(vehicle)
 
     def is_at_red_light(self, vehicle: int) -> bool:
         return vehicle in self.red
@@ -122,6 +127,32 @@ def test_drivers_at_a_red_light_are_not_released() -> None:
 def test_a_queued_driver_is_not_released_into_the_one_ahead() -> None:
     poses = ((20.0, 0.0, 0.0), (26.0, 0.0, 0.0))
     assert after(MIN_WAIT + 1.5, *poses, ego=make_ego(5.0)) == {2: (1,)}
+
+
+@pytest.mark.parametrize(
+    ("seconds", "lanes", "scripted", "removed"),
+    [
+        (MAX_WAIT - 1.0, ":J_0_0", set(), set()),
+        (MAX_WAIT + 1.0, ":J_0_0", set(), {1, 2}),
+        (MAX_WAIT + 1.0, "street_0", set(), set()),
+        (MAX_WAIT + 1.0, ":J_0_0", {1}, {2}),
+    ],
+)
+def test_drivers_that_block_each_other_inside_a_junction_are_removed(
+    seconds: float, lanes: str, scripted: set[int], removed: set[int]
+) -> None:
+    """They stand nose to nose: none can move."""
+    poses = ((30.0, 0.0, 0.0), (35.0, 0.3, math.pi))
+    commands = RecordedCommands()
+    gridlock = Gridlock(commands, scripted)
+    drive(gridlock, *poses, seconds=seconds, ego=make_ego(5.0), lanes=lanes)
+    assert commands.withdrawn == removed
+
+
+def test_a_driver_that_the_ego_blocks_is_not_removed() -> None:
+    commands = RecordedCommands()
+    drive(Gridlock(commands), (8.0, 0.0, math.pi), seconds=MAX_WAIT + 1.0)
+    assert commands.withdrawn == set()
 
 
 @pytest.mark.parametrize("speed", [0.0, 5.0])

@@ -13,7 +13,8 @@ from plant_bench.reports.leaderboard.leaderboard_page import write_page
 from plant_bench.reports.leaderboard.score_sources import find_sources
 from plant_bench.reports.replay.replay_episode import load_episode, replay_script
 from plant_bench.reports.replay.replay_source import ReplaySource
-from plant_bench.reports.tables import print_difference, print_summary
+from plant_bench.reports.comparison_table import print_difference
+from plant_bench.reports.tables import print_summary
 from plant_bench.runner.run.folder import RunFolder
 from plant_bench.runner.run.summary_files import write_summary
 from plant_bench.scoring.comparison import paired_difference

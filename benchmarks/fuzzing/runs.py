@@ -99,7 +99,7 @@ def _use_submission(box: Path) -> None:
 
 
 def _timing_seeds() -> list[bytes]:
-    values = dict.fromkeys(Timing.model_fields, 1.0) | {"ticks": 5, "processor": "x"}
+    values = dict.fromkeys(Timing.model_fields, 1.0) | {"ticks": 5, "processor": "x", "log": "x"}
     return [Timing.model_validate(values).model_dump_json().encode()]
 
 

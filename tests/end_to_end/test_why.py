@@ -99,7 +99,7 @@ def test_exported_run_is_read_back_equal(work: Path):
     [
         (["--repetition", "7"], "no episodes of repetition 7"),
         (["--repetition", "one"], "a number from 0, or all"),
-        (["--format", "csv2"], "expected carla, got 'csv2'"),
+        (["--format", "csv2"], "expected carla or fcd, got 'csv2'"),
     ],
 )
 def test_unusable_export_gives_one_line(work: Path, arguments: list[str], words: str):

@@ -15,6 +15,7 @@ from plant_bench.agents.loading.registry import load_agent
 from plant_bench.agents.loading.reported_planner import ReportedPlanner
 from plant_bench.errors import InputError
 from plant_bench.user_code import PLANNER_LOG, contained, located_text, planner_log
+from tests.builders import make_observation
 
 PLANNER = """
 import os
@@ -71,7 +72,7 @@ def test_exception_says_where_the_planners_own_code_raised_it(mine, tmp_path):
         with pytest.raises(Exception, match="lane at <object") as raised:
             planner.reset(None)
         with pytest.raises(Exception, match="Singular matrix") as raised_in_numpy:
-            planner.act(None)  # type: ignore[arg-type]
+            planner.act(make_observation())
         with pytest.raises(Exception, match="no attribute 'missing'") as not_explained:
             planner.explain()
 

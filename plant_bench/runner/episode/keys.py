@@ -31,6 +31,7 @@ HARMLESS = {
     "plant_bench.gc_policy": "when the garbage collector runs",
     "plant_bench.inference_timing": "duration of a network's forward pass; only in timing/",
     "plant_bench.untrusted_files": "how files are read: their content has checksums",
+    "plant_bench.user_code": "texts of messages about planners' own errors",
     "plant_bench.user_modules": "how modules of planners are found",
     "plant_bench.runner.collect.data_folder": "the folder of collected data",
     "plant_bench.runner.episode.jobs": "the request, which the scenario's key covers",

@@ -28,6 +28,7 @@ from plant_bench.world.scene import EGO_EXTENT, TICK, Actors, EgoState
 
 MIN_STANDSTILL = 8.0  # s that the ego has been stationary
 MIN_WAIT = 15.0  # s that a driver has been stationary before it is checked for a circle of drivers
+MIN_WAIT_AGAIN = 2.0  # s, on a lane where a driver had to be released before
 MAX_WAIT = 120.0  # s after which a driver inside a junction is removed, unless the ego blocks it
 RELEASE = 4.0  # s for which the driver ignores the ego
 REACH = 40.0  # m from the ego within which drivers are checked
@@ -52,6 +53,7 @@ class Gridlock:
         self._standing_since: int | None = None
         self._waiting_since: dict[int, int] = {}
         self._released: dict[int, int] = {}
+        self._circles: set[str] = set()  # lanes on which drivers had to be released
 
     def step(
         self,
@@ -108,7 +110,7 @@ class Gridlock:
             and vehicle not in self._scripted
             and (
                 (ego_stands and near[row] and lanes[row].startswith(":"))
-                or _lasts(self._waiting_since[vehicle], tick, MIN_WAIT)
+                or _lasts(self._waiting_since[vehicle], tick, self._patience(lanes[row]))
             )
         ]
         if not candidates:
@@ -128,9 +130,15 @@ class Gridlock:
                 continue
             if not lanes[row].startswith(":") and self._commands.is_at_red_light(vehicle):
                 continue
+            if _lasts(self._waiting_since[vehicle], tick, MIN_WAIT):
+                self._circles.add(lanes[row])
             ignored = (int(EGO_ID),) if ego_stands else ()
             self._commands.ignore(vehicle, (*ignored, *others.ids.tolist()))
             self._released[vehicle] = tick + round(RELEASE / TICK)
+
+    def _patience(self, lane: str) -> float:
+        """Return how long a driver on a lane waits before it is checked, s."""
+        return MIN_WAIT_AGAIN if lane in self._circles else MIN_WAIT
 
 
 def _lasts(since: int | None, tick: int, duration: float) -> bool:

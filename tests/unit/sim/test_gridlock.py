@@ -11,6 +11,7 @@ from plant_bench.sim.gridlock import (
     MAX_WAIT,
     MIN_STANDSTILL,
     MIN_WAIT,
+    MIN_WAIT_AGAIN,
     ORDER_INTERVAL,
     Gridlock,
 )
@@ -116,6 +117,22 @@ def test_drivers_that_wait_for_each_other_for_long_are_released_while_the_ego_dr
     assert after(MIN_WAIT - 1.0, *poses, ego=moving, lanes="street_0") == {}
     released = after(MIN_WAIT + 1.5, *poses, ego=moving, lanes="street_0")
     assert released == {1: (2,), 2: (1,)}
+
+
+def test_the_next_driver_on_the_same_lane_is_released_sooner() -> None:
+    first = ((20.0, -12.0, math.pi / 2), (32.0, 0.0, math.pi))
+    commands = RecordedCommands()
+    gridlock = Gridlock(commands)
+    moving = make_ego(5.0)
+    drive(gridlock, *first, seconds=MIN_WAIT + 1.5, ego=moving, lanes="street_0")
+    gridlock.step(10_001, moving, cars(), {}, _no_facts)  # all have left, and all releases ended
+    commands.ignored.clear()
+
+    drive(gridlock, *first, seconds=MIN_WAIT_AGAIN + 1.5, ego=moving, lanes="other_0")
+    assert commands.ignored == {}
+    gridlock.step(10_020, moving, cars(), {}, _no_facts)
+    drive(gridlock, *first, seconds=MIN_WAIT_AGAIN + 1.5, ego=moving, lanes="street_0")
+    assert commands.ignored == {1: (2,), 2: (1,)}
 
 
 def test_drivers_at_a_red_light_are_not_released() -> None:

@@ -7,8 +7,8 @@ ego, and other stationary vehicles inside the junction, for a few seconds.
 Drivers also wait for each other in a circle: a bus that turns left yields to an oncoming car, which
 cannot pass the bus; a vehicle in a small ring yields to the queue behind itself. A driver that has
 waited for long, not at a red light, ignores those that are stationary too if its path is free.
-Drivers that are so close that none can move would stay for ever: SUMO's own answer is to remove
-them after 300 s (`--time-to-teleport`). Here it is earlier than the ego counts as blocked.
+Drivers that are so close that none can move would stay for ever. They are removed after 90 s, as in
+CARLA's traffic (docs/reference/protocol.md); SUMO does so after 300 s (`--time-to-teleport`).
 
 On a lane, a driver may pass an ego that is between two lanes. SUMO still treats the ego as its
 leader, so both wait for ever, and drivers behind hit the ego. So the lane's order is corrected.
@@ -29,7 +29,7 @@ from plant_bench.world.scene import EGO_EXTENT, TICK, Actors, EgoState
 MIN_STANDSTILL = 8.0  # s that the ego has been stationary
 MIN_WAIT = 15.0  # s that a driver has been stationary before it is checked for a circle of drivers
 MIN_WAIT_AGAIN = 2.0  # s, on a lane where a driver had to be released before
-MAX_WAIT = 120.0  # s after which a driver inside a junction is removed, unless the ego blocks it
+MAX_WAIT = 90.0  # s: after it a driver inside a junction is removed, unless the ego blocks it
 RELEASE = 4.0  # s for which the driver ignores the ego
 REACH = 40.0  # m from the ego within which drivers are checked
 CLEAR_PATH = 10  # m of a driver's path that must be free of the ego and stationary vehicles

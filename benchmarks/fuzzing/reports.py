@@ -7,13 +7,13 @@ from fuzzing.drives import drive_seeds
 from fuzzing.form import Format
 from fuzzing.runs import put_run, run_files
 from plant_bench.errors import InputError
+from plant_bench.reports.comparison_table import print_difference
 from plant_bench.reports.leaderboard.board_builder import make_leaderboard
 from plant_bench.reports.leaderboard.exports import write_exports
 from plant_bench.reports.leaderboard.leaderboard_page import write_page
 from plant_bench.reports.leaderboard.score_sources import find_sources
 from plant_bench.reports.replay.replay_episode import load_episode, replay_script
 from plant_bench.reports.replay.replay_source import ReplaySource
-from plant_bench.reports.comparison_table import print_difference
 from plant_bench.reports.tables import print_summary
 from plant_bench.runner.run.folder import RunFolder
 from plant_bench.runner.run.summary_files import write_summary

@@ -55,9 +55,9 @@ class VerifyRequest:
             InputError: `sample` is neither a number nor a percentage.
         """
         match = re.fullmatch(r"(\d{1,9}(?:\.\d{1,9})?)(%?)", self.sample.strip())
-        if match is None or (not match[2] and "." in match[1]):
+        if match is None or (not match[2] and "." in match[1]) or not float(match[1]):
             message = (
-                f"--sample: expected a percentage such as 10% or a number of episodes, got "
+                f"--sample: expected a percentage such as 10% or a number of episodes from 1, got "
                 f"{self.sample}."
             )
             raise InputError(message)
@@ -78,6 +78,19 @@ class Driver:
     note: str = ""
 
 
+def check_options(request: VerifyRequest) -> None:
+    """Check the options of a verification that need no run.
+
+    Raises:
+        InputError: The sample is neither a number nor a percentage, or two options exclude each
+            other.
+    """
+    request.size(1)
+    if request.controls and request.agent is not None:
+        message = "--controls and --agent exclude each other: leave out one of them."
+        raise InputError(message)
+
+
 def read_run(
     request: VerifyRequest, *, suite: str | None, routes: str | None, repetitions: int | None
 ) -> Submission:
@@ -92,7 +105,7 @@ def read_run(
     Raises:
         InputError: The run cannot be checked.
     """
-    request.size(1)  # report an invalid sample before reading the run
+    check_options(request)
     return read_submission(request.run, suite=suite, selection=routes, repetitions=repetitions)
 
 
@@ -102,9 +115,6 @@ def choose_driver(request: VerifyRequest, provenance: Provenance) -> Driver:
     Raises:
         InputError: The requested planner is not the one of the run.
     """
-    if request.controls and request.agent is not None:
-        message = "--controls and --agent exclude each other: leave out one of them."
-        raise InputError(message)
     if request.controls:
         return Driver(None)
     if request.agent is not None:

@@ -28,7 +28,7 @@ from plant_bench.cli.commands.train import train_app
 from plant_bench.cli.commands.verify import verify_run
 from plant_bench.cli.commands.why import explain_run
 from plant_bench.cli.options import EXIT_FAILED, EXIT_INPUT
-from plant_bench.errors import InputError, PlantBenchError
+from plant_bench.errors import InputError, PlantBenchError, in_one_line
 from plant_bench.renamed import renamed_option
 
 app = typer.Typer(
@@ -98,10 +98,9 @@ def main() -> None:
         sys.stderr.close()
         sys.exit(EXIT_FAILED)
     except OSError as error:
-        where = "a file" if error.filename is None else error.filename
-        typer.secho(
-            f"plant-bench: Cannot use {where}: {error.strerror}. Choose another path.",
-            err=True,
-            fg=typer.colors.RED,
-        )
+        if error.filename is None:
+            text = in_one_line(error)
+        else:
+            text = f"Cannot use {error.filename}: {error.strerror}. Choose another path."
+        typer.secho(f"plant-bench: {text}", err=True, fg=typer.colors.RED)
         sys.exit(EXIT_INPUT)

@@ -48,6 +48,8 @@ def print_summary(summary: Summary) -> None:
     table.add_section()
     table.add_row("all", *_cells(summary.scores), style="bold")
     console.print(table)
+    legend = ", ".join(f"{metric.label} {metric.long_name}" for metric in score_metrics())
+    console.print(legend, style="dim")
     if summary.detectable is not None:
         console.print(_least_difference(summary.detectable))
     print_rows(f"Infractions ({summary.km:.1f} km)", ["kind", "per km"], _rates(summary))

@@ -37,7 +37,8 @@ def rescore_run(
         elif not episode.equal:
             typer.echo(
                 f"{episode.name}: DS {episode.first.driving_score_by(chosen):.3f} before, "
-                f"{episode.again.driving_score_by(chosen):.3f} now",
+                f"{episode.again.driving_score_by(chosen):.3f} now; first difference: "
+                f"{episode.first_difference}",
                 err=True,
             )
 

@@ -26,8 +26,11 @@ if TYPE_CHECKING:
 def verify_run(
     run: Annotated[Path, typer.Argument(help="Folder of the run, from this or another machine.")],
     sample: Annotated[
-        str, typer.Option(help="Episodes to simulate again: a percentage, e.g. 10%, or a number.")
-    ] = "10%",
+        str | None,
+        typer.Option(
+            help="Episodes to simulate again: a percentage or a number of at least 1. Default: 10%."
+        ),
+    ] = None,
     all_episodes: Annotated[
         bool, typer.Option("--all", help="Simulate all episodes again.")
     ] = False,
@@ -91,6 +94,9 @@ def verify_run(
     if isolate and agent is None:
         message = "--isolate requires --agent: it isolates the planner named there."
         raise InputError(message)
+    if all_episodes and sample is not None:
+        message = "--all and --sample exclude each other: leave out one of them."
+        raise InputError(message)
     isolation = isolation_for(
         agent or "",
         isolate=isolate,
@@ -98,7 +104,7 @@ def verify_run(
     )
     request = VerifyRequest(
         run,
-        "100%" if all_episodes else sample,
+        "100%" if all_episodes else sample or "10%",
         seed,
         workers,
         agent,

@@ -76,8 +76,11 @@ class MovieRequest:
         """Return start and end of the requested part of an episode, seconds.
 
         Raises:
-            InputError: It is empty, or outside the episode.
+            InputError: It is empty, or outside the episode, or the episode has no length.
         """
+        if duration == 0.0:
+            message = "The recording has only one scene: the episode ended at once."
+            raise InputError(message)
         first = self.start or 0.0
         last = duration if self.end is None else min(self.end, duration)
         if not 0.0 <= first < last:

@@ -109,9 +109,14 @@ class DataFolder:
         """Create or open the folder, and remove partly written files of an interrupted run.
 
         Raises:
-            InputError: The folder cannot be written to, or holds data of another origin.
+            InputError: The folder cannot be written to, or holds a run or data of another origin.
         """
         writer = RunFolder(self.path)
+        if writer.run_file.is_file():
+            message = (
+                f"{self.path} holds a run of `plant-bench score`. Choose another folder with --out."
+            )
+            raise InputError(message)
         for name in _PARTS:
             writer.make_subfolder(name)
         for leftover in (

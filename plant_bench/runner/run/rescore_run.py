@@ -6,6 +6,7 @@ from pathlib import Path
 
 from plant_bench.data.recording import Recording
 from plant_bench.errors import InputError, in_one_line
+from plant_bench.runner.review.differences import first_difference
 from plant_bench.runner.run.folder import RunFolder
 from plant_bench.runner.run.provenance import Provenance
 from plant_bench.scoring.rescore_episode import rescore
@@ -33,6 +34,12 @@ class Rescored:
         if self.again is None:
             return False
         return self.again.as_format(self.first.format).to_json() == self.first.to_json()
+
+    @property
+    def first_difference(self) -> str:
+        """The first field that differs, with both values; empty if none does."""
+        found = None if self.again is None else first_difference(self.first, self.again)
+        return "" if found is None else f"{found.field} {found.told}, now {found.again}"
 
 
 def rescore_folder(folder: RunFolder) -> Iterator[Rescored]:

@@ -143,6 +143,14 @@ def test_folder_with_other_data_is_refused(tmp_path, pretend):
         go(tmp_path, 40, seed=1, perturb=0.5)
 
 
+def test_folder_of_a_run_is_refused_and_unchanged(tmp_path, pretend):
+    (tmp_path / "data").mkdir()
+    (tmp_path / "data" / "run.json").write_text("{}")
+    with pytest.raises(InputError, match="holds a run of `plant-bench score`"):
+        go(tmp_path, 40)
+    assert [path.name for path in (tmp_path / "data").iterdir()] == ["run.json"]
+
+
 def test_data_of_another_driver_has_another_origin(tmp_path, pretend):
     go(tmp_path, 40, driver="idm")
     kept = DataFolder(tmp_path / "data").origin()

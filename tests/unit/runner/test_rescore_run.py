@@ -57,6 +57,8 @@ def test_a_recording_is_scored(tmp_path):
 
     assert episode.again is not None
     assert episode.again.distance == pytest.approx(0.2)
+    assert not episode.equal
+    assert episode.first_difference.startswith("route_length 1.0, now 1125.96")
 
 
 def test_recording_with_invalid_values_is_refused(tmp_path):

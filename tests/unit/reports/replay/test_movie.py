@@ -95,6 +95,11 @@ def test_missing_video_extra_says_what_to_install(tmp_path, episode, monkeypatch
         SAVERS["mp4"]([episode], MovieRequest(), tmp_path / "a.mp4", quiet)
 
 
+def test_an_episode_without_length_has_no_part():
+    with pytest.raises(InputError, match="only one scene: the episode ended at once"):
+        MovieRequest().part(0.0)
+
+
 @pytest.mark.parametrize(
     ("kind", "wanted", "words"),
     [

@@ -112,7 +112,9 @@ def removal_findings(town: Town, removed: list[str], *, cut_off: bool = False) -
     onward = {town.lanes[link.source].edge for link in town.links}
     entered = {town.lanes[link.target].edge for link in town.links}
     driven = [edge for edge in removed if edge in town.edges]
-    narrow = repaired("edges too narrow for cars", "removed", sorted(set(removed) - set(town.edges)))
+    narrow = repaired(
+        "edges too narrow for cars", "removed", sorted(set(removed) - set(town.edges))
+    )
     if cut_off:
         done = "removed: a path or road that no car can follow was the only way in or back"
         return [

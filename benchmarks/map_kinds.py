@@ -187,6 +187,19 @@ def reachable(town: Town) -> dict[str, float]:
     return {name: metres[name] for name in best}
 
 
+def reachable_in_map(path: Path) -> dict[str, float]:
+    """Return `reachable` of a map as netconvert reads it, without turnarounds."""
+    raw = convert_source(read_source(path), guess_signals=False).net
+    raw = without_connections(raw, turnarounds(raw))
+    return reachable(extract_town(raw, "raw"))
+
+
+def share_kept(before: dict[str, float], town: Town) -> float:
+    """Return the share of the lane metres of `reachable_in_map` that a town still has."""
+    kept = sum(metres for name, metres in before.items() if name in town.edges)
+    return kept / max(sum(before.values()), 1e-9)
+
+
 def main() -> int:
     """Import each kind, compare, drive, and print a table."""
     options = _options()
@@ -195,10 +208,7 @@ def main() -> int:
     for number, (kind, make) in enumerate(KINDS.items()):
         with tempfile.TemporaryDirectory() as scratch:
             path = make(Path(scratch))
-            source = read_source(path)
-            raw = convert_source(source, guess_signals=False).net
-            raw = without_connections(raw, turnarounds(raw))
-            before = reachable(extract_town(raw, "raw"))
+            before = reachable_in_map(path)
             name = f"kind{number}"
             request = RouteRequest(count=2, shortest=200.0, longest=900.0)
             try:
@@ -209,8 +219,7 @@ def main() -> int:
                 print(f"{kind:34} {error}")
                 worst = 0.0
                 continue
-        kept = sum(metres for edge_, metres in before.items() if edge_ in made.town.edges)
-        share = kept / max(sum(before.values()), 1e-9)
+        share = share_kept(before, made.town)
         worst = min(worst, share)
         settings = {"file": kind, "seed": 0}
         suite = save_imported_town(made, options.out / name, settings, overwrite=True)

@@ -41,6 +41,11 @@ class CarlaRoute:
     points: Float[np.ndarray, "points 3"]
     headings: Float[np.ndarray, " points"]
 
+    @property
+    def length(self) -> float:
+        """Length of the straight lines between the points in the plane, metres."""
+        return float(np.hypot(*np.diff(self.points[:, :2], axis=0).T).sum())
+
 
 def read_carla_routes(path: Path) -> list[CarlaRoute]:
     """Read a route file of CARLA's leaderboard, 1.0 (waypoint) or 2.0 (waypoints/position).

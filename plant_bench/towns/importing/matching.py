@@ -15,6 +15,7 @@ from plant_bench.towns.importing.carla_routes import CarlaRoute
 from plant_bench.towns.importing.lane_graph import LaneGraph, LanePosition
 
 SEARCH_RADIUS = 6.0  # m around a point in which lanes are considered; more if none is so near
+WRONG_MAP = 50.0  # m from the nearest lane beyond which a point is taken to be of another map
 SPREAD = 0.7  # m: standard deviation of a point from its lane
 HEADING_SPREAD = 0.4  # rad, standard deviation
 MAX_HEADING_ERROR = 1.8  # rad; excludes lanes of the other direction
@@ -74,8 +75,10 @@ def _candidates(
     near = graph.near(x, y, SEARCH_RADIUS) or graph.near(x, y, limit)
     if not near:
         away = graph.distance_to_nearest(x, y)
-        larger = math.ceil(away + 0.5)
-        reason = f"the nearest lane is {away:.1f} m away; try --limit-distance {larger}"
+        reason = f"the nearest lane is {away:.0f} m away: is it the right map?"
+        if away <= WRONG_MAP:
+            larger = math.ceil(away + 0.5)
+            reason = f"the nearest lane is {away:.1f} m away; try --limit-distance {larger}"
         raise UnmatchedError(number, reason)
     heading = float(route.headings[number])
     places, costs = [], []

@@ -103,7 +103,7 @@ def repair_network(
         if not found:
             break
     net, long_cycles = bound_cycles(repairer.net)
-    return RepairedNetwork(net, repairer.town, merged([*findings, *long_cycles]))
+    return RepairedNetwork(net, repairer.town, merged([*findings, *repairer.narrow, *long_cycles]))
 
 
 def _conversion_findings(source: MapSource, converted: Converted) -> list[Finding]:
@@ -127,11 +127,13 @@ class _Repairer:
     def __init__(self, source: MapSource, name: str, net: str) -> None:
         self.net = net
         self.town = _extract(net, source, name)
+        self.narrow: list[Finding] = []  # lanes left out since the first round
         self._source = source
         self._name = name
-        self._smoothed: dict[str, int] = {}  # edge: how often its bends were smoothed
+        self._smoothed: dict[frozenset[str], int] = {}  # ends of a road: how often it was smoothed
         self._widened: dict[str, int] = {}  # junction: how often it was widened
         self._drives: list[PathDrive] = []
+        self._cut_off = False  # whether something that cannot be driven was just removed
 
     def repair_once(self) -> list[Finding]:
         """Apply the first repair that finds a problem; return its findings."""
@@ -168,13 +170,15 @@ class _Repairer:
 
     def _remove_unreachable(self) -> list[Finding]:
         """Leave out narrow lanes, and remove edges that are unreachable or have no way out."""
+        cut_off, self._cut_off = self._cut_off, False
         self.town, narrow = without_narrow_lanes(self.town)
+        self.narrow = self.narrow or narrow
         ends = ends_of_edges(self.net)
         removed = unreachable_edges(self.town, ends)
         if not removed:
             return []
         check_remaining(self.town, removed, self._source.file)
-        findings = [*narrow, *removal_findings(self.town, removed)]
+        findings = removal_findings(self.town, removed, cut_off=cut_off)
         touched = {junction for edge in removed for junction in ends[edge]}
         self._convert(with_fixed_junctions(self.net, touched), removed)
         return findings
@@ -236,25 +240,30 @@ class _Repairer:
             for item in self._drives
             if item.path not in links and is_undrivable(item)
         }
-        ends = ends_of_edges(self.net)
-        spent = sorted(edge for edge in bent if self._smoothed.get(edge, 0) == len(BEND_SPREADS))
+        roads = {edge: frozenset(ends) for edge, ends in ends_of_edges(self.net).items()}
+        spent = sorted(
+            edge for edge in bent if self._smoothed.get(roads[edge], 0) == len(BEND_SPREADS)
+        )
         if spent:
             metres = lane_metres(self.town, spent)
             self._convert(self.net, spent)
+            self._cut_off = True
             done = "removed: too sharp to smooth"
             return repaired("roads that bend too sharply", done, spent, metres)
-        both = [edge for edge in ends if any(set(ends[edge]) == set(ends[one]) for one in bent)]
-        if both:
-            level = max(self._smoothed.get(edge, 0) for edge in both)
-            spreads = dict.fromkeys(both, BEND_SPREADS[min(level, len(BEND_SPREADS) - 1)])
+        levels = {road: self._smoothed.get(road, 0) for road in {roads[edge] for edge in bent}}
+        spreads = {  # both directions of a road together
+            edge: BEND_SPREADS[levels[road]] for edge, road in roads.items() if road in levels
+        }
+        if spreads:
             self._convert(with_round_bends(self.net, spreads))
-            self._smoothed.update(dict.fromkeys(both, level + 1))
+            self._smoothed.update({road: level + 1 for road, level in levels.items()})
         return repaired("roads with sharp bends", "bends smoothed", sorted(bent))
 
     def _remove_undrivable(self) -> list[Finding]:
         bad, findings = _undrivable(self.town, self._drives)
         if bad:
             self._convert(without_connections(self.net, bad))
+            self._cut_off = True
         return findings
 
 

@@ -100,11 +100,27 @@ def check_remaining(town: Town, removed: list[str], file: str) -> None:
         )
 
 
-def removal_findings(town: Town, removed: list[str]) -> list[Finding]:
-    """Return the findings of removing edges: dead ends, separate parts, and edges without cars."""
+def removal_findings(town: Town, removed: list[str], *, cut_off: bool = False) -> list[Finding]:
+    """Return the findings of removing edges: dead ends, separate parts, and edges without cars.
+
+    Args:
+        town: The town, still with the edges.
+        removed: The edges.
+        cut_off: Whether they were connected to the town until a path or road that cannot be driven
+            was removed.
+    """
     onward = {town.lanes[link.source].edge for link in town.links}
     entered = {town.lanes[link.target].edge for link in town.links}
     driven = [edge for edge in removed if edge in town.edges]
+    narrow = repaired(
+        "edges too narrow for cars", "removed", sorted(set(removed) - set(town.edges))
+    )
+    if cut_off:
+        done = "removed: a path or road that no car can follow was the only way in or back"
+        return [
+            *repaired("roads cut off by a removed path", done, driven, lane_metres(town, driven)),
+            *narrow,
+        ]
     ends = [edge for edge in driven if edge not in onward or edge not in entered]
     others = sorted(set(driven) - set(ends))
     return [
@@ -114,5 +130,5 @@ def removal_findings(town: Town, removed: list[str]) -> list[Finding]:
         *repaired(
             "parts that cannot be entered or left", "removed", others, lane_metres(town, others)
         ),
-        *repaired("edges too narrow for cars", "removed", sorted(set(removed) - set(town.edges))),
+        *narrow,
     ]

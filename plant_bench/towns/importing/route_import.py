@@ -24,10 +24,9 @@ from plant_bench.untrusted_files import read_text
 from plant_bench.world.route import Route
 from plant_bench.world.town import Town
 
-HEADS = ("route", "town", "points", "worst distance", "at point", "length", "outcome")
-
-
-GOAL_SEARCH = 100  # points of the route, one per metre, among which CARLA's last one is looked for
+HEADS = (
+    "route", "town", "points", "worst distance", "at point", "length", "CARLA's length", "outcome"
+)  # fmt: skip
 FAR_GOAL = 2.0  # m beyond CARLA's last point from which on a goal is reported
 
 
@@ -61,8 +60,11 @@ class RouteMatch:
         if self.route is not None and self.beyond > FAR_GOAL:
             outcome = f"matched; the goal is {self.beyond:.1f} m beyond CARLA's last point"
         points = len(self.source.points)
-        length = "-" if self.route is None else f"{self.route.length:.0f} m"
-        return [self.source.id, self.source.town, points, worst, self.point, length, outcome]
+        ours = "-" if self.route is None else f"{self.route.length:.0f} m"
+        theirs = f"{self.source.length:.0f} m"
+        return [
+            self.source.id, self.source.town, points, worst, self.point, ours, theirs, outcome
+        ]  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -182,9 +184,7 @@ class _Matcher:
         if worst > self._limit:
             larger = math.ceil(10.0 * worst + 1.0) / 10.0
             reason = f"{worst:.1f} m from the lanes; try --limit-distance {larger:g}"
-        line = shapely.linestrings(route.points[-GOAL_SEARCH:])  # it may pass the goal before
-        last = shapely.points(moved.points[-1, :2])
-        beyond = float(shapely.length(line) - shapely.line_locate_point(line, last))
+        beyond = metres_beyond(route.points, moved.points[-1, :2])
         return RouteMatch(source, None if reason else route, worst, point, reason, beyond)
 
 
@@ -202,3 +202,11 @@ def distances(points: Float[np.ndarray, "points 3"], route: Route) -> Float[np.n
     """Return the distances of points from a route's line in the plane, metres."""
     line = shapely.linestrings(route.points)
     return np.atleast_1d(shapely.distance(line, shapely.points(points[:, :2])))
+
+
+def metres_beyond(line: Float[np.ndarray, "points 2"], goal: Float[np.ndarray, " 2"]) -> float:
+    """Return the length of a line after it passed a point for the last time, metres."""
+    away = np.hypot(*(line - goal).T)
+    nearer = np.flatnonzero(np.diff(away) < 0.0)  # steps that lead towards the point
+    tail = shapely.linestrings(line[nearer[-1] if len(nearer) else 0 :])
+    return float(shapely.length(tail) - shapely.line_locate_point(tail, shapely.points(goal)))

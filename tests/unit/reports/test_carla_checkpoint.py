@@ -1,5 +1,7 @@
 """Checkpoint files of CARLA: correct figures from valid ones, one error from broken ones."""
 
+import gzip
+import json
 from pathlib import Path
 from typing import Any
 
@@ -31,6 +33,17 @@ def test_rates_are_recomputed_from_total_counts_and_kilometres(tmp_path: Path):
     assert (first.driving_score, first.route_completion, first.infraction_score) == (45, 75, 0.6)
     assert (first.duration, first.wall) == (100.5, 300.25)
     assert first.counts["collisions_vehicle"] == 2
+
+
+def test_compressed_files_are_read_as_their_content(tmp_path: Path):
+    content = carla_file([carla_record("RouteScenario_0", collisions_vehicle=[HIT])])
+    packed = tmp_path / "results.json.gz"
+    packed.write_bytes(gzip.compress(json.dumps(content).encode(), mtime=0))
+
+    run = load_checkpoint(packed)
+
+    assert run.records == load_checkpoint(written(tmp_path, content)).records
+    assert run.records[0].counts["collisions_vehicle"] == 1
 
 
 def test_repetitions_are_counted_if_the_route_id_lacks_them(tmp_path: Path):

@@ -1,6 +1,11 @@
-"""Small maps in OpenDRIVE and OpenStreetMap format."""
+"""Small maps in OpenDRIVE, OpenStreetMap and SUMO format."""
 
 import math
+import os
+import subprocess
+from pathlib import Path
+
+import sumo
 
 GEO = "+proj=tmerc +lat_0=0 +lon_0=0 +k=1 +x_0=0 +y_0=0 +datum=WGS84 +units=m +no_defs"
 
@@ -100,3 +105,32 @@ def osm_grid(size: int, *, stubs: bool) -> str:
         for number, way in enumerate(ways, 1)
     ]
     return '<?xml version="1.0" encoding="UTF-8"?><osm version="0.6">' + "".join(texts) + "</osm>"
+
+
+def sumo_grid(folder: Path, size: int, step: float) -> str:
+    """Return a SUMO network: a grid of two-way streets with a lane each way, without dead ends."""
+    places = [(i, j) for i in range(size) for j in range(size)]
+    nodes = "".join(f'<node id="{i}{j}" x="{i * step}" y="{j * step}"/>' for i, j in places)
+    pairs = [
+        (f"{i}{j}", f"{k}{m}")
+        for i, j in places
+        for k, m in ((i + 1, j), (i, j + 1))
+        if (k, m) in places
+    ]
+    edges = "".join(
+        f'<edge id="{a}-{b}" from="{a}" to="{b}" numLanes="1" speed="13.9"/>'
+        for one, other in pairs
+        for a, b in ((one, other), (other, one))
+    )
+    (folder / "n.xml").write_text(f"<nodes>{nodes}</nodes>")
+    (folder / "e.xml").write_text(f"<edges>{edges}</edges>")
+    program = Path(sumo.SUMO_HOME) / "bin" / "netconvert"
+    files = ["-n", "n.xml", "-e", "e.xml", "-o", "made.xml"]
+    subprocess.run(
+        [program, *files, "--no-turnarounds"],
+        cwd=folder,
+        env={**os.environ, "SUMO_HOME": sumo.SUMO_HOME},
+        check=True,
+        capture_output=True,
+    )
+    return (folder / "made.xml").read_text()

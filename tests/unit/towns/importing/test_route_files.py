@@ -3,6 +3,7 @@
 import csv
 import math
 import re
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +17,7 @@ from plant_bench.towns.importing import carla_routes, matching
 from plant_bench.towns.importing.carla_routes import CarlaRoute, read_carla_routes
 from plant_bench.towns.importing.carla_sources import carla_routes as sources_of
 from plant_bench.towns.importing.lane_graph import LaneGraph
-from plant_bench.towns.importing.route_import import TownFound, match_routes
+from plant_bench.towns.importing.route_import import TownFound, match_routes, metres_beyond
 from plant_bench.world.route import load_suite
 from plant_bench.world.town import Town
 from tests.builders import make_lane
@@ -175,7 +176,15 @@ def test_import_routes_writes_the_suite_and_names_unmatched_routes(tmp_path):
     assert route.id == "town02-0"
     assert route.hazards
     with (out / "matching.csv").open(encoding="utf-8") as file:
-        assert [row["outcome"][:9] for row in csv.DictReader(file)] == ["matched", "unmatched"]
+        rows = list(csv.DictReader(file))
+    assert [row["outcome"][:9] for row in rows] == ["matched", "unmatched"]
+    assert [row["length"] for row in rows] == [f"{route.length:.0f} m", "-"]
+    theirs = [polyline_length(item) for item in read_carla_routes(tmp_path / "file.xml")]
+    assert [row["CARLA's length"] for row in rows] == [f"{length:.0f} m" for length in theirs]
+
+
+def polyline_length(route):
+    return sum(math.dist(a[:2], b[:2]) for a, b in pairwise(route.points))
 
 
 def test_nothing_is_written_if_no_route_matches(tmp_path):
@@ -339,11 +348,79 @@ def test_lane_change_through_a_junction_passes_all_points(tmp_path, left_first):
     assert np.abs(np.diff(match.route.headings)).max() < 0.15  # no kink
 
 
-def test_points_far_from_all_lanes_match_within_the_given_limit(tmp_path):
-    text = as_carla(town_routes("town02")[:1])
-    moved = re.sub(r'y="(-?[\d.]+)"', lambda m: f'y="{float(m[1]) + 1.0:.2f}"', text)
-    far = re.sub(r'y="(-?[\d.]+)"', lambda m: f'y="{float(m[1]) - 400.0:.2f}"', text)
-    (near,) = matched(tmp_path, moved, limit=20.0)
+def lonely_lane(graph):
+    """Return a straight lane that has nothing within 8 m on its right, and three points there."""
+    for lane in graph.town.lanes.values():
+        way = lane.points[-1, :2] - lane.points[0, :2]
+        if lane.junction is not None or lane.length < 100 or math.hypot(*way) < lane.length - 0.1:
+            continue
+        right = np.array([way[1], -way[0]]) / math.hypot(*way)
+        shares = np.array([[0.25], [0.5], [0.75]])
+        points = lane.points[0, :2] + shares * way + 8.0 * right
+        if not any(graph.near(x, y, 7.99) for x, y in points.tolist()):
+            return lane, points
+    raise AssertionError("the town has no such lane")
+
+
+def test_points_8_m_from_their_lane_match_within_a_larger_limit(tmp_path):
+    town = Town.from_json((TOWN02.folder / "town.json").read_text())
+    lane, points = lonely_lane(LaneGraph(town))
+    waypoints = "".join(f'<waypoint x="{x:.3f}" y="{-y:.3f}"/>' for x, y in points.tolist())
+    text = f'<routes><route id="0" town="Town02">{waypoints}</route></routes>'
+    (near,) = matched(tmp_path, text, limit=20.0)
+    assert near.worst == pytest.approx(8.0, abs=0.02)
     assert near.route is not None
-    (unmatched,) = matched(tmp_path, far, limit=20.0)
-    assert re.search(r"the nearest lane is \d+\.\d m away; try --limit-distance", unmatched.reason)
+    assert [span.lane for span in near.route.lanes] == [lane.id]
+    (refused,) = matched(tmp_path, text, limit=1.8)
+    assert refused.reason == "the nearest lane is 8.0 m away; try --limit-distance 9"
+    assert matched(tmp_path, text, limit=9.0)[0].route is not None
+
+
+def test_point_of_another_map_is_named_as_such(tmp_path):
+    text = as_carla(town_routes("town02")[:1])
+    far = re.sub(r'y="(-?[\d.]+)"', lambda m: f'y="{float(m[1]) - 2200.0:.2f}"', text)
+    (match,) = matched(tmp_path, far, limit=20.0)
+    assert re.fullmatch(r"the nearest lane is \d{4} m away: is it the right map\?", match.reason)
+
+
+def test_goal_beyond_carlas_last_point_inside_a_junction_is_told(tmp_path):
+    town = Town.from_json((TOWN02.folder / "town.json").read_text())
+    source, inside = next(
+        (town.lanes[link.source], town.lanes[link.via[0]])
+        for link in town.links
+        if link.turn == "straight" and len(link.via) == 1 and town.lanes[link.source].length > 80
+    )
+    places = [(source, source.length - 70.0), (source, source.length - 20.0)]
+    points = "".join(point_on(*place) for place in [*places, (inside, 0.5 * inside.length)])
+    text = f'<routes><route id="0" town="Town02">{points}</route></routes>'
+    (match,) = matched(tmp_path, text)
+    assert match.beyond == pytest.approx(0.5 * inside.length + 6.0, abs=0.2)  # 6 m of the next lane
+    assert match.route is not None
+    goal = f"the goal is {match.beyond:.1f} m beyond CARLA's last point"
+    assert match.row[-1] == f"matched; {goal}"
+    assert match.row[-3] == f"{match.route.length:.0f} m"
+
+
+def test_route_that_passes_its_goal_twice_ends_beyond_the_second_pass():
+    turned = np.arange(0.0, 73.0) / 10.0  # one metre per point on a circle of 10 m, 10 m too far
+    line = 10.0 * np.stack((np.cos(turned), np.sin(turned)), axis=1)
+    assert metres_beyond(line, np.array([10.1, 0.0])) == pytest.approx(72 - 20 * math.pi, abs=0.05)
+    assert metres_beyond(line[:50], 1.2 * line[49]) == pytest.approx(0.0, abs=0.01)
+
+
+def as_roach(text):
+    """Return a route file in the form of carla-roach: no town, points in <ego_vehicle>."""
+    text = re.sub(r' town="\w+">', '><ego_vehicle id="hero">', text)
+    return text.replace("</route>", "</ego_vehicle></route>")
+
+
+def test_routes_of_carla_roach_are_matched_to_the_town_named_for_them(tmp_path):
+    text = as_carla(town_routes("town02")[:1])
+    done = import_routes(tmp_path, as_roach(text), "--town-map", "=town02")
+    assert done.exit_code == 0, done.output
+    (route,) = load_suite(str(tmp_path / "suite"))
+    (same,) = matched(tmp_path, text)
+    assert same.route is not None
+    assert route.length == same.route.length
+    (unmatched,) = matched(tmp_path, as_roach(text))
+    assert unmatched.reason == "it names no town: use --town-map =TOWN"

@@ -11,7 +11,7 @@ import pytest
 
 import plant_bench.api.why
 from plant_bench.api.gui import use_gui
-from plant_bench.cli import app
+from plant_bench.cli import app, main
 from plant_bench.errors import InputError
 from plant_bench.runner.workers.window import VARIABLE, WINDOW_CLOSED
 from plant_bench.runner.workers.worker import Failed, failure
@@ -74,8 +74,10 @@ def display(monkeypatch):
 )
 def test_window_shows_one_episode_at_a_time(options, display, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
+    line = ["plant-bench", "score", "--agent", "cruise", "--gui", *options]
+    monkeypatch.setattr(sys, "argv", line)
     with pytest.raises(SystemExit) as ended:
-        app(["score", "--agent", "cruise", "--gui", *options], prog_name="plant-bench")
+        main()
 
     assert ended.value.code == 2
     assert "--gui shows one episode at a time: use --workers 1" in capsys.readouterr().err

@@ -107,8 +107,11 @@ class Random:
         return self.control
 
 
-class Reverse:
-    """Asks for reverse gear, which the ego does not have, every other second."""
+class StopAndGo:
+    """Brakes fully every other second and sways; it also brakes when it stands.
+
+    The ego has no reverse gear, so it must stay where it is.
+    """
 
     inputs = frozenset({Input.ROUTE})
 
@@ -117,8 +120,8 @@ class Reverse:
 
     def act(self, observation: Observation) -> Control:
         self.tick += 1
-        back = (self.tick // TICKS) % 2
-        return Control(-8.0 if back else 3.0, 0.3 * math.sin(self.tick / 37.0))
+        brakes = (self.tick // TICKS) % 2
+        return Control(-8.0 if brakes else 3.0, 0.3 * math.sin(self.tick / 37.0))
 
 
-NAMES = ("Late", "Jerky", "OffTheLane", "StopsAnywhere", "Random", "Reverse")
+NAMES = ("Late", "Jerky", "OffTheLane", "StopsAnywhere", "Random", "StopAndGo")

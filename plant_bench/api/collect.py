@@ -7,6 +7,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from plant_bench.api.execution import cores
+from plant_bench.api.numbers import (
+    HIGHEST_SEED,
+    MOST_FRAMES,
+    MOST_PROCESSES,
+    UNITS_RANGE,
+    check_number,
+    check_whole_number,
+)
 from plant_bench.api.planners import PlannerLike, spec_of
 from plant_bench.data.statistics import DataStatistics, describe_data
 from plant_bench.errors import InputError
@@ -74,6 +82,14 @@ def collect(
     if units is not None and frames is not None:
         message = "units and frames exclude each other: give one of them."
         raise InputError(message)
+    if frames is not None:
+        check_whole_number("frames", frames, 1, MOST_FRAMES)
+    if units is not None:
+        check_number("units", units, *UNITS_RANGE)
+    if workers is not None:
+        check_whole_number("workers", workers, 1, MOST_PROCESSES)
+    check_whole_number("seed", seed, 0, HIGHEST_SEED)
+    check_number("perturb", perturb, 0.0, 1.0)
     amount = frames if frames is not None else round(UNIT * (1.0 if units is None else units))
     name = "" if driver is None else spec_of(driver, "collect")
     request = CollectRequest(amount, seed, density, perturb, name)

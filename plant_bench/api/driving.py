@@ -7,6 +7,7 @@ from typing import Any, cast
 
 from plant_bench.agent import Agent, Control, Input, Observation, Plan, Reason
 from plant_bench.agents.loading.registry import load_agent
+from plant_bench.api.numbers import HIGHEST_SEED, MOST_REPETITIONS, check_whole_number
 from plant_bench.api.planners import PlannerLike, check_planner, is_planner_factory, resolve
 from plant_bench.errors import InputError
 from plant_bench.runner.decisions import PlannerSession
@@ -75,6 +76,8 @@ def drive(
         AgentError: The planner fails.
         SimulationError: SUMO fails.
     """
+    check_whole_number("repetition", repetition, 0, MOST_REPETITIONS - 1)
+    check_whole_number("seed", seed, 0, HIGHEST_SEED)
     chosen = route if isinstance(route, Route) else _route(suite, str(route))
     agent = _make_planner(planner)
     traffic = repetition_seed(seed, chosen.id, repetition)

@@ -53,7 +53,10 @@ def chosen_executor(
             raise InputError(message)
         return None
     if find_spec("ray") is None:
-        message = "Ray is not installed. Install it with: pip install 'plant-bench[ray]'"
+        message = (
+            "Ray is not installed. Install it with: pip install '.[ray]' in a checkout of "
+            "plant-bench."
+        )
         raise InputError(message)
     from plant_bench.runner.ray.executor import RayExecutor
 

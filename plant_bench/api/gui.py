@@ -4,15 +4,15 @@ import os
 import sys
 
 from plant_bench.errors import InputError
+from plant_bench.runner.workers.window import VARIABLE
 
-VARIABLE = "PLANT_BENCH_SUMO_GUI"  # as `plant_bench.sim.sumo_library.GUI_VARIABLE`
 REAL_TIME = 50.0  # ms per step of 0.05 s
 
 
 def use_gui(speed: float) -> None:
     """Run all further simulations of this process and its workers in sumo-gui.
 
-    Call before `plant_bench.sim` is imported.
+    Call before `plant_bench.sim.sumo_library` is imported.
 
     Args:
         speed: Multiple of real time at which episodes are shown, at most.

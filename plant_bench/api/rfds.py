@@ -21,6 +21,7 @@ from plant_bench.agents.ranking.expert_filtered import (
     ranks_itself,
 )
 from plant_bench.api.execution import cores
+from plant_bench.api.numbers import check_episodes
 from plant_bench.api.planners import PlannerLike, spec_of
 from plant_bench.api.score import (
     ExecutionSettings,
@@ -142,6 +143,7 @@ def rfds(
         InputError: The request cannot be met.
         SimulationError: Worker processes do not start.
     """
+    check_episodes(repetitions, seed, workers)
     agent = None if planner is None else spec_of(planner, "rfds")
     episodes = ScoreRequest(EXPERT, os.fspath(suite), routes, repetitions, seed, density, hazards)
     request = RelevanceRequest(agent, rankers, episodes, None if out is None else Path(out))

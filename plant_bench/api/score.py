@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from plant_bench.api.execution import chosen_executor, cores, isolation_for
+from plant_bench.api.numbers import check_episodes
 from plant_bench.api.planners import PlannerLike, resolve
-from plant_bench.errors import InputError
 from plant_bench.runner.episode.jobs import episode_name
 from plant_bench.runner.run.episode_queue import SuiteEvent, run_suite
 from plant_bench.runner.run.folder import RunFolder
@@ -153,9 +153,7 @@ def score(
     """
     from plant_bench.api.run import Run
 
-    if repetitions < 1:
-        message = f"repetitions: expected at least 1, got {repetitions}."
-        raise InputError(message)
+    check_episodes(repetitions, seed, workers)
     resolved = resolve(planner)
     request = ScoreRequest(
         resolved.spec, os.fspath(suite), routes, repetitions, seed, density, hazards

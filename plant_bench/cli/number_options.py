@@ -8,8 +8,6 @@ import typer
 
 Number = int | float
 
-HIGHEST_SEED = 2**31 - 1
-MOST_PROCESSES = 10_000
 LONGEST_TIME = 1e6  # s
 
 

@@ -6,7 +6,8 @@ from typing import Annotated
 import typer
 
 from plant_bench.api.execution import ExecutorKind, cores
-from plant_bench.cli.number_options import MOST_PROCESSES, number_option
+from plant_bench.api.numbers import MOST_PROCESSES, MOST_REPETITIONS
+from plant_bench.cli.number_options import number_option
 from plant_bench.errors import InputError
 from plant_bench.sim.densities import DENSITIES
 
@@ -31,7 +32,6 @@ HazardsOption = Annotated[
         "are not comparable."
     ),
 ]
-MOST_REPETITIONS = 10_000  # as in `plant_bench.scoring.results`, which is slow to import
 RepetitionsOption = Annotated[int, number_option("Episodes per route.", 1, MOST_REPETITIONS)]
 DensityOption = Annotated[str, typer.Option(help=f"Traffic density: {', '.join(DENSITIES)}.")]
 WorkersOption = Annotated[
@@ -55,7 +55,7 @@ GuiOption = Annotated[
 ]
 GuiSpeedOption = Annotated[
     float,
-    typer.Option(help="With --gui: multiple of real time, at most.", min=0.1, max=100.0),
+    number_option("With --gui: multiple of real time, at most.", 0.1, 100.0),
 ]
 ExecutorOption = Annotated[
     ExecutorKind,

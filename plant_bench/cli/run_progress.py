@@ -1,5 +1,6 @@
 """Drives a run with terminal output: progress bars, failures, and the message after Ctrl-C."""
 
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -23,6 +24,8 @@ from plant_bench.runner.run.score_run import Run, ScoreRequest
 from plant_bench.scoring.infractions import Status
 from plant_bench.scoring.penalties import PenaltyScheme
 
+QUIET = 60.0  # s without a line in a pipe or file, before one says how far an episode is
+
 
 class RunProgress:
     """Progress bars that follow the events of a run; progress is in metres of route.
@@ -43,6 +46,7 @@ class RunProgress:
         self._whole = self._progress.add_task("all episodes", total=total, count="")
         self._bars: dict[int, TaskID] = {}
         self._running: dict[int, float] = {}
+        self._last_line = time.monotonic()
 
     @contextmanager
     def shown(self) -> Iterator[None]:
@@ -63,6 +67,9 @@ class RunProgress:
             case EpisodeProgressed():
                 self._running[event.worker] = event.share * event.job.route.length
                 self._progress.update(self._bars[event.worker], completed=event.share)
+                quiet = time.monotonic() - self._last_line >= QUIET
+                if quiet and not self._progress.console.is_terminal:
+                    self._print(event.job, f"{100.0 * event.share:.1f} % of the route driven.")
             case EpisodeRetried():
                 self._print(event.job, f"{event.reason} Retrying.")
                 self._running.pop(event.worker, None)
@@ -89,6 +96,7 @@ class RunProgress:
             self._bars[worker] = self._progress.add_task(description, total=1.0, count="")
 
     def _print(self, job: Job, text: str) -> None:
+        self._last_line = time.monotonic()
         name = f"{job.route.id} r{job.repetition}"
         self._progress.console.print(f"{name}: {text}", highlight=False, markup=False)
 

@@ -10,7 +10,7 @@ from plant_bench.errors import InputError
 try:
     import gymnasium
 except ModuleNotFoundError as _error:
-    _message = "The environment needs Gymnasium: pip install 'plant-bench[gym]'."
+    _message = "The environment needs Gymnasium: pip install '.[gym]' in a checkout of plant-bench."
     raise InputError(_message) from _error
 
 ENV_ID = "PlantBench-v0"

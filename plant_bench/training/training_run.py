@@ -190,7 +190,9 @@ def check_training_run(run: TrainingRun) -> None:
         InputError: The training cannot run.
     """
     if importlib.util.find_spec("lightning_fabric") is None:
-        message = "Training needs Lightning Fabric: pip install 'plant-bench[train]'."
+        message = (
+            "Training needs Lightning Fabric: pip install '.[train]' in a checkout of plant-bench."
+        )
         raise InputError(message)
     if run.settings.patience and not run.settings.validate_every:
         message = "--patience counts closed-loop validations: --validate-every must be set, too."

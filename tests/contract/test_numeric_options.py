@@ -10,7 +10,7 @@ from plant_bench.cli import app
 from plant_bench.cli.commands.ablate import AblateCommand
 from plant_bench.training.learners import known_learners
 
-NO_NUMBERS = ("nan", "inf", "-1e30")
+NO_NUMBERS = ("nan", "inf", "-1e30", "1e30", f"1{30 * '0'}")
 # Arguments with which a command would start its work:
 ARGUMENTS = {
     "compare": ["a", "b"], "data": ["a"], "export": ["run", "--out", "file"],

@@ -16,10 +16,11 @@ from stable_baselines3.common.vec_env import DummyVecEnv, SubprocVecEnv, VecNorm
 
 import plant_bench
 import plant_bench.gym  # registers the environment
-from plant_bench.agent import Control
 from plant_bench.agents.loading.registry import load_agent
 from plant_bench.features.raster import RasterSpec
+from plant_bench.gym.actions import ControlAction
 from plant_bench.gym.encoders import RasterEncoder
+from plant_bench.gym.token_encoder import TokenEncoder
 from plant_bench.world.route import load_suite
 
 pytestmark = pytest.mark.sumo
@@ -115,7 +116,7 @@ def test_training_example_improves_progress(tmp_path: Path) -> None:
     assert (tmp_path / "a.vecnormalize.pkl").is_file()
 
 
-def test_example_planner_drives_with_a_saved_policy(tmp_path: Path) -> None:
+def test_example_planner_acts_as_its_policy_on_normalised_observations(tmp_path: Path) -> None:
     def make() -> gymnasium.Env:
         return gymnasium.make("PlantBench-v0", **settings(density="empty", hazards=False))
 
@@ -124,17 +125,21 @@ def test_example_planner_drives_with_a_saved_policy(tmp_path: Path) -> None:
     )
     try:
         env.reset()
-        seen = env.get_original_obs()
         model = PPO("MultiInputPolicy", env, n_steps=64, batch_size=64, seed=1, device="cpu")
         model.save(tmp_path / "a.zip")
         env.save(str(tmp_path / "a.vecnormalize.pkl"))
-        expected, _ = model.predict(env.normalize_obs(seen), deterministic=True)
     finally:
         env.close()
     planner = load_agent(f"{EXAMPLE.with_name('ppo_agent.py')}:PPOAgent@{tmp_path / 'a.zip'}")
     route = load_suite("longest6")[12]
     planner.reset(route)
     first = next(iter(plant_bench.drive(planner, route, hazards=False)))
-    assert isinstance(first.action, Control)
-    assert len(expected) == 1
+    assert first.observation is not None
+    seen = TokenEncoder().encode(first.observation)
+    expected, unnormalised = (
+        ControlAction().decode(model.predict(given, deterministic=True)[0])
+        for given in (env.normalize_obs(seen), seen)
+    )
+    assert first.action == expected
+    assert first.action != unnormalised
     assert [file.name for file in planner.files] == ["a.zip", "a.vecnormalize.pkl"]  # pyright: ignore[reportAttributeAccessIssue]

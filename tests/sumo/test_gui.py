@@ -1,14 +1,20 @@
 """Episodes shown in sumo-gui are the same as without it; needs Xvfb."""
 
+import os
 import shutil
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
-from plant_bench.api.gui import VARIABLE, use_gui
+import plant_bench.api.why
+from plant_bench.api.gui import use_gui
+from plant_bench.cli import app, main
 from plant_bench.errors import InputError
+from plant_bench.runner.workers.window import VARIABLE, WINDOW_CLOSED
+from plant_bench.runner.workers.worker import Failed, failure
 from plant_bench.sim.sumo_library import GUI_VARIABLE
 
 pytestmark = pytest.mark.sumo
@@ -54,3 +60,89 @@ def test_window_without_a_display_is_refused(monkeypatch):
 
 def test_variable_of_the_window_has_one_name():
     assert VARIABLE == GUI_VARIABLE
+
+
+@pytest.fixture
+def display(monkeypatch):
+    """A display that is never opened; the variable of the window is removed afterwards."""
+    monkeypatch.setenv("DISPLAY", ":987")
+    monkeypatch.setenv(VARIABLE, "")
+
+
+@pytest.mark.parametrize(
+    "options", [["--workers", "2"], ["--executor", "ray"], ["--workers", "1", "--executor", "ray"]]
+)
+def test_window_shows_one_episode_at_a_time(options, display, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    line = ["plant-bench", "score", "--agent", "cruise", "--gui", *options]
+    monkeypatch.setattr(sys, "argv", line)
+    with pytest.raises(SystemExit) as ended:
+        main()
+
+    assert ended.value.code == 2
+    assert "--gui shows one episode at a time: use --workers 1" in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
+
+
+class FatalTraCIError(Exception):
+    """As that of `traci`, which is imported only with a window."""
+
+
+def test_replay_simulates_the_episode_in_the_window(display, monkeypatch, capsys):
+    calls = []
+
+    def simulate(*arguments):
+        calls.append((*arguments, os.environ[VARIABLE]))
+        yield SimpleNamespace(difference="", row=0)
+        yield SimpleNamespace(difference="ego.x", row=1)
+
+    monkeypatch.setattr(plant_bench.api.why, "simulate_recorded", simulate)
+    app(
+        ["replay", "run", "5", "--repetition", "1", "--gui", "--gui-speed", "4"],
+        prog_name="plant-bench",
+        standalone_mode=False,
+    )
+
+    assert calls == [(Path("run"), "5", 1, "12.5")]
+    assert capsys.readouterr().out == "At tick 1, the simulation differs: ego.x.\n"
+
+
+def test_replay_ends_when_its_window_is_closed(display, monkeypatch, capsys):
+    def simulate(*_):
+        yield SimpleNamespace(difference="", row=0)
+        raise FatalTraCIError("Connection closed by SUMO.")
+
+    monkeypatch.setattr(plant_bench.api.why, "simulate_recorded", simulate)
+    app(["replay", "run", "5", "--gui"], prog_name="plant-bench", standalone_mode=False)
+
+    assert capsys.readouterr().out == f"{WINDOW_CLOSED}\n"
+
+
+@pytest.mark.parametrize(
+    "error", [FatalTraCIError("Connection closed by SUMO."), BrokenPipeError(32, "Broken pipe")]
+)
+def test_closing_the_window_ends_the_run_without_a_record(error, monkeypatch):
+    monkeypatch.setenv(VARIABLE, "50")
+    assert failure(error) == Failed(WINDOW_CLOSED, fatal=True)
+
+
+def test_lost_simulator_without_a_window_is_a_crash(monkeypatch):
+    monkeypatch.delenv(VARIABLE, raising=False)
+    try:
+        raise FatalTraCIError("Connection closed by SUMO.")
+    except FatalTraCIError as error:
+        failed = failure(error)
+    assert not failed.fatal
+    assert failed.reason.startswith("FatalTraCIError: Connection closed by SUMO. (test_gui.py:")
+
+
+def test_variable_selects_sumo_gui():
+    code = "from plant_bench.sim.sumo_library import PROGRAM, libsumo; print(PROGRAM, libsumo)"
+    said = subprocess.run(
+        [sys.executable, "-c", code],
+        env=os.environ | {VARIABLE: "50"},
+        capture_output=True,
+        text=True,
+        check=True,
+    ).stdout
+    assert "sumo-gui <module 'traci'" in said

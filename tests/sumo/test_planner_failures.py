@@ -56,17 +56,7 @@ def score(folder, *more):
     words = ["score", "--agent", "mine.py:Mine", "--suite", "suite.json", "--repetitions", "1"]
     words += ["--density", "light", "--workers", "1"]
     return subprocess.run(
-        [
-            sys.executable,
-            "-m",
-            "plant_bench",
-            *words,
-            "--density",
-            "light",
-            "--workers",
-            "1",
-            *more,
-        ],
+        [sys.executable, "-m", "plant_bench", *words, *more],
         cwd=folder,
         env=os.environ | {"NO_COLOR": "1", "TERM": "dumb", "COLUMNS": "400"},
         capture_output=True,

@@ -6,10 +6,9 @@ from typing import Annotated
 
 import typer
 
-from plant_bench.cli.number_options import HIGHEST_SEED, MOST_PROCESSES, number_option
+from plant_bench.api.numbers import HIGHEST_SEED, MOST_FRAMES, MOST_PROCESSES, UNITS_RANGE
+from plant_bench.cli.number_options import number_option
 from plant_bench.cli.options import CORES, EXIT_INTERRUPTED, DensityOption
-
-MOST_FRAMES = 228_000_000  # a thousand units
 
 
 def collect(
@@ -17,7 +16,7 @@ def collect(
     units: Annotated[
         float | None,
         number_option(
-            "Amount of data, in PlanT's units of 228,000 frames. Default: 1.", 1e-5, 1000.0
+            "Amount of data, in PlanT's units of 228,000 frames. Default: 1.", *UNITS_RANGE
         ),
     ] = None,
     frames: Annotated[

@@ -5,12 +5,15 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from plant_bench.cli.number_options import number_option
 from plant_bench.cli.options import PenaltiesOption
 from plant_bench.errors import InputError
 
 if TYPE_CHECKING:
     from plant_bench.scoring.comparison import PairedDifference
     from plant_bench.scoring.penalties import PenaltyScheme
+
+MOST_ROUTES = 1_000_000
 
 
 def compare_runs(
@@ -28,7 +31,8 @@ def compare_runs(
         ),
     ] = False,
     top: Annotated[
-        int, typer.Option(help="Number of routes to list, the largest differences first.", min=0)
+        int,
+        number_option("Number of routes to list, the largest differences first.", 0, MOST_ROUTES),
     ] = 10,
     all_routes: Annotated[
         bool, typer.Option("--all", help="List all routes on which the runs differ.")

@@ -5,7 +5,8 @@ from typing import Annotated
 
 import typer
 
-from plant_bench.cli.number_options import HIGHEST_SEED, number_option
+from plant_bench.api.numbers import HIGHEST_SEED
+from plant_bench.cli.number_options import number_option
 from plant_bench.cli.options import OverwriteOption
 from plant_bench.cli.progress import exit_on_ctrl_c
 

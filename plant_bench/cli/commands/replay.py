@@ -29,7 +29,7 @@ def replay(
         Path | None, typer.Option(help="Folder for an HTML page that plays the episode.")
     ] = None,
     mp4: Annotated[
-        Path | None, typer.Option(help="Video file; requires plant-bench[video].")
+        Path | None, typer.Option(help="Video file; requires the extra 'video'.")
     ] = None,
     gif: Annotated[
         Path | None,
@@ -126,12 +126,18 @@ def _show_in_gui(run: Path, route: str, repetition: int | None, speed: float) ->
 
     use_gui(speed)
     from plant_bench.api.why import simulate_recorded  # imports the simulation
+    from plant_bench.runner.workers.window import WINDOW_CLOSED, is_window_closed
 
     with exit_on_ctrl_c("Stopped."):
-        for tick in simulate_recorded(run, route, repetition):
-            if tick.difference:
-                typer.echo(f"At tick {tick.row}, the simulation differs: {tick.difference}.")
-                break
+        try:
+            for tick in simulate_recorded(run, route, repetition):
+                if tick.difference:
+                    typer.echo(f"At tick {tick.row}, the simulation differs: {tick.difference}.")
+                    break
+        except Exception as error:
+            if not is_window_closed(error):
+                raise
+            typer.echo(WINDOW_CLOSED)
 
 
 def _write_page(sources: "list[ReplaySource]", out: Path) -> None:

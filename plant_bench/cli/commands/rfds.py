@@ -6,7 +6,8 @@ from typing import Annotated
 import typer
 
 from plant_bench.api.execution import ExecutorKind, chosen_executor
-from plant_bench.cli.number_options import HIGHEST_SEED, number_option
+from plant_bench.api.numbers import HIGHEST_SEED
+from plant_bench.cli.number_options import number_option
 from plant_bench.cli.options import (
     CORES,
     AddressOption,

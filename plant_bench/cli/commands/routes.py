@@ -5,7 +5,8 @@ from typing import Annotated
 
 import typer
 
-from plant_bench.cli.number_options import HIGHEST_SEED, number_option
+from plant_bench.api.numbers import HIGHEST_SEED
+from plant_bench.cli.number_options import number_option
 from plant_bench.cli.options import SuiteOption, check_build_options
 
 routes_app = typer.Typer(

@@ -9,7 +9,8 @@ import typer
 
 from plant_bench.api.execution import ExecutorKind, chosen_executor, isolation_for
 from plant_bench.api.gui import use_gui
-from plant_bench.cli.number_options import HIGHEST_SEED, number_option
+from plant_bench.api.numbers import HIGHEST_SEED
+from plant_bench.cli.number_options import number_option
 from plant_bench.cli.options import (
     CORES,
     AddressOption,

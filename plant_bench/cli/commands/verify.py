@@ -5,8 +5,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from plant_bench.api.numbers import HIGHEST_SEED, MOST_PROCESSES
 from plant_bench.atomic_files import write_whole_text
-from plant_bench.cli.number_options import HIGHEST_SEED, MOST_PROCESSES, number_option
+from plant_bench.cli.number_options import number_option
 from plant_bench.cli.options import (
     CORES,
     MOST_REPETITIONS,

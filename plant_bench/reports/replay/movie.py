@@ -18,7 +18,7 @@ STRIP = 5  # moments in a strip
 MOST_GIF = 600  # frames: more would take hundreds of megabytes
 COLOURS = 128  # in the palette of a GIF
 USUAL_FPS = {"gif": 10.0, "mp4": 20.0}
-VIDEO_PARTS = "plant-bench[video]"
+VIDEO_EXTRA = ".[video]"
 
 ProgressCallback = Callable[[int, int], None]
 
@@ -209,7 +209,7 @@ def save_mp4(
     except ImportError as error:
         message = (
             "An MP4 needs imageio-ffmpeg, which is not installed: pip install "
-            f"'{VIDEO_PARTS}'. --gif does not need it."
+            f"'{VIDEO_EXTRA}' in a checkout of plant-bench. --gif does not need it."
         )
         raise InputError(message) from error
     pictures = _pictures(episodes, request.times(episodes, "mp4"), progress, dark=request.dark)

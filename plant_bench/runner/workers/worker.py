@@ -15,6 +15,7 @@ from typing import Any
 from plant_bench.data_files import make_towns_variable_absolute
 from plant_bench.errors import InputError, SimulationError, UserCodeError
 from plant_bench.gc_policy import tune_garbage_collector
+from plant_bench.runner.workers.window import WINDOW_CLOSED, is_window_closed
 from plant_bench.user_code import PLANNER_LOG, working_folder
 
 WORKER_EXITED = "The worker process ended with exit code"
@@ -124,7 +125,8 @@ def serve(pipe: Connection, work: Work, log: Path | None) -> None:
         try:
             message: Message = TaskResult(work(task, report))
         except Exception as error:  # noqa: BLE001  sent to the parent
-            told = isinstance(error, UserCodeError)  # its traceback is in the log
+            # A user's code has logged its traceback, and a closed window needs none.
+            told = isinstance(error, UserCodeError) or is_window_closed(error)
             by_parent = log is None and isinstance(error, InputError)  # the parent prints it
             if not told and not by_parent:
                 traceback.print_exc()
@@ -137,6 +139,8 @@ def failure(error: Exception) -> Failed:
     """Return the failure message of an exception; its text does not depend on the machine."""
     if isinstance(error, InputError):
         return Failed(str(error), fatal=True, logged=isinstance(error, UserCodeError))
+    if is_window_closed(error):
+        return Failed(WINDOW_CLOSED, fatal=True)
     if isinstance(error, OSError):
         return Failed(f"A worker cannot go on: {error}.", fatal=True)
     if isinstance(error, SimulationError):

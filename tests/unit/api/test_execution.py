@@ -18,7 +18,7 @@ def test_ray_executor_is_used_on_request():
 def test_missing_ray_says_what_to_install(monkeypatch):
     monkeypatch.setattr(execution, "find_spec", lambda name: None)
 
-    with pytest.raises(InputError, match=r"pip install 'plant-bench\[ray\]'"):
+    with pytest.raises(InputError, match=r"pip install '\.\[ray\]' in a checkout"):
         chosen_executor("ray", None, None)
 
 

@@ -1,5 +1,6 @@
 """Collected data as frames, for one's own training code."""
 
+import importlib
 import shutil
 from pathlib import Path
 
@@ -7,6 +8,8 @@ import numpy as np
 import pytest
 
 import plant_bench as pb
+from plant_bench.agents.loading.registry import load_agent
+from plant_bench.api.planner_project import Kind, write_project
 from plant_bench.training.frame_store import load_frames
 from tests.builders import suite_route
 from tests.unit.training.conftest import scene_of, write_recording, write_routes
@@ -60,3 +63,21 @@ def test_incomplete_data_is_refused(data: Path) -> None:
         pb.frames(data)
     shutil.rmtree(data / "records")
     assert pb.frames(data)
+
+
+def test_training_of_the_torch_project_fits_the_speed_to_the_data(
+    data: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    project = write_project("my_trained_network", tmp_path, Kind.TORCH)
+    monkeypatch.syspath_prepend(str(project.folder))
+    training = importlib.import_module("my_trained_network.train")
+    before = training.WEIGHTS.read_bytes() if training.WEIGHTS.exists() else b""
+
+    training.train(str(data), epochs=120)
+
+    first, middle, last = (float(line.split()[-2]) for line in capsys.readouterr().out.splitlines())
+    assert last <= middle < 0.5 * first
+    assert training.WEIGHTS.read_bytes() != before
+    planner = load_agent(project.spec)
+    planner.reset(pb.frames(data)[0].route)
+    assert isinstance(planner.act(pb.frames(data)[0].observation), pb.Plan | pb.Control)

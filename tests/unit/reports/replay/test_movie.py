@@ -91,7 +91,7 @@ def test_mp4_is_written_as_a_valid_file(tmp_path, episode):
 
 def test_missing_video_extra_says_what_to_install(tmp_path, episode, monkeypatch):
     monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
-    with pytest.raises(InputError, match=r"pip install 'plant-bench\[video\]'"):
+    with pytest.raises(InputError, match=r"pip install '\.\[video\]' in a checkout"):
         SAVERS["mp4"]([episode], MovieRequest(), tmp_path / "a.mp4", quiet)
 
 

@@ -35,7 +35,7 @@ format:
 	$(NPM) run format
 
 reproduce:  ## the table in the README
-	$(BIN)/plant-bench score --agent expert --repetitions 5
+	$(BIN)/plant-bench score --agent expert --repetitions 3
 	$(BIN)/plant-bench score --agent plant --repetitions 3
 	for agent in plant-unguarded rule-based rule-based-tracks sumo idm cruise; do $(BIN)/plant-bench score --agent $$agent --repetitions 2 || exit; done
 	$(BIN)/plant-bench score --agent expert-nearest --repetitions 1

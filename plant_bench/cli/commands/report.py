@@ -146,12 +146,15 @@ def _write(
 
 def _print_ranking(leaderboard: "Leaderboard") -> None:
     """Print the ranking of each board, and the difference between its first two planners."""
-    from plant_bench.reports.leaderboard.table_text import p_text
+    from plant_bench.reports.leaderboard.table_text import board_rules, p_text, planner_text
     from plant_bench.text_escaping import table_cell
 
     for board in leaderboard.boards:
-        scores = [f"{table_cell(row.planner)} {row.driving_score.mean:.1f}" for row in board.rows]
-        typer.echo(f"{board.protocol} ({board.world}): DS {', '.join(scores)}")
+        scores = [
+            f"{table_cell(planner_text(board, row))} {row.driving_score.mean:.1f}"
+            for row in board.rows
+        ]
+        typer.echo(f"{board_rules(board)} ({board.world}): DS {', '.join(scores)}")
         names = {row.id: table_cell(row.planner) for row in board.rows}
         top = {row.id for row in board.rows[:2]}
         for item in board.differences:

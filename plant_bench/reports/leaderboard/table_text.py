@@ -60,15 +60,27 @@ def _inference_time(row: Row) -> Spread:
 
 def board_title(board: Board) -> str:
     """Return a board's title: its rules, routes and traffic, and the world if not plant-bench."""
+    title = board_rules(board)
+    return title if board.world == HERE else f"Another world: {title} in {board.world}"
+
+
+def board_rules(board: Board) -> str:
+    """Return a board's rules, routes and traffic as text."""
     words = [board.protocol]
     if board.suite and board.suite not in board.protocol:
-        words.append(f"routes {board.suite}")
+        words.append(f"{'' if board.source else 'routes '}{board.suite}")
     if board.density and board.density != "dense":
         words.append(f"{board.density} traffic")
     if board.penalties and board.penalties != "lb1.0":
         words.append(f"penalties {board.penalties}")
-    title = ", ".join(words)
-    return title if board.world == HERE else f"Another world: {title} in {board.world}"
+    return ", ".join(words)
+
+
+def planner_text(board: Board, row: Row) -> str:
+    """Return a row's planner; with the number of its routes if it lacks some of the table's."""
+    if board.is_complete(row):
+        return row.planner
+    return f"{row.planner} ({row.routes} of {board.routes} routes)"
 
 
 def p_text(p: float) -> str:

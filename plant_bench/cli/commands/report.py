@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from plant_bench.scoring.penalties import PenaltyScheme
 
 WIDTH = 34  # characters of a bar's description
+LONGEST_RULES = 120  # characters
 
 
 def report(
@@ -55,7 +56,8 @@ def report(
     """Write a leaderboard of runs: an HTML page, tables for papers, and files for programs.
 
     Open OUT/leaderboard.html in a browser; it needs neither server nor network. Runs of different
-    protocols or suites are never in the same table.
+    protocols or suites, and files about different routes, are never in the same table. A run that
+    lacks some of a table's routes is marked, comes last and is never the best.
 
     Example commands:
 
@@ -154,7 +156,8 @@ def _print_ranking(leaderboard: "Leaderboard") -> None:
             f"{table_cell(planner_text(board, row))} {row.driving_score.mean:.1f}"
             for row in board.rows
         ]
-        typer.echo(f"{board_rules(board)} ({board.world}): DS {', '.join(scores)}")
+        rules = table_cell(board_rules(board), LONGEST_RULES)
+        typer.echo(f"{rules} ({board.world}): DS {', '.join(scores)}")
         names = {row.id: table_cell(row.planner) for row in board.rows}
         top = {row.id for row in board.rows[:2]}
         for item in board.differences:

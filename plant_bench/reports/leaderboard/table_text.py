@@ -8,6 +8,9 @@ from plant_bench.reports.leaderboard.board import HERE, Board
 from plant_bench.reports.leaderboard.rows import Row
 from plant_bench.scoring.metrics import Spread
 from plant_bench.scoring.metrics_table import Better, Metric, headline_metrics
+from plant_bench.text_escaping import table_cell
+
+LONGEST_MARKED = 48  # characters; the page truncates longer names, and would cut the mark off
 
 
 @dataclass(frozen=True)
@@ -80,7 +83,8 @@ def planner_text(board: Board, row: Row) -> str:
     """Return a row's planner; with the number of its routes if it lacks some of the table's."""
     if board.is_complete(row):
         return row.planner
-    return f"{row.planner} ({row.routes} of {board.routes} routes)"
+    mark = f" ({row.routes} of {board.routes} routes)"
+    return table_cell(row.planner, LONGEST_MARKED - len(mark)) + mark
 
 
 def p_text(p: float) -> str:

@@ -8,7 +8,7 @@ import json
 import math
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from pydantic import ValidationError
@@ -30,6 +30,8 @@ from plant_bench.untrusted_files import read_text
 LB1, LB2, BENCH2DRIVE = "carla-lb1.0", "carla-lb2", "carla-bench2drive"
 BENCH2DRIVE_ROUTES = 220
 FAILED_STATUS = ("Crashed", "Rejected", "Failed", "Started")
+COMPLETE_STATUS = ("Finished", "Finished with agent errors")
+SAME_SCORE = 0.01  # between a file's own driving score and that of its episodes
 LARGEST = 256_000_000  # bytes of a file
 
 
@@ -56,8 +58,11 @@ class ImportedRun:
 
     @property
     def route_lengths(self) -> dict[str, float]:
-        """The routes and their lengths, kilometres."""
-        return {item.route: item.route_km for item in self.records}
+        """The routes and their lengths, kilometres; 0 if not known, as after a failed start."""
+        lengths: dict[str, float] = {}
+        for item in self.records:
+            lengths[item.route] = max(item.route_km, lengths.get(item.route, 0.0))
+        return lengths
 
     @property
     def results(self) -> tuple[EpisodeResult, ...]:
@@ -81,6 +86,26 @@ class ImportedRun:
         return {name: counts[name] / km for name in names} | {OUTSIDE: outside / km}
 
 
+@dataclass(frozen=True)
+class _Part:
+    """One file's share of a run.
+
+    Attributes:
+        run: The file alone.
+        total: Number of episodes by its progress; None if it has none.
+        failed: Whether its evaluation ended early, by its status.
+    """
+
+    run: ImportedRun
+    total: int | None
+    failed: bool
+
+    @property
+    def count(self) -> int:
+        """Number of its episodes."""
+        return len(self.run.records)
+
+
 def load_checkpoints(paths: Sequence[Path], name: str = "") -> ImportedRun:
     """Read the checkpoint files of one planner, each with other episodes.
 
@@ -88,30 +113,31 @@ def load_checkpoints(paths: Sequence[Path], name: str = "") -> ImportedRun:
         paths: The files, at least one, for instance one per route or per worker.
         name: The planner; empty for the name in the files.
 
+    Returns:
+        The run, with the files' episodes together.
+
     Raises:
         InputError: One is not a checkpoint file, or they are not parts of one run.
     """
-    parts = [load_checkpoint(path) for path in paths]
-    first = parts[0]
-    if len({part.protocol for part in parts}) > 1:
-        protocols = ", ".join(f"{part.source.name} {part.protocol}" for part in parts[:5])
+    parts = [_load(path) for path in paths]
+    runs = [part.run for part in parts]
+    first = runs[0]
+    if len({run.protocol for run in runs}) > 1:
+        protocols = ", ".join(f"{run.source.name} {run.protocol}" for run in runs[:5])
         message = f"These files are not parts of one run, their protocols differ: {protocols}."
         raise InputError(message)
-    records = tuple(item for part in parts for item in part.records)
+    records = tuple(item for run in runs for item in run.records)
     try:
         _check_different(records)
     except ValueError as error:
         names = ", ".join(path.name for path in paths[:5])
         message = f"These files are not parts of one run ({error}): {names}."
         raise InputError(message) from error
-    return ImportedRun(
-        name=name or first.name,
-        protocol=first.protocol,
-        source=first.source,
-        expected=sum(part.expected for part in parts),
-        records=records,
-        notes=tuple(note for part in parts for note in part.notes),
-    )
+    name = name or first.name
+    expected, reading = _expected(parts, records)
+    notes = [note for run in runs for note in run.notes]
+    notes += [f"{name}: {reading}"] * bool(reading)
+    return replace(first, name=name, expected=expected, records=records, notes=tuple(notes))
 
 
 def load_checkpoint(path: Path) -> ImportedRun:
@@ -120,10 +146,19 @@ def load_checkpoint(path: Path) -> ImportedRun:
     Raises:
         InputError: It is not a checkpoint file, or it is broken or inconsistent.
     """
+    return load_checkpoints([path])
+
+
+def _load(path: Path) -> _Part:
+    """Read a file.
+
+    Raises:
+        InputError: It is not a checkpoint file, or it is broken or inconsistent.
+    """
     try:
         document = _document(path)
         file = Checkpoint.model_validate(document)
-        return _run(file, path)
+        run = _run(file, path)
     except ValidationError as error:
         first = error.errors()[0]
         where = ".".join(map(str, first["loc"]))
@@ -134,6 +169,33 @@ def load_checkpoint(path: Path) -> ImportedRun:
         raise _refusal(path, "it is nested too deeply") from error
     except ValueError as error:
         raise _refusal(path, one_line(str(error))) from error
+    total = next(iter(file.checkpoint.progress[1:]), None)
+    return _Part(run, total, failed=file.entry_status in FAILED_STATUS)
+
+
+def _expected(parts: Sequence[_Part], records: Sequence[ImportedRecord]) -> tuple[int, str]:
+    """Return the number of episodes of a complete run, and how ambiguous files were read.
+
+    Files with equal totals that no file reaches, not even all together, are ambiguous: the total
+    is each file's, or each file repeats that of the whole run.
+    """
+    protocol = parts[0].run.protocol
+    whole = BENCH2DRIVE_ROUTES * len({item.repetition for item in records})
+    total, files = parts[0].total, len(parts)
+    together = sum(max(part.count, part.total or 0) for part in parts)
+    if protocol == BENCH2DRIVE and any(part.total is None for part in parts):
+        return max(whole, together), ""
+    ambiguous = (
+        files > 1
+        and total is not None
+        and len(records) <= total
+        and all(part.total == total > part.count for part in parts)
+    )
+    if not ambiguous or total is None:
+        return together, ""
+    of_all = (protocol == BENCH2DRIVE and total == whole) or not any(part.failed for part in parts)
+    expected = total if of_all else together
+    return expected, f"each of its {files} files says {total} episodes: read as {expected} in all."
 
 
 def _refusal(path: Path, why: str) -> InputError:
@@ -198,15 +260,13 @@ def _run(file: Checkpoint, path: Path) -> ImportedRun:
         message = "its records have several agents or protocols"
         raise ValueError(message)
     protocol = originals[0].protocol if originals else _protocol(file)
-    merged = protocol == BENCH2DRIVE and not file.checkpoint.progress
-    expected = BENCH2DRIVE_ROUTES if merged else 0
     return ImportedRun(
         name=originals[0].agent if originals else path.name.split(".json")[0],
         protocol=protocol,
         source=path,
-        expected=max([len(imported), expected, *file.checkpoint.progress[1:]]),
+        expected=len(imported),
         records=tuple(imported),
-        notes=tuple(_contradictions(file, path)),
+        notes=(*_contradictions(file, path), *_score_notes(file, path)),
     )
 
 
@@ -224,11 +284,29 @@ def _contradictions(file: Checkpoint, path: Path) -> Iterator[str]:
         )
     elif file.entry_status in FAILED_STATUS:
         yield f"{path.name}: its evaluation ended with the status '{file.entry_status}'."
-    if file.merged_score is not None:
+    elif file.entry_status in COMPLETE_STATUS and len(progress) > 1 and progress[1] > count:
         yield (
-            f"{path.name}: its own driving score, {file.merged_score:.2f}, counts missing routes "
-            "as 0; the table has the mean of its episodes."
+            f"{path.name} contradicts itself: its entry_status is '{file.entry_status}', but its "
+            f"progress says {count} of {progress[1]} routes."
         )
+
+
+def _score_notes(file: Checkpoint, path: Path) -> Iterator[str]:
+    """Yield a note if a merged file's own driving score is not the mean of its episodes."""
+    own, records = file.merged_score, file.checkpoint.records
+    total = math.fsum(item.scores.score_composed for item in records)
+    mean = total / len(records)
+    if own is None or abs(own - mean) < SAME_SCORE:
+        return
+    missing = BENCH2DRIVE_ROUTES - len(records)
+    if missing > 0 and abs(own - total / BENCH2DRIVE_ROUTES) < SAME_SCORE:
+        why = f"counts {missing} missing routes as 0"
+    else:
+        why = f"is not the mean of its episodes, {mean:.2f}"
+    yield (
+        f"{path.name}: its own driving score, {own:.2f}, {why}; the table has the mean of its "
+        "episodes."
+    )
 
 
 def _check_different(records: Iterable[ImportedRecord]) -> None:

@@ -29,6 +29,7 @@ NOT_RUN = {  # lines that match, and why they cannot run in a test
     r"^export NUMBA_CACHE_DIR": "is a folder of the reader's",
     r"\S+\.xodr|longest6\.xml|^for n in|^done": "needs CARLA's files, which are not ours to give",
     r"--suite carla/": "needs CARLA's files, which are not ours to give",
+    r"\btheir_results\b": "needs result files of the reader's",
     r"\bmycity\b": "needs a map of the reader's; tutorials/your-map.md makes one",
     r"plant-1x|plant-dagger|models/(mine|paper)\b": "is the full training, of hours",
     r"^plant-bench ablate\b": "trains several networks; tests/unit/training has a small one",

@@ -6,6 +6,9 @@ from typing import Annotated
 import typer
 
 from plant_bench.errors import InputError
+from plant_bench.text_escaping import one_line
+
+MOST_DIGITS = 6  # of a repetition
 
 
 def export_run(
@@ -23,11 +26,12 @@ def export_run(
         str | None, typer.Option(help="With --format fcd: id or number of the route.")
     ] = None,
     repetition: Annotated[
-        str,
+        str | None,
         typer.Option(
-            help="Repetition to export: a number from 0, or all. PlanT's own parser reads one only."
+            help="Repetition to export: a number from 0, or all. Default: all; with --format fcd "
+            "the first. PlanT's own parser reads one only."
         ),
-    ] = "all",
+    ] = None,
 ) -> None:
     """Write a run as a file that other tools read.
 
@@ -50,14 +54,20 @@ def export_run(
     if format_ not in ("carla", "fcd"):
         message = f"--format: expected carla or fcd, got '{format_}'."
         raise InputError(message)
-    if repetition != "all" and not repetition.isdecimal():
-        message = f"--repetition: expected a number from 0, or all, got '{repetition}'."
+    only = _repetition(repetition)
+    if format_ == "fcd" and repetition == "all":
+        message = "--repetition all: --format fcd writes one episode. Give a number from 0."
+        raise InputError(message)
+    if format_ == "carla" and route is not None:
+        message = (
+            f"--route {route}: --format carla writes all routes of a run. Leave --route out, or "
+            "give --format fcd."
+        )
         raise InputError(message)
     if format_ == "fcd":
-        _export_fcd(run, out, route, 0 if repetition == "all" else int(repetition))
+        _export_fcd(run, out, route, only)
         return
     folder = RunFolder.open(run)
-    only = None if repetition == "all" else int(repetition)
     checkpoint = run_checkpoint(folder, only)
     write_checkpoint(checkpoint.content, out)
     complete = checkpoint.episodes == checkpoint.expected
@@ -65,10 +75,21 @@ def export_run(
     typer.echo(f"{out}: {counted(checkpoint.episodes, 'episode')}{missing}.")
 
 
-def _export_fcd(run: Path, out: Path, route: str | None, repetition: int) -> None:
+def _repetition(text: str | None) -> int | None:
+    """Return the number of the only repetition to export, None for all."""
+    if text is None or text == "all":
+        return None
+    if not text.isdecimal() or len(text) > MOST_DIGITS:
+        message = f"--repetition: expected a number from 0, or all, got '{one_line(text)}'."
+        raise InputError(message)
+    return int(text)
+
+
+def _export_fcd(run: Path, out: Path, route: str | None, repetition: int | None) -> None:
     from plant_bench.data.recording import Recording
     from plant_bench.reports.episode_selection import episodes_of
     from plant_bench.reports.fcd import write_fcd
+    from plant_bench.reports.tables import counted
     from plant_bench.runner.run.folder import RunFolder
 
     if route is None:
@@ -81,4 +102,4 @@ def _export_fcd(run: Path, out: Path, route: str | None, repetition: int) -> Non
         message = f"{run} has no recording of {name}. Score the run again with --recordings."
         raise InputError(message)
     count = write_fcd(Recording.load(path), out)
-    typer.echo(f"{out}: {count} time steps of {name}.")
+    typer.echo(f"{out}: {counted(count, 'time step')} of {name}.")

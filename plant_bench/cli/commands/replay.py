@@ -86,10 +86,23 @@ def replay(
 
         plant-bench replay reports/plant-longest6 town02-5 --gui --gui-speed 4
     """
+    from plant_bench.errors import InputError
+
     if gui:
+        others = {
+            "--html": html, "--png": png, "--gif": gif, "--mp4": mp4, "--against": against,
+            "--time": time, "--from": start, "--to": end, "--fps": fps,
+            "--dark": dark or None, "--expert": expert or None,
+        }  # fmt: skip
+        given = [name for name, value in others.items() if value is not None]
+        if given:
+            message = (
+                f"--gui cannot be combined with {', '.join(given)}: it only shows the episode in "
+                "sumo-gui. Run the command once with --gui and once without."
+            )
+            raise InputError(message)
         _show_in_gui(run, route, repetition, gui_speed)
         return
-    from plant_bench.errors import InputError
     from plant_bench.reports.replay.movie import MovieRequest, check_folder, check_path
     from plant_bench.reports.replay.replay_source import source_in_run
 

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from plant_bench.scoring.penalties import PenaltyScheme
 
 WIDTH = 34  # characters of a bar's description
+LONGEST_RULES = 120  # characters
 
 
 def report(
@@ -55,7 +56,8 @@ def report(
     """Write a leaderboard of runs: an HTML page, tables for papers, and files for programs.
 
     Open OUT/leaderboard.html in a browser; it needs neither server nor network. Runs of different
-    protocols or suites are never in the same table.
+    protocols or suites, and files about different routes, are never in the same table. A run that
+    lacks some of a table's routes is marked, comes last and is never the best.
 
     Example commands:
 
@@ -146,12 +148,16 @@ def _write(
 
 def _print_ranking(leaderboard: "Leaderboard") -> None:
     """Print the ranking of each board, and the difference between its first two planners."""
-    from plant_bench.reports.leaderboard.table_text import p_text
+    from plant_bench.reports.leaderboard.table_text import board_rules, p_text, planner_text
     from plant_bench.text_escaping import table_cell
 
     for board in leaderboard.boards:
-        scores = [f"{table_cell(row.planner)} {row.driving_score.mean:.1f}" for row in board.rows]
-        typer.echo(f"{board.protocol} ({board.world}): DS {', '.join(scores)}")
+        scores = [
+            f"{table_cell(planner_text(board, row))} {row.driving_score.mean:.1f}"
+            for row in board.rows
+        ]
+        rules = table_cell(board_rules(board), LONGEST_RULES)
+        typer.echo(f"{rules} ({board.world}): DS {', '.join(scores)}")
         names = {row.id: table_cell(row.planner) for row in board.rows}
         top = {row.id for row in board.rows[:2]}
         for item in board.differences:

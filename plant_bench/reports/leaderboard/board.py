@@ -62,11 +62,12 @@ class Board:
         suite: Name of the routes; empty if not known.
         density: Traffic density; empty if not known.
         penalties: The penalty scheme; empty if not known.
-        rows: Rows of the table, the highest driving score first.
+        rows: Rows of the table: complete ones first, then the highest driving score first.
         entries: The rows that are plant-bench runs, in the same order.
         differences: Differences of all pairs of entries that share scenarios.
         rankings: RFDS of all rankers on these routes, the highest first.
         source: Source of the figures, if they are not from plant-bench runs.
+        routes: Number of different routes that the rows drove together; 0 if not known.
     """
 
     world: str
@@ -79,6 +80,11 @@ class Board:
     differences: tuple[Difference, ...] = ()
     rankings: tuple[RankingSource, ...] = ()
     source: str = ""
+    routes: int = 0
+
+    def is_complete(self, row: Row) -> bool:
+        """Whether a row's mean is over all routes of the table, so that it can be ranked."""
+        return row.routes >= self.routes
 
 
 @dataclass(frozen=True)

@@ -2,19 +2,24 @@
 
 import math
 import re
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from itertools import combinations
 from pathlib import Path
 from typing import TypeVar
 
 from plant_bench.agents.loading.planner_spec import without_folders
 from plant_bench.errors import InputError
-from plant_bench.reports.carla_checkpoint import ImportedRun, load_checkpoints
+from plant_bench.reports.carla_checkpoint import (
+    BENCH2DRIVE,
+    BENCH2DRIVE_ROUTES,
+    ImportedRun,
+    load_checkpoints,
+)
 from plant_bench.reports.leaderboard.board import CARLA, HERE, Board, Difference, Entry, Leaderboard
 from plant_bench.reports.leaderboard.imported_checkpoints import imported_row
 from plant_bench.reports.leaderboard.published import paper_rows
-from plant_bench.reports.leaderboard.rows import distinct, run_row
+from plant_bench.reports.leaderboard.rows import Row, distinct, run_row
 from plant_bench.reports.leaderboard.score_sources import (
     RankingSource,
     RunSource,
@@ -23,6 +28,7 @@ from plant_bench.reports.leaderboard.score_sources import (
     read_ranking,
     read_run,
 )
+from plant_bench.reports.tables import counted
 from plant_bench.scoring.comparison import paired_difference
 from plant_bench.scoring.metrics import Summary, summarise
 from plant_bench.scoring.penalties import PenaltyScheme
@@ -39,6 +45,32 @@ SAME_LENGTH = 0.002  # km between the lengths of a route in two files
 _Named = tuple[ImportedRun, str, str]  # with the row's id and the planner's name
 _Key = tuple[str, str, str]  # protocol, suite, density
 _Source = TypeVar("_Source")
+
+
+@dataclass
+class _RouteSet:
+    """Imported runs on the same routes. Mutable.
+
+    Attributes:
+        lengths: The routes and their lengths in kilometres; 0 if not known.
+        runs: The runs; some may lack routes.
+    """
+
+    lengths: dict[str, float]
+    runs: list[_Named]
+
+    @property
+    def text(self) -> str:
+        """Number of routes and their length."""
+        return f"{counted(len(self.lengths), 'route')}, {math.fsum(self.lengths.values()):.1f} km"
+
+    def contains(self, routes: Mapping[str, float]) -> bool:
+        """Whether all given routes are among these, with equal lengths where both are known."""
+        return all(
+            route in self.lengths
+            and (0.0 in (km, self.lengths[route]) or abs(self.lengths[route] - km) < SAME_LENGTH)
+            for route, km in routes.items()
+        )
 
 
 def make_leaderboard(
@@ -121,7 +153,8 @@ def _board(
         summary = _summary(run, penalties)
         ranking = _ranking_of(run, group, rankings, notes)
         entries.append(Entry(run_row(run, summary, ranking, id=id, planner=planner), run, summary))
-    entries.sort(key=lambda entry: -entry.row.driving_score.mean)
+    routes = len({result.route for entry in entries for result in entry.run.results})
+    entries.sort(key=lambda entry: _rank(entry.row, routes))
     return Board(
         HERE,
         *key,
@@ -130,6 +163,7 @@ def _board(
         tuple(entries),
         _differences_between(entries, penalties),
         tuple(sorted(rankings, key=lambda item: -item.score.score.mean)),
+        routes=routes,
     )
 
 
@@ -188,20 +222,29 @@ def _imported_boards(
     named = list(zip(runs, ids, names, strict=True))
     boards = []
     for world, protocol in sorted({_world(run) for run in runs}):
-        same = [item for item in named if _world(item[0]) == (world, protocol)]
-        sets = _route_sets(same)
-        for group in sets:
-            rows = [imported_row(run, id=id, planner=name) for run, id, name in group]
+        sets = _route_sets([item for item in named if _world(item[0]) == (world, protocol)])
+        if len(sets) > 1:
+            notes.append(
+                f"{protocol}: the files are about {len(sets)} different sets of routes, which "
+                "cannot be compared; each has a table of its own."
+            )
+        for number, group in enumerate(sets, start=1):
+            rows = [
+                imported_row(run, id=id, planner=name, expected=_episodes_of_set(run, group))
+                for run, id, name in group.runs
+            ]
             notes += _missing_notes(group)
+            routes = len(group.lengths)
             boards.append(
                 Board(
                     world,
                     protocol,
-                    _route_set_text(group) if len(sets) > 1 else "",
+                    f"route set {number} ({group.text})" if len(sets) > 1 else "",
                     "",
                     "",
-                    tuple(sorted(rows, key=lambda row: -row.driving_score.mean)),
+                    tuple(sorted(rows, key=lambda row: _rank(row, routes))),
                     source="checkpoint files of the CARLA leaderboard",
+                    routes=routes,
                 )
             )
     return boards
@@ -211,41 +254,51 @@ def _world(run: ImportedRun) -> tuple[str, str]:
     return (HERE if run.results else CARLA), run.protocol
 
 
-def _route_sets(named: Sequence[_Named]) -> list[list[_Named]]:
-    """Return the runs in groups with comparable routes.
+def _rank(row: Row, routes: int) -> tuple[bool, float]:
+    """Return a key that sorts rows with all routes first, then by driving score."""
+    return row.routes < routes, -row.driving_score.mean
+
+
+def _route_sets(named: Sequence[_Named]) -> list[_RouteSet]:
+    """Return the runs in groups with comparable routes, the largest set of routes first.
 
     Runs are comparable if the routes of one are among those of the other, with equal lengths; a
     run that lacks routes is shown with the larger set.
     """
-    groups: list[list[_Named]] = []
+    sets: list[_RouteSet] = []
     for item in sorted(named, key=lambda item: -len(item[0].route_lengths)):
         own = item[0].route_lengths
-        for group in groups:
-            known = group[0][0].route_lengths
-            if all(abs(known.get(route, -1.0) - km) < SAME_LENGTH for route, km in own.items()):
-                group.append(item)
-                break
+        group = next((group for group in sets if group.contains(own)), None)
+        if group is None:
+            sets.append(_RouteSet(own, [item]))
         else:
-            groups.append([item])
-    return groups
+            group.lengths |= {route: km for route, km in own.items() if km > 0.0}
+            group.runs.append(item)
+    return sets
 
 
-def _route_set_text(group: Sequence[_Named]) -> str:
-    lengths = group[0][0].route_lengths
-    return f"{len(lengths)} routes, {sum(lengths.values()):.1f} km"
+def _episodes_of_set(run: ImportedRun, group: _RouteSet) -> int:
+    """Return the number of episodes if a run drove all routes of its set."""
+    return len(group.lengths) * len({item.repetition for item in run.records})
 
 
-def _missing_notes(group: Sequence[_Named]) -> list[str]:
+def _missing_notes(group: _RouteSet) -> list[str]:
     """Return a note for each run that lacks episodes, with both possible means."""
     notes = []
-    for run, _, name in group:
-        most = max(run.expected, len(group[0][0].route_lengths))
-        missing = most - len(run.records)
-        if missing > 0:
-            total = math.fsum(item.driving_score for item in run.records)
+    for run, _, name in group.runs:
+        count = len(run.records)
+        most = max(run.expected, _episodes_of_set(run, group))
+        total = math.fsum(item.driving_score for item in run.records)
+        if most > count:
             notes.append(
-                f"{name} lacks {missing} of {most} episodes: DS {total / len(run.records):.1f} on "
-                f"those it has, {total / most:.1f} if the others count as 0."
+                f"{name} lacks {most - count} of {most} episodes: DS {total / count:.1f} on those "
+                f"it has, {total / most:.1f} if the others count as 0."
+            )
+        elif run.protocol == BENCH2DRIVE and count < BENCH2DRIVE_ROUTES:
+            notes.append(
+                f"{name} has {counted(count, 'episode')}; all of Bench2Drive is "
+                f"{BENCH2DRIVE_ROUTES}: DS {total / BENCH2DRIVE_ROUTES:.1f} if the others count "
+                "as 0."
             )
     return notes
 

@@ -10,6 +10,7 @@ from matplotlib.ft2font import FT2Font
 
 from plant_bench.atomic_files import write_whole
 from plant_bench.reports.leaderboard.board import Board, Difference, Leaderboard
+from plant_bench.reports.leaderboard.table_text import planner_text
 from plant_bench.text_escaping import table_cell
 
 KINDS = ("svg", "png")
@@ -38,7 +39,7 @@ def write_figures(leaderboard: Leaderboard, out: Path) -> list[Path]:
 
 def board_figure(board: Board) -> Figure:
     """Draw driving scores with their deviations, and the differences from the first row."""
-    names = [drawable(row.planner) for row in board.rows]
+    names = [drawable(planner_text(board, row)) for row in board.rows]
     figure = Figure(figsize=(8.0, 1.1 + ROW * len(names)), layout="constrained")
     left, right = figure.subplots(1, 2, sharey=True)
     _draw_scores(left, board)

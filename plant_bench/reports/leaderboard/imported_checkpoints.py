@@ -16,8 +16,15 @@ _SCORES = ("driving_score", "route_completion", "infraction_score")  # in each r
 _KINDS = {name: kind.value for kind, name in NAMES.items()}
 
 
-def imported_row(run: ImportedRun, *, id: str, planner: str) -> Row:
-    """Return the row of a checkpoint file; a rate is the total count over the total kilometres."""
+def imported_row(run: ImportedRun, *, id: str, planner: str, expected: int = 0) -> Row:
+    """Return the row of a planner's files; a rate is the total count over the total kilometres.
+
+    Args:
+        run: The files' episodes.
+        id: The row's id.
+        planner: Display name.
+        expected: Least number of episodes of a complete run, if the files do not know all routes.
+    """
     numbers = sorted({item.repetition for item in run.records})
     parts = [[item for item in run.records if item.repetition == number] for number in numbers]
     return Row(
@@ -30,7 +37,7 @@ def imported_row(run: ImportedRun, *, id: str, planner: str) -> Row:
         repetitions=len(parts),
         routes=len(run.route_lengths),
         episodes=len(run.records),
-        expected=run.expected,
+        expected=max(run.expected, expected),
         source=f"checkpoint file {run.source.name}",
         rates={_KINDS.get(name, name): rate for name, rate in run.infractions_per_km.items()},
         km=run.km,

@@ -9,6 +9,7 @@ from plant_bench.reports.leaderboard.table_text import (
     Column,
     board_title,
     columns,
+    planner_text,
 )
 from plant_bench.scoring.metrics_table import Better
 from plant_bench.text_escaping import table_cell
@@ -42,7 +43,7 @@ def latex_text(leaderboard: Leaderboard) -> str:
     """Return all boards as LaTeX tables, to be included by a document that uses booktabs."""
     parts = [r"% Needs \usepackage{booktabs} and \usepackage[T1]{fontenc}.", ""]
     for board in leaderboard.boards:
-        best = [_best(column, board.rows) for column in columns()]
+        best = [_best(column, board) for column in columns()]
         heads = ["Method", "Input", *(_latex_head(column) for column in columns())]
         parts += [
             r"\begin{table}[t]",
@@ -51,7 +52,7 @@ def latex_text(leaderboard: Leaderboard) -> str:
             r"    \toprule",
             f"    {' & '.join(heads)} \\\\",
             r"    \midrule",
-            *(f"    {' & '.join(_latex_cells(row, best))} \\\\" for row in board.rows),
+            *(f"    {' & '.join(_latex_cells(board, row, best))} \\\\" for row in board.rows),
             r"    \bottomrule",
             r"  \end{tabular}",
             rf"  \caption{{{latex_escaped_long(_caption(board))}}}",
@@ -75,8 +76,10 @@ def latex_escaped_long(text: str) -> str:
     return " ".join(latex_escaped(word) for word in text.split())
 
 
-def _best(column: Column, rows: Sequence[Row]) -> float:
-    values = [value for row in rows if not math.isnan(value := column.value(row).mean)]
+def _best(column: Column, board: Board) -> float:
+    """Return the best value of the rows that drove all routes; nan if there is none."""
+    complete = [row for row in board.rows if board.is_complete(row)]
+    values = [value for row in complete if not math.isnan(value := column.value(row).mean)]
     if not values or column.better is Better.NEITHER:
         return math.nan
     return max(values) if column.better is Better.HIGHER else min(values)
@@ -87,15 +90,16 @@ def _latex_head(column: Column) -> str:
     return rf"\multicolumn{{1}}{{c}}{{\textbf{{{column.head}}}{arrow}}}"
 
 
-def _latex_cells(row: Row, best: Sequence[float]) -> list[str]:
+def _latex_cells(board: Board, row: Row, best: Sequence[float]) -> list[str]:
     inputs = " + ".join(row.inputs) or "-"
-    cells = [latex_escaped(row.planner), latex_escaped(inputs)]
+    cells = [latex_escaped(planner_text(board, row)), latex_escaped(inputs)]
+    ranked = board.is_complete(row)
     for column, top in zip(columns(), best, strict=True):
         spread = column.value(row)
         text = spread.text(column.digits).replace(" ± ", r"{\scriptsize$\pm$") + "}" * (
             not math.isnan(spread.std) and not math.isnan(spread.mean)
         )
-        cells.append(rf"\textbf{{{text}}}" if spread.mean == top else text)
+        cells.append(rf"\textbf{{{text}}}" if ranked and spread.mean == top else text)
     return cells
 
 

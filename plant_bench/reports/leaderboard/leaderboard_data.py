@@ -6,7 +6,7 @@ from plant_bench.reports.leaderboard.board import Board, Difference, Entry, Lead
 from plant_bench.reports.leaderboard.exports import without_nan
 from plant_bench.reports.leaderboard.rows import Row
 from plant_bench.reports.leaderboard.score_sources import Episode
-from plant_bench.reports.leaderboard.table_text import board_title
+from plant_bench.reports.leaderboard.table_text import board_title, planner_text
 from plant_bench.scoring.episode_measures import Number
 from plant_bench.scoring.hazard_outcomes import hazard_counts, survived
 from plant_bench.scoring.infractions import COLLISIONS, Infraction, InfractionKind, Status
@@ -72,7 +72,7 @@ def _board(board: Board, replays: bool) -> dict[str, object]:
         "source": board.source,
         "towns": towns,
         "routes": [[route, towns.index(routes[route])] for route in route_names],
-        "lines": [_row(row) for row in board.rows],
+        "lines": [_row(board, row) for row in board.rows],
         "differences": [_difference(item, ids) for item in board.differences],
         "rankings": [
             [item.ranker, item.planner or "", *_spread(item.score.score, 6), item.score.episodes]
@@ -99,10 +99,10 @@ def _column(metric: Metric) -> dict[str, object]:
     }
 
 
-def _row(row: Row) -> dict[str, object]:
+def _row(board: Board, row: Row) -> dict[str, object]:
     return {
         "id": row.id,
-        "planner": row.planner,
+        "planner": planner_text(board, row),
         "track": row.track,
         "inputs": row.inputs,
         "scores": _scores(row.scores),

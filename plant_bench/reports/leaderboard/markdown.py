@@ -10,6 +10,7 @@ from plant_bench.reports.leaderboard.table_text import (
     board_title,
     columns,
     p_text,
+    planner_text,
 )
 from plant_bench.text_escaping import table_cell
 
@@ -30,7 +31,7 @@ def markdown_text(leaderboard: Leaderboard) -> str:
             "episodes",
         ]
         parts += [_row(heads), "|---|---|---|" + "---:|" * (len(heads) - 3)]
-        parts += [_row(_markdown_cells(row)) for row in board.rows]
+        parts += [_row(_markdown_cells(board, row)) for row in board.rows]
         parts += ["", *_markdown_differences(board)]
     return "\n".join(parts).rstrip() + "\n"
 
@@ -62,11 +63,11 @@ def _row(cells: Sequence[str]) -> str:
     return f"| {' | '.join(cells)} |"
 
 
-def _markdown_cells(row: Row) -> list[str]:
+def _markdown_cells(board: Board, row: Row) -> list[str]:
     count = f"{row.episodes}/{row.expected}" if row.expected else "-"
     parameters = "-" if row.parameters is None else f"{row.parameters / 1e6:.2f} M"
     return [
-        markdown_escaped(row.planner),
+        markdown_escaped(planner_text(board, row)),
         row.track or "-",
         markdown_escaped(" + ".join(row.inputs)) or "-",
         *(column.value(row).text(column.digits) for column in columns()),

@@ -235,6 +235,12 @@ def _source_of(path: Path) -> Sources:
         return Sources((), (), (CheckpointFiles("", (path,)),), ())
     name, sign, place = str(path).partition("=")
     if sign and not path.exists():
+        if (Path(place) / "run.json").is_file():
+            message = (
+                f"{path}: {place} is a run of plant-bench, which has a name already. Give it "
+                f"without '{name}='; NAME=PATH is for checkpoint files."
+            )
+            raise InputError(message)
         files = _checkpoint_files(Path(place))
         if not name or not files:
             message = (

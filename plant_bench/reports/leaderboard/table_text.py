@@ -8,6 +8,9 @@ from plant_bench.reports.leaderboard.board import HERE, Board
 from plant_bench.reports.leaderboard.rows import Row
 from plant_bench.scoring.metrics import Spread
 from plant_bench.scoring.metrics_table import Better, Metric, headline_metrics
+from plant_bench.text_escaping import table_cell
+
+LONGEST_MARKED = 48  # characters; the page truncates longer names, and would cut the mark off
 
 
 @dataclass(frozen=True)
@@ -60,15 +63,28 @@ def _inference_time(row: Row) -> Spread:
 
 def board_title(board: Board) -> str:
     """Return a board's title: its rules, routes and traffic, and the world if not plant-bench."""
+    title = board_rules(board)
+    return title if board.world == HERE else f"Another world: {title} in {board.world}"
+
+
+def board_rules(board: Board) -> str:
+    """Return a board's rules, routes and traffic as text."""
     words = [board.protocol]
     if board.suite and board.suite not in board.protocol:
-        words.append(f"routes {board.suite}")
+        words.append(f"{'' if board.source else 'routes '}{board.suite}")
     if board.density and board.density != "dense":
         words.append(f"{board.density} traffic")
     if board.penalties and board.penalties != "lb1.0":
         words.append(f"penalties {board.penalties}")
-    title = ", ".join(words)
-    return title if board.world == HERE else f"Another world: {title} in {board.world}"
+    return ", ".join(words)
+
+
+def planner_text(board: Board, row: Row) -> str:
+    """Return a row's planner; with the number of its routes if it lacks some of the table's."""
+    if board.is_complete(row):
+        return row.planner
+    mark = f" ({row.routes} of {board.routes} routes)"
+    return table_cell(row.planner, LONGEST_MARKED - len(mark)) + mark
 
 
 def p_text(p: float) -> str:

@@ -48,6 +48,40 @@ def carla_record(route_id: str, **infractions: list[str]) -> dict[str, Any]:
     }
 
 
+def scored_record(route: int, score: float, length: float = 1500.0) -> dict[str, Any]:
+    """A record as leaderboard 1.0 writes it: driven completely, with a length in metres."""
+    scores = {"score_composed": score, "score_penalty": score / 100, "score_route": 100.0}
+    meta = {"duration_game": 60.0, "duration_system": 90.0, "route_length": length}
+    changes = {"scores": scores, "meta": meta, "status": "Completed"}
+    return carla_record(f"RouteScenario_{route}") | changes
+
+
+def bench2drive_record(route: int, score: float, repetition: int = 0) -> dict[str, Any]:
+    """A record as Bench2Drive writes it, but without `index`, which merged files lack."""
+    record = scored_record(route, score, 120.0) | {"num_infractions": 0}
+    del record["index"]
+    record["infractions"] |= {"min_speed_infractions": [], "scenario_timeouts": []}
+    more = {"scenario_name": "Some_1", "weather_id": "3", "save_name": "r", "town_name": "Town05"}
+    return record | more | {"route_id": f"RouteScenario_{route}_rep{repetition}"}
+
+
+def merged_file(records: list[dict[str, Any]]) -> dict[str, Any]:
+    """A file as Bench2Drive's `merge_route_json.py` writes it: its score is over 220 routes."""
+    total = sum(item["scores"]["score_composed"] for item in records)
+    numbers = {"driving score": total / 220, "success rate": 0.01, "eval num": len(records)}
+    return {"_checkpoint": {"records": records}, **numbers}
+
+
+def part_file(
+    records: list[dict[str, Any]], total: int | None = None, status: str = "Finished"
+) -> dict[str, Any]:
+    """A worker's file: its progress says how many records it has, of a total."""
+    made = carla_file(records, entry_status=status)
+    progress = [len(records), len(records) if total is None else total]
+    made["_checkpoint"]["progress"] = progress
+    return made
+
+
 def carla_file(records: list[dict[str, Any]], labels: int = 12, **top: Any) -> dict[str, Any]:
     """A file as leaderboard 1.0 writes it, with its known wrong global rates."""
     return {

@@ -71,6 +71,37 @@ def test_options_are_checked_before_the_episode_is_read(runs, tmp_path, monkeypa
 
 
 @pytest.mark.parametrize(
+    "options",
+    [
+        ("--html", "site"),
+        ("--png", "a.png"),
+        ("--gif", "a.gif"),
+        ("--mp4", "a.mp4"),
+        ("--against", "other"),
+        ("--time", "0"),
+        ("--from", "0"),
+        ("--to", "1"),
+        ("--fps", "10"),
+        ("--dark",),
+        ("--expert",),
+    ],
+)
+def test_window_refuses_options_of_pages_and_files(runs, monkeypatch, options):
+    monkeypatch.setattr("plant_bench.api.gui.use_gui", lambda _: pytest.fail("it was shown"))
+
+    done = called("replay", runs[0], "town01-0", "--gui", *options)
+
+    assert isinstance(done.exception, InputError)
+    assert f"--gui cannot be combined with {options[0]}: it only shows" in str(done.exception)
+
+
+def test_window_names_all_options_that_it_refuses(runs):
+    done = called("replay", runs[0], "0", "--gui", "--time", "3", "--png", "a.png")
+
+    assert "cannot be combined with --png, --time: " in str(done.exception)
+
+
+@pytest.mark.parametrize(
     ("command", "work"),
     [
         ("report", "plant_bench.api.report.write_report"),

@@ -14,8 +14,6 @@ from plant_bench.scoring import results
     [
         ("repetitions", 10_001, "a whole number from 1 to 10000, got 10001"),
         ("repetitions", 0, "a whole number from 1 to 10000, got 0"),
-        ("repetitions", 1.5, "a whole number from 1 to 10000, got 1.5"),
-        ("repetitions", math.nan, "a whole number from 1 to 10000, got nan"),
         ("seed", -1, "a whole number from 0 to 2147483647, got -1"),
         ("workers", 0, "a whole number from 1 to 10000, got 0"),
     ],

@@ -1,13 +1,16 @@
 """`train` names the recording that it cannot use in one line, once."""
 
+import json
 import shutil
 import sys
 from collections.abc import Callable
 from pathlib import Path
 
+import pyarrow.parquet as pq
 import pytest
 
 from plant_bench.cli import main
+from plant_bench.data.recording_file import METADATA_KEY
 
 
 @pytest.fixture
@@ -43,7 +46,11 @@ def test_recording_that_was_cut_off_is_named_once(data: Path, refusal: Callable[
 
 
 def test_recording_that_is_there_twice_is_refused(data: Path, refusal: Callable[[], str]) -> None:
-    shutil.copy(data / "episodes" / "b.parquet", data / "episodes" / "b_copy.parquet")
+    file = data / "episodes" / "b.parquet"
+    table = pq.read_table(file)
+    about = json.loads(table.schema.metadata[METADATA_KEY]) | {"scenario": "e1f5"}
+    pq.write_table(table.replace_schema_metadata({METADATA_KEY: json.dumps(about)}), file)
+    shutil.copy(file, data / "episodes" / "b_copy.parquet")
 
     said = refusal()
 

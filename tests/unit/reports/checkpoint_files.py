@@ -58,7 +58,7 @@ def scored_record(route: int, score: float, length: float = 1500.0) -> dict[str,
 
 def bench2drive_record(route: int, score: float, repetition: int = 0) -> dict[str, Any]:
     """A record as Bench2Drive writes it, but without `index`, which merged files lack."""
-    record = scored_record(route, score, 120.0) | {"num_infractions": 0}
+    record: dict[str, Any] = {**scored_record(route, score, 120.0), "num_infractions": 0}
     del record["index"]
     record["infractions"] |= {"min_speed_infractions": [], "scenario_timeouts": []}
     more = {"scenario_name": "Some_1", "weather_id": "3", "save_name": "r", "town_name": "Town05"}

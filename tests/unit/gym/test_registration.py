@@ -23,5 +23,5 @@ def test_missing_gymnasium_says_what_to_install(monkeypatch: pytest.MonkeyPatch)
     importlib.import_module("plant_bench.gym")
     monkeypatch.setitem(sys.modules, "gymnasium", None)
     monkeypatch.delitem(sys.modules, "plant_bench.gym")
-    with pytest.raises(InputError, match=r"plant-bench\[gym\]"):
+    with pytest.raises(InputError, match=r"pip install '\.\[gym\]'"):
         importlib.import_module("plant_bench.gym")

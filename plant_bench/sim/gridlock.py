@@ -10,15 +10,20 @@ waited for long, not at a red light, ignores those that are stationary too if it
 Drivers that are so close that none can move would stay for ever. They are removed after 90 s, as in
 CARLA's traffic (docs/reference/protocol.md); SUMO does so after 300 s (`--time-to-teleport`).
 
+A pedestrian who stops on a crossing because a vehicle is in the way can be what this vehicle waits
+for. The driver ignores such a pedestrian, too, if its path is free.
+
 On a lane, a driver may pass an ego that is between two lanes. SUMO still treats the ego as its
 leader, so both wait for ever, and drivers behind hit the ego. So the lane's order is corrected.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
 from collections.abc import Set as AbstractSet
+from types import MappingProxyType
+from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from plant_bench.agent import Privileged
 from plant_bench.geometry.box import overlap_one
@@ -32,11 +37,31 @@ MIN_WAIT_AGAIN = 2.0  # s, on a lane where a driver had to be released before
 MAX_WAIT = 90.0  # s: after it a driver inside a junction is removed, unless the ego blocks it
 RELEASE = 4.0  # s for which the driver ignores the ego
 REACH = 40.0  # m from the ego within which drivers are checked
-CLEAR_PATH = 10  # m of a driver's path that must be free of the ego and stationary vehicles
-MARGIN = 0.1  # m around stationary vehicles
+CLEAR_PATH = 10  # m of a driver's path that must be free
+MARGIN = 0.1  # m around vehicles and pedestrians
 STOPPED_SPEED = 0.1  # m/s
 LOOK_INTERVAL = 20  # ticks between two checks: 1 s
 ORDER_INTERVAL = 10  # ticks between two checks of the order on the ego's lane
+
+
+_Box = tuple[tuple[float, float, float], tuple[float, float]]  # pose, and length and width
+_NO_PROXIES: Mapping[int, int] = MappingProxyType({})
+
+
+class _Driver(NamedTuple):
+    """A stationary driver that may wait for others without need.
+
+    Attributes:
+        vehicle: Its actor id.
+        lane: SUMO's name of its lane.
+        path: Its next poses x, y, yaw, one a metre.
+        extent: Its length and width, metres.
+    """
+
+    vehicle: int
+    lane: str
+    path: Float[np.ndarray, "poses 3"]
+    extent: Float[np.ndarray, " 2"]
 
 
 class Gridlock:
@@ -45,11 +70,18 @@ class Gridlock:
     Args:
         commands: Commands to the drivers.
         scripted: The vehicles that hazards command now; they are left alone.
+        proxies: The SUMO vehicles that represent pedestrians now, by the pedestrians' ids.
     """
 
-    def __init__(self, commands: Commands, scripted: AbstractSet[int] = frozenset()) -> None:
+    def __init__(
+        self,
+        commands: Commands,
+        scripted: AbstractSet[int] = frozenset(),
+        proxies: Mapping[int, int] = _NO_PROXIES,
+    ) -> None:
         self._commands = commands
         self._scripted = scripted
+        self._proxies = proxies
         self._standing_since: int | None = None
         self._waiting_since: dict[int, int] = {}
         self._released: dict[int, int] = {}
@@ -94,51 +126,71 @@ class Gridlock:
         states: dict[int, VehicleState],
         facts: Callable[[], Privileged],
     ) -> None:
-        """Release the stationary drivers whose path is free."""
+        """Release or remove the stationary drivers that wait without need."""
         vehicles = actors.only(np.arange(len(states)))
         standing = np.flatnonzero(vehicles.speeds < STOPPED_SPEED)
         ids = vehicles.ids[standing].tolist()
         since = self._waiting_since
         self._waiting_since = {vehicle: since.get(vehicle, tick) for vehicle in ids}
         ego_stands = _lasts(self._standing_since, tick, MIN_STANDSTILL)
-        near = np.hypot(vehicles.poses[:, 0] - ego.x, vehicles.poses[:, 1] - ego.y) < REACH
+        near_ego = _near(vehicles, ego.x, ego.y)
         lanes = [state.lane for state in states.values()]
-        candidates = [
-            (int(row), vehicle)
-            for row, vehicle in zip(standing, ids, strict=True)
+        rows = [
+            row
+            for row, vehicle in zip(standing.tolist(), ids, strict=True)
             if vehicle not in self._released
             and vehicle not in self._scripted
             and (
-                (ego_stands and near[row] and lanes[row].startswith(":"))
-                or _lasts(self._waiting_since[vehicle], tick, self._patience(lanes[row]))
+                (ego_stands and near_ego[row] and _is_inside_junction(lanes[row]))
+                or self._waits_for_long(tick, vehicle, lanes[row])
             )
         ]
-        if not candidates:
+        if not rows:
             return
         paths = facts().paths
-        for row, vehicle in candidates:
-            x, y = vehicles.poses[row, :2]
-            around = np.hypot(*(vehicles.poses[standing, :2] - (x, y)).T) < REACH
-            others = vehicles.only(standing[around & (standing != row)])
-            if not _is_free(paths[row], vehicles, row, ego, others):
-                if (
-                    lanes[row].startswith(":")
-                    and _lasts(self._waiting_since[vehicle], tick, MAX_WAIT)
-                    and _is_free(paths[row], vehicles, row, ego, others.only(np.arange(0)))
-                ):
-                    self._commands.withdraw(vehicle)
+        walkers = actors.only(np.isin(actors.ids, list(self._proxies)))
+        for row in rows:
+            x, y = vehicles.poses[row, :2].tolist()
+            others = vehicles.only(standing[standing != row])
+            others, beside = (group.only(_near(group, x, y)) for group in (others, walkers))
+            driver = _Driver(
+                int(vehicles.ids[row]), lanes[row], paths[row], vehicles.extents[row].astype(float)
+            )
+            if not _is_free(driver, [(ego.pose, EGO_EXTENT)]):
                 continue
-            if not lanes[row].startswith(":") and self._commands.is_at_red_light(vehicle):
-                continue
-            if _lasts(self._waiting_since[vehicle], tick, MIN_WAIT):
-                self._circles.add(lanes[row])
-            ignored = (int(EGO_ID),) if ego_stands else ()
-            self._commands.ignore(vehicle, (*ignored, *others.ids.tolist()))
-            self._released[vehicle] = tick + round(RELEASE / TICK)
+            if _is_free(driver, [*_boxes(others), *_boxes(beside)]):
+                self._release(tick, driver, ego_stands=ego_stands, others=others, walkers=beside)
+            else:
+                self._remove_if_locked(tick, driver)
 
-    def _patience(self, lane: str) -> float:
-        """Return how long a driver on a lane waits before it is checked, s."""
-        return MIN_WAIT_AGAIN if lane in self._circles else MIN_WAIT
+    def _waits_for_long(self, tick: int, vehicle: int, lane: str) -> bool:
+        """Tell whether a driver may be one of a circle of drivers that wait for each other."""
+        patience = MIN_WAIT_AGAIN if lane in self._circles else MIN_WAIT
+        return _lasts(self._waiting_since[vehicle], tick, patience)
+
+    def _release(
+        self, tick: int, driver: _Driver, *, ego_stands: bool, others: Actors, walkers: Actors
+    ) -> None:
+        """Let a driver with a free path ignore whom it may wait for, unless its light is red."""
+        if not _is_inside_junction(driver.lane) and self._commands.is_at_red_light(driver.vehicle):
+            return
+        if _lasts(self._waiting_since[driver.vehicle], tick, MIN_WAIT):
+            self._circles.add(driver.lane)
+        ignored = [int(EGO_ID)] if ego_stands else []
+        ignored += others.ids.tolist()
+        ignored += [self._proxies[walker] for walker in walkers.ids.tolist()]
+        self._commands.ignore(driver.vehicle, tuple(ignored))
+        self._released[driver.vehicle] = tick + round(RELEASE / TICK)
+
+    def _remove_if_locked(self, tick: int, driver: _Driver) -> None:
+        """Remove a driver that has been locked by others inside a junction for very long."""
+        waiting_since = self._waiting_since[driver.vehicle]
+        if _is_inside_junction(driver.lane) and _lasts(waiting_since, tick, MAX_WAIT):
+            self._commands.withdraw(driver.vehicle)
+
+
+def _is_inside_junction(lane: str) -> bool:
+    return lane.startswith(":")
 
 
 def _lasts(since: int | None, tick: int, duration: float) -> bool:
@@ -146,19 +198,27 @@ def _lasts(since: int | None, tick: int, duration: float) -> bool:
     return since is not None and (tick - since) * TICK >= duration
 
 
-def _is_free(
-    path: Float[np.ndarray, "poses 3"], vehicles: Actors, row: int, ego: EgoState, others: Actors
-) -> bool:
-    """Tell whether the path right ahead of a vehicle is free of the ego and the others.
+def _near(actors: Actors, x: float, y: float) -> Bool[np.ndarray, " actors"]:
+    """Return a mask of the actors near a place."""
+    return np.hypot(*(actors.poses[:, :2] - (x, y)).T) < REACH
 
-    Vehicles that overlap it already do not count: some imported maps have lanes on top of others.
+
+def _boxes(actors: Actors) -> list[_Box]:
+    """Return pose and size of each actor."""
+    rows = zip(actors.poses.astype(float).tolist(), actors.extents.tolist(), strict=True)
+    return [((x, y, yaw), (length, width)) for (x, y, yaw), (length, width) in rows]
+
+
+def _is_free(driver: _Driver, boxes: Iterable[_Box]) -> bool:
+    """Tell whether the path right ahead of a driver is free of boxes.
+
+    Boxes that overlap it already do not count: some imported maps have lanes on top of others.
     """
-    ahead = path[: CLEAR_PATH + 1]
-    extents = np.repeat(vehicles.extents[row][None].astype(float), len(ahead), axis=0)
-    poses = [ego.pose, *map(tuple, others.poses.astype(float).tolist())]
-    sizes = np.concatenate((np.array([EGO_EXTENT]), others.extents)) + 2.0 * MARGIN
-    for pose, size in zip(poses, sizes, strict=True):
-        overlaps = overlap_one(pose, (float(size[0]), float(size[1])), ahead, extents)
+    ahead = driver.path[: CLEAR_PATH + 1]
+    extents = np.repeat(driver.extent[None], len(ahead), axis=0)
+    for pose, (length, width) in boxes:
+        size = length + 2.0 * MARGIN, width + 2.0 * MARGIN
+        overlaps = overlap_one(pose, size, ahead, extents)
         if overlaps[1:].any() and not overlaps[0]:
             return False
     return True

@@ -61,10 +61,12 @@ class Simulation:
         self._entries = route.signal_entries
         self._traffic = Traffic(self._sumo, places.streets, density, scenario.seed)
         self._paths = LanePaths(self._sumo, self.town)
-        self._gridlock = Gridlock(self._sumo.commands, self._traffic.scripted)
         self._hazard_world = HazardWorld(self._sumo, self._traffic, self.town, route)
         self._director = Director(self._hazard_world, scenario.played_hazards, scenario.seed)
         self._roadside = RoadsideActors(self._sumo, self._traffic, places, scenario)
+        self._gridlock = Gridlock(
+            self._sumo.commands, self._traffic.scripted, self._roadside.proxies
+        )
         self._states: dict[int, VehicleState] = {}
         try:
             self._warm_up()

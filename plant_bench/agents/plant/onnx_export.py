@@ -40,7 +40,10 @@ def export_graph(folder: Path, bits: GraphBits = GRAPH_BITS) -> None:
     try:
         from plant_bench.agents.plant.onnx_builder import GraphWriter
     except ImportError as error:
-        message = f"A graph cannot be written ({error}): pip install 'plant-bench[onnx]'."
+        message = (
+            f"A graph cannot be written ({error}). Install the package: pip install '.[onnx]' in a "
+            "checkout of plant-bench."
+        )
         raise InputError(message) from error
     weights = {name: values.numpy() for name, values in network.state_dict().items()}
     writer = GraphWriter()

@@ -33,6 +33,7 @@ VAN_BESIDE = 3.1  # m from the ego's path to the van's centre, at least
 VAN_FROM_KERB = 1.2  # m beside the road to the van's centre
 VAN_CLEARANCE = 0.15  # m between the van and any lane: SUMO's drivers stop behind a van on theirs
 VAN_STEP, VAN_STEPS = 0.05, 40  # m, and how many steps the van is moved aside to be clear
+OUTLINE_STEP = 0.5  # m between the points of the van's sides that are checked
 VAN_BEFORE = 5.0  # m before the walker
 BEFORE, BEHIND = 1.5, 0.5  # s between the walker and a vehicle after or before it
 BODY = 6.0  # m, a vehicle's length with a margin
@@ -141,7 +142,7 @@ class Crossing:
             aside = max(VAN_BESIDE, self._near + VAN_FROM_KERB) + step * VAN_STEP
             across = self._side * aside
             pose = x - across * math.sin(yaw), y + across * math.cos(yaw), yaw
-            outline = corners(np.array([pose]), np.array([[VAN.length, VAN.width]]))[0]
+            outline = _outline(pose, VAN.length, VAN.width)
             if all(_is_clear(lane, outline) for lane in lanes):
                 return pose
         return None
@@ -195,6 +196,16 @@ def _lanes_around(world: HazardWorld, at: float) -> list[Lane]:
         if np.abs(lane.points[:, 2] - height).min() < 3.0
         and distance_to(lane.points[:, :2], x, y) < MAX_KERB + lane.width
     ]
+
+
+def _outline(
+    pose: tuple[float, float, float], length: float, width: float
+) -> Float[np.ndarray, "points 2"]:
+    """Return points along a box's sides, at most `OUTLINE_STEP` apart."""
+    first = corners(np.array([pose]), np.array([[length, width]]))[0]
+    share = np.linspace(0.0, 1.0, math.ceil(length / OUTLINE_STEP), endpoint=False)[:, None]
+    following = np.roll(first, -1, axis=0)
+    return np.concatenate([a + share * (b - a) for a, b in zip(first, following, strict=True)])
 
 
 def _is_clear(lane: Lane, outline: Float[np.ndarray, "points 2"]) -> bool:

@@ -67,6 +67,7 @@ class Director:
             draw = random.Random(f"{hazard.seed}|{self._seed}")
             self._active.append((hazard, self._behaviours[hazard.kind](hazard, self._world, draw)))
         self._stood = self._stood + TICK if ego.speed < STANDING else 0.0
+        lost: list[Hazard] = []
         for hazard, behaviour in self._active:
             waits = self._stood > MAX_WAIT and behaviour.phase is Phase.ARMED
             if waits and isinstance(behaviour, HoldsTraffic):
@@ -75,21 +76,24 @@ class Director:
                 self._world.owner = hazard.at
                 try:
                     behaviour.step(ego, self._world)
-                except SumoError:  # SUMO has removed one of its vehicles
-                    self._abandon(hazard)
+                except SumoError as error:  # SUMO has removed one of its vehicles
+                    self._abandon(hazard, error)
+                    lost.append(hazard)
                     continue
             self._record(hazard, behaviour)
         self._active = [
-            item
-            for item in self._active
-            if item[1].phase not in ENDED and self._outcomes[item[0].at].reason != LOST
+            (hazard, behaviour)
+            for hazard, behaviour in self._active
+            if behaviour.phase not in ENDED and hazard not in lost
         ]
 
-    def _abandon(self, hazard: Hazard) -> None:
+    def _abandon(self, hazard: Hazard, error: SumoError) -> None:
         """End a hazard whose vehicle is gone, and take its other actors off the road."""
         self._world.abandon(hazard.at)
         time = round(self._world.time, 3)
-        self._outcomes[hazard.at] = HazardOutcome(hazard.kind, hazard.at, Phase.VOID, time, LOST)
+        self._outcomes[hazard.at] = HazardOutcome(
+            hazard.kind, hazard.at, Phase.VOID, time, f"{LOST} ({error})"
+        )
 
     def _is_due(self, hazard: Hazard, behaviour: HazardBehaviour) -> bool:
         """Tell whether to step a hazard now; SUMO moves actors that are not placed at a tick."""

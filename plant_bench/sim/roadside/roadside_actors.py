@@ -1,5 +1,7 @@
 """Pedestrians and parked cars of one episode: the actors that SUMO does not move."""
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from plant_bench.agent import Privileged
@@ -36,11 +38,16 @@ class RoadsideActors:
         share = density_of(scenario.density) / DENSITIES["dense"]
         density = places.town.life.walkers_per_km * share
         rules = CrossingRules(sumo.signals, route)
-        sumo_proxies = SumoProxies(sumo.commands, traffic, route.edges[0])
-        self._walkers = Walkers(places.footways, rules, sumo_proxies, density, scenario.seed)
+        self._sumo_proxies = SumoProxies(sumo.commands, traffic, route.edges[0])
+        self._walkers = Walkers(places.footways, rules, self._sumo_proxies, density, scenario.seed)
         self._parked = ParkedCars(places.parking, scenario) if share else None
         self._looks = 0
         self._rows = np.zeros(0, np.intp)
+
+    @property
+    def proxies(self) -> Mapping[int, int]:
+        """The SUMO vehicles that represent pedestrians on the road now, by the pedestrians' ids."""
+        return self._sumo_proxies.vehicles
 
     def fill(self, x: float, y: float) -> None:
         """Spawn pedestrians on all sidewalks around the ego, before the episode starts."""

@@ -15,16 +15,19 @@ class SumoProxies:
         commands: Commands to SUMO vehicles.
         traffic: The proxies are registered there, so that it leaves them alone.
         edge: Any edge of the network; SUMO needs one to add a vehicle.
+
+    Attributes:
+        vehicles: The vehicles by the ids of the walkers they represent.
     """
 
     def __init__(self, commands: Commands, traffic: Traffic, edge: str) -> None:
         self._commands, self._traffic, self._edge = commands, traffic, edge
-        self._vehicles: dict[int, int] = {}  # by walker id
+        self.vehicles: dict[int, int] = {}
         self._next = SUMO_PROXIES.start
 
     def show(self, tick: int, walker: int, pose: tuple[float, float, float], speed: float) -> None:
         """Show a walker, by its box centre; call at every tick."""
-        vehicle = self._vehicles.get(walker)
+        vehicle = self.vehicles.get(walker)
         if vehicle is None:
             vehicle = self._spawn(walker)
         elif (tick + walker) % INTERVAL:
@@ -33,14 +36,14 @@ class SumoProxies:
 
     def withdraw(self, walker: int) -> None:
         """Stop showing a walker, if it is shown."""
-        vehicle = self._vehicles.pop(walker, None)
+        vehicle = self.vehicles.pop(walker, None)
         if vehicle is not None:
             self._traffic.scripted.discard(vehicle)
             self._commands.withdraw(vehicle)
 
     def _spawn(self, walker: int) -> int:
         """Add a new vehicle, because SUMO may still have the walker's last one."""
-        vehicle = self._vehicles[walker] = self._next
+        vehicle = self.vehicles[walker] = self._next
         self._next += 1
         self._traffic.types[vehicle] = WALKER
         self._traffic.scripted.add(vehicle)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from plant_bench.geometry.box import corners
-from plant_bench.sim.hazards.crossing import Crossing
+from plant_bench.sim.hazards.crossing import VAN_BEFORE, Crossing
 from plant_bench.sim.hazards.hazard_world import HazardWorld
 from plant_bench.sim.vehicle_types import VAN, VehicleType
 from plant_bench.world.hazard import Hazard, HazardKind
@@ -61,3 +61,16 @@ def test_parked_van_of_a_crossing_is_clear_of_the_lanes(widths: tuple[float, ...
     outline = corners(np.array([world.put_at[VAN.name]]), np.array([[VAN.length, VAN.width]]))[0]
     gap = -world.right_edge - outline[:, 1].max()
     assert CLEARANCE - 1e-6 < gap < 2.0
+
+
+def test_parked_van_is_clear_of_a_lane_that_ends_between_its_corners() -> None:
+    """A narrow side road ends at the middle of the place where the van would stand."""
+    world = StraightRoad((3.2,))
+    van_at = AT - VAN_BEFORE
+    points = np.array([(van_at, y, 0.0) for y in np.linspace(-30.0, -4.2, 60)])
+    world.town.lanes["side_0"] = make_lane("side_0", points, width=1.5)
+    hazard = Hazard(HazardKind.CROSSING, AT, 60.0, 7, {"side": -1.0, "hidden": 1.0})
+
+    Crossing(hazard, world, random.Random(1)).step(make_ego(10.0), world)
+
+    assert VAN.name not in world.put_at

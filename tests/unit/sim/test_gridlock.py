@@ -15,15 +15,19 @@ from plant_bench.sim.gridlock import (
     ORDER_INTERVAL,
     Gridlock,
 )
+from plant_bench.sim.roadside.collision_check import BODY
+from plant_bench.sim.scene_builder import join
 from plant_bench.sim.sumo import VehicleState
 from plant_bench.sim.sumo_commands import Commands
 from plant_bench.sim.sumo_placement import Placements
+from plant_bench.world.actor_ids import PEDESTRIANS, SUMO_PROXIES
 from plant_bench.world.scene import TICK, EgoState
-from tests.builders import cars, make_ego
+from tests.builders import cars, make_actors, make_ego
 
 EGO = make_ego()  # stands inside the junction, eastwards
 CROSSING = (8.0, -8.0, math.pi / 2)  # would drive north past the ego's front
 BEHIND = (-8.0, 0.0, 0.0)  # stands behind the ego
+WALKER_PROXY = SUMO_PROXIES.start
 EGO_LONG_STATIONARY = 10.0  # s; shorter than a driver's own long wait
 
 
@@ -61,11 +65,16 @@ def drive(
     ego: EgoState = EGO,
     lanes: str = ":J_0_0",
     speed: float = 0.0,
+    walker: tuple[float, float] | None = None,
 ) -> None:
     """Step for some seconds beside vehicles 1, 2, ...; each would go straight ahead."""
     count = len(poses)
     placed = np.array(poses).reshape(count, 3)
     actors = cars(*((*pose, speed) for pose in poses))
+    if walker is not None:
+        actors = join(
+            actors, make_actors([(*walker, 0.0)], ids=[PEDESTRIANS.start], extents=[BODY])
+        )
     ahead = np.stack((np.cos(placed[:, 2]), np.sin(placed[:, 2]), np.zeros(count)), axis=1)
     paths = placed[:, None] + np.arange(PATH_POSES)[:, None] * ahead[:, None]
     zero = np.zeros(count)
@@ -139,6 +148,21 @@ def test_drivers_at_a_red_light_are_not_released() -> None:
     poses = ((20.0, -12.0, math.pi / 2), (32.0, 0.0, math.pi))
     released = after(MIN_WAIT + 1.5, *poses, ego=make_ego(5.0), lanes="street_0", red={1})
     assert released == {2: (1,)}
+
+
+@pytest.mark.parametrize(
+    ("walker", "released"),
+    [((31.5, 1.6), {1: (WALKER_PROXY,)}), ((33.0, 0.0), {}), ((90.0, 0.0), {1: ()})],
+)
+def test_driver_ignores_a_pedestrian_who_waits_beside_its_path(
+    walker: tuple[float, float], released: dict[int, tuple[int, ...]]
+) -> None:
+    """Beside the car's front, right ahead of it, and far away."""
+    commands = RecordedCommands()
+    gridlock = Gridlock(commands, proxies={PEDESTRIANS.start: WALKER_PROXY})
+    pose, moving = (30.0, 0.0, 0.0), make_ego(5.0)
+    drive(gridlock, pose, seconds=MIN_WAIT + 1.5, ego=moving, walker=walker)
+    assert commands.ignored == released
 
 
 def test_a_queued_driver_is_not_released_into_the_one_ahead() -> None:

@@ -158,10 +158,19 @@ class Gridlock:
             )
             if not _is_free(driver, [(ego.pose, EGO_EXTENT)]):
                 continue
-            if _is_free(driver, [*_boxes(others), *_boxes(beside)]):
+            if _is_free(driver, _boxes(beside)) and not self._blockers(driver, others):
                 self._release(tick, driver, ego_stands=ego_stands, others=others, walkers=beside)
             else:
                 self._remove_if_locked(tick, driver)
+
+    def _blockers(self, driver: _Driver, others: Actors) -> list[int]:
+        """Return the vehicles on a driver's path; its own followers do not count.
+
+        A lane of an imported map may be folded back, so that a follower's box is ahead.
+        """
+        boxes = zip(others.ids.tolist(), _boxes(others), strict=True)
+        on_path = [vehicle for vehicle, box in boxes if not _is_free(driver, [box])]
+        return [vehicle for vehicle in on_path if self._commands.leader(vehicle) != driver.vehicle]
 
     def _waits_for_long(self, tick: int, vehicle: int, lane: str) -> bool:
         """Tell whether a driver may be one of a circle of drivers that wait for each other."""

@@ -12,6 +12,7 @@ DEFAULT_MODE = 31  # SUMO's speed mode: obeys safe gaps, limits, right of way an
 DEFAULT_LANE_CHANGES = 1621  # SUMO's lane change mode
 CENTRED = 0.02  # m from its lane's centre line within which a driver is not changing lanes
 AT_LIGHT = 10.0  # m before its stop line within which a vehicle waits for a signal
+LEADER_RANGE = 20.0  # m ahead in which a driver's leader is looked up
 GREEN = "GgOo"  # SUMO's states of a signal at which a driver may go; "o" and "O" are off
 RULE_IGNORING_MODE = 39  # safe gap and limits of acceleration only; ignores foes inside junctions
 RULE_IGNORING_FACTOR = 1.5  # times the lane's speed limit, for a driver that ignores rules
@@ -68,6 +69,14 @@ class Commands:
         with contextlib.suppress(libsumo.TraCIException):  # it may have left
             names = " ".join(map(str, others))
             libsumo.vehicle.setParameter(str(vehicle), "junctionModel.ignoreIDs", names)
+
+    def leader(self, vehicle: int) -> int | None:
+        """Return the vehicle that a driver follows now; None if it follows none nearby."""
+        try:
+            found = libsumo.vehicle.getLeader(str(vehicle), LEADER_RANGE)
+        except libsumo.TraCIException:
+            return None
+        return int(found[0]) if found is not None and found[0] else None
 
     def is_at_red_light(self, vehicle: int) -> bool:
         """Tell whether a vehicle is right before a signal that is red or yellow for it."""

@@ -41,12 +41,16 @@ class RecordedCommands(Commands):
         self.out_of_order = False
         self.red: set[int] = set()
         self.withdrawn: set[int] = set()
+        self.leaders: dict[int, int] = {}
 
     def ignore(self, vehicle: int, others: tuple[int, ...]) -> None:
         self.ignored[vehicle] = others
 
     def withdraw(self, vehicle: int) -> None:
         self.withdrawn.add(vehicle)
+
+    def leader(self, vehicle: int) -> int | None:
+        return self.leaders.get(vehicle)
 
     def is_at_red_light(self, vehicle: int) -> bool:
         return vehicle in self.red
@@ -148,6 +152,17 @@ def test_drivers_at_a_red_light_are_not_released() -> None:
     poses = ((20.0, -12.0, math.pi / 2), (32.0, 0.0, math.pi))
     released = after(MIN_WAIT + 1.5, *poses, ego=make_ego(5.0), lanes="street_0", red={1})
     assert released == {2: (1,)}
+
+
+@pytest.mark.parametrize(("leaders", "released"), [({}, set()), ({2: 1}, {1})])
+def test_a_follower_on_a_lane_that_is_folded_back_is_not_in_the_way(
+    leaders: dict[int, int], released: set[int]
+) -> None:
+    commands = RecordedCommands()
+    commands.leaders = leaders
+    poses = ((30.0, 0.0, 0.0), (36.0, 0.0, math.pi))
+    drive(Gridlock(commands), *poses, seconds=MIN_WAIT + 1.5, ego=make_ego(5.0), lanes="street_0")
+    assert set(commands.ignored) == released
 
 
 @pytest.mark.parametrize(

@@ -116,6 +116,7 @@ def _row(board: Board, row: Row) -> dict[str, object]:
         "repetitions": row.repetitions,
         "episodes": row.episodes,
         "expected": row.expected,
+        "complete": board.is_complete(row),
         "checksum": row.agent_checksum[:12],
         "source": row.source,
         "rates": {kind: round(rate, 5) for kind, rate in row.rates.items()},

@@ -45,6 +45,7 @@ export function boardSection(board) {
       rows: filteredEntries(board),
       order,
       redraw: drawTable,
+      isLast: (entry) => !entry.complete, // its means are of fewer routes
     });
     replaceContent(table, scrollable("Scores", sorted));
     if (focusedColumn >= 0) sorted.querySelectorAll("button")[focusedColumn].focus();

@@ -35,6 +35,7 @@
  * @property {number} repetitions
  * @property {number} episodes
  * @property {number} expected number of episodes of a complete run
+ * @property {boolean} complete whether it has driven all routes of the board
  * @property {string} checksum
  * @property {string} source
  * @property {Record<string, number>} rates infractions per kilometre by kind

@@ -27,8 +27,9 @@ import { isKnown } from "./text.js";
  * @param {Row[]} table.rows
  * @param {SortOrder} table.order kept by the caller, so that a new table is sorted as the last one
  * @param {(column: number) => void} table.redraw called when the user sorts by a column
+ * @param {(row: Row) => boolean} table.isLast whether a row follows all others in every order
  */
-export function sortableTable({ caption, columns, rows, order, redraw }) {
+export function sortableTable({ caption, columns, rows, order, redraw, isLast }) {
   const headers = columns.map((column, place) => {
     const sorted = order.column === place;
     const button = element(
@@ -60,7 +61,7 @@ export function sortableTable({ caption, columns, rows, order, redraw }) {
       button,
     );
   });
-  const body = sortedRows(rows, columns[order.column], order.direction).map((row) =>
+  const body = sortedRows(rows, columns[order.column], order.direction, isLast).map((row) =>
     element(
       "tr",
       {},
@@ -85,12 +86,13 @@ export function sortableTable({ caption, columns, rows, order, redraw }) {
  * @param {Row[]} rows
  * @param {Column<Row> | undefined} column
  * @param {number} direction
+ * @param {(row: Row) => boolean} isLast
  */
-function sortedRows(rows, column, direction) {
+export function sortedRows(rows, column, direction, isLast) {
   if (!column) return rows;
   return rows
-    .map((row) => ({ row, value: column.value(row) }))
-    .sort((a, b) => direction * compareValues(a.value, b.value, direction))
+    .map((row) => ({ row, value: column.value(row), last: Number(isLast(row)) }))
+    .sort((a, b) => a.last - b.last || direction * compareValues(a.value, b.value, direction))
     .map(({ row }) => row);
 }
 

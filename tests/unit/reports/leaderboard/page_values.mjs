@@ -43,6 +43,7 @@ const folder = new URL("../../../../web/src/leaderboard/", import.meta.url);
 const { boards } = await import(new URL("data.js", folder).href);
 const { episodePlot } = await import(new URL("plots.js", folder).href);
 const { scoreColumns } = await import(new URL("score-table.js", folder).href);
+const { sortedRows } = await import(new URL("tables.js", folder).href);
 const { element } = await import(new URL("../shared/dom.js", folder).href);
 
 const shown = boards.map((board) => {
@@ -52,6 +53,15 @@ const shown = boards.map((board) => {
     domain: plot.x.domain,
     dots: plot.marks.find((mark) => mark.dot).dot,
     means: plot.marks.find((mark) => mark.tickX).tickX,
+    order: columns
+      .filter((column) => column.numeric)
+      .flatMap((column) =>
+        [1, -1].map((direction) =>
+          sortedRows(board.entries, column, direction, (entry) => !entry.complete).map(
+            (entry) => entry.planner,
+          ),
+        ),
+      ),
     rows: board.entries.map((entry) =>
       Object.fromEntries(
         columns.map((column) => [

@@ -53,3 +53,19 @@ def test_scores_are_rounded_once(mean, tmp_path, write_run, leaderboard):
     (board,) = drawn(changed)
 
     assert board["rows"][0]["DS"] == f"{mean:.1f} ± 0.0"
+
+
+def test_planner_that_lacks_routes_is_last_in_every_order(tmp_path, write_run, leaderboard):
+    made = leaderboard(
+        [
+            write_run(tmp_path / "a", "all", worse=2),
+            write_run(tmp_path / "b", "some", worse=50, routes=3),
+        ]
+    )
+    scores = {entry.row.planner: entry.row.driving_score.mean for entry in made.boards[0].entries}
+    assert scores["some"] > scores["all"]
+
+    (board,) = drawn(made)
+
+    assert len(board["order"]) > 10
+    assert all(order == ["all", "some (3 of 6 routes)"] for order in board["order"])

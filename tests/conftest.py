@@ -12,7 +12,7 @@ from plant_bench.scoring.results import EpisodeResult
 settings.register_profile("ci", derandomize=True, max_examples=50, deadline=None)
 settings.load_profile("ci")
 
-PROTOCOL = "longest6-sumo-v2"
+PROTOCOL = "longest6-sumo-v2-rc2"
 MEASURES = {
     "ttc_vehicle": 1.5,
     "ttc_vulnerable": None,

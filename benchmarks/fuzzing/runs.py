@@ -111,7 +111,7 @@ def _ranking_seeds() -> list[bytes]:
     spread = {"mean": 50.0, "std": None}
     score = {
         "agent": "expert-filtered@plant:plant",
-        "protocol": "longest6-sumo-v2",
+        "protocol": "longest6-sumo-v2-rc2",
         "penalties": "lb1.0",
         **dict.fromkeys(("score", "filtered", "whole"), spread),
         "repetitions": [50.0],

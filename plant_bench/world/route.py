@@ -20,7 +20,7 @@ from plant_bench.world.town import Town, load_town, town_checksum
 
 ROUTE_FORMAT = 1
 _ID = re.compile(r"[A-Za-z0-9][\w.-]*")
-PROTOCOL = "longest6-sumo-v2"  # docs/reference/protocol.md; not comparable with other protocols
+PROTOCOL = "longest6-sumo-v2-rc2"  # docs/reference/protocol.md; not comparable with other protocols
 NO_HAZARDS_PROTOCOL = f"{PROTOCOL}-no-hazards"
 
 

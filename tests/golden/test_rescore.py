@@ -17,7 +17,7 @@ from plant_bench.world.scene import ActorKind, Light
 @pytest.fixture
 def header(stage):
     return EpisodeHeader(
-        protocol="longest6-sumo-v2",
+        protocol="longest6-sumo-v2-rc2",
         agent="scripted",
         agent_checksum="0" * 64,
         inputs=("objects", "route"),

@@ -21,7 +21,7 @@ def infractions(draw):
 @st.composite
 def results(draw, scenario="0"):
     return EpisodeResult(
-        protocol="longest6-sumo-v2",
+        protocol="longest6-sumo-v2-rc2",
         agent="any",
         agent_checksum="",
         inputs=(),

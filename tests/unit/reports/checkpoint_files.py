@@ -25,7 +25,7 @@ def episode(route: str = "town01-0", repetition: int = 0, **changes: Any) -> Epi
         kind=InfractionKind.OUTSIDE_LANES, time=99.0, x=9.0, y=8.0, progress=500.0, share=0.04
     )
     known: dict[str, Any] = {
-        "protocol": "longest6-sumo-v2", "agent": "plant", "agent_checksum": "c0ffee",
+        "protocol": "longest6-sumo-v2-rc2", "agent": "plant", "agent_checksum": "c0ffee",
         "inputs": ("objects", "route"), "route": route, "town": route.partition("-")[0],
         "scenario": "0123456789abcdef", "repetition": repetition, "seed": 7, "density": "dense",
         "town_checksum": "aa", "route_checksum": "bb", "status": Status.BLOCKED,

@@ -19,7 +19,7 @@ def folder(path: Path, command: str, results: list[EpisodeResult]) -> RunFolder:
     run.create()
     told = Provenance(
         agent="plant", agent_checksum="c0ffee", suite="longest6", seed=0, density="dense",
-        hazards=True, protocol="longest6-sumo-v2", towns={}, routes=dict.fromkeys(ROUTES, "aa"),
+        hazards=True, protocol="longest6-sumo-v2-rc2", towns={}, routes=dict.fromkeys(ROUTES, "aa"),
         repetitions=2, command=command, versions={}, processor="",
     )  # fmt: skip
     run.write("run.json", told.model_dump_json())

@@ -128,7 +128,7 @@ def test_export_round_trip_keeps_every_kind_of_record(kind: InfractionKind, tmp_
     run = load_checkpoint(tmp_path / "run.json")
 
     assert list(run.results) == results
-    assert (run.name, run.protocol) == (results[0].agent, "longest6-sumo-v2")
+    assert (run.name, run.protocol) == (results[0].agent, "longest6-sumo-v2-rc2")
     assert [(item.route, item.repetition, item.town) for item in run.records] == [
         ("town01-0", 0, "town01"), ("town01-0", 1, "town01"),
     ]  # fmt: skip

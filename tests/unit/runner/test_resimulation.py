@@ -55,7 +55,7 @@ def test_the_first_difference_is_named(other: Scene, words: str):
 
 def result(route: Route, **changes: Any) -> EpisodeResult:
     known: dict[str, Any] = {
-        "protocol": "longest6-sumo-v2", "agent": "cruise", "agent_checksum": "c0ffee",
+        "protocol": "longest6-sumo-v2-rc2", "agent": "cruise", "agent_checksum": "c0ffee",
         "inputs": (), "route": route.id, "town": route.town,
         "scenario": Scenario(route, 7, "dense", hazards=True).key, "repetition": 0, "seed": 7,
         "density": "dense", "town_checksum": "aa", "route_checksum": route.checksum,

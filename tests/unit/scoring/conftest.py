@@ -39,7 +39,7 @@ def _episode(
     town = 1 + route % 2
     return EpisodeResult.model_validate(
         {
-            "protocol": "longest6-sumo-v2",
+            "protocol": "longest6-sumo-v2-rc2",
             "agent": "scripted",
             "agent_checksum": "a" * 64,
             "inputs": ("objects",),

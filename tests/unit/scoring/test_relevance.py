@@ -40,5 +40,5 @@ def test_incomparable_runs_raise_input_error(episode):
         relative_score(some, drives(episode, (1.0,), scenario="other"))
     with pytest.raises(InputError, match="expert scores 0"):
         relative_score(drives(episode, (0.0, 0.0)), some)
-    with pytest.raises(InputError, match="longest6-sumo-v0, longest6-sumo-v2"):
+    with pytest.raises(InputError, match="longest6-sumo-v0, longest6-sumo-v2-rc2"):
         relative_score(some, drives(episode, (1.0,), protocol="longest6-sumo-v0"))

@@ -14,7 +14,7 @@ def add_ranking(path, agent, mean, checksum=None):
     spread = {"mean": mean, "std": None}
     payload = {
         "agent": agent,
-        "protocol": "longest6-sumo-v2",
+        "protocol": "longest6-sumo-v2-rc2",
         "penalties": "lb1.0",
         "score": spread,
         "filtered": spread,

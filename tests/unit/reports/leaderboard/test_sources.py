@@ -8,7 +8,7 @@ from plant_bench.reports.leaderboard.score_sources import find_sources, read_ran
 
 def add_ranking(path, agent):
     spread = {"mean": 97.0, "std": None}
-    facts = {"agent": agent, "protocol": "longest6-sumo-v2", "penalties": "lb1.0"}
+    facts = {"agent": agent, "protocol": "longest6-sumo-v2-rc2", "penalties": "lb1.0"}
     numbers = {"score": spread, "filtered": spread, "whole": spread}
     counts = {"repetitions": [97.0], "episodes": 12, "unmatched": 0}
     (path / "rfds.json").write_text(json.dumps(facts | numbers | counts), encoding="utf-8")

@@ -63,7 +63,7 @@ def infraction(kind: InfractionKind = InfractionKind.COLLISION_VEHICLE, **facts:
 def record(*infractions: Infraction, **changes: Any) -> EpisodeResult:
     """An episode's record."""
     known: dict[str, Any] = {
-        "protocol": "longest6-sumo-v2", "agent": "plant", "agent_checksum": "c0ffee",
+        "protocol": "longest6-sumo-v2-rc2", "agent": "plant", "agent_checksum": "c0ffee",
         "inputs": ("objects", "route"), "route": "town01-0", "town": "town01",
         "scenario": "0123456789abcdef", "repetition": 0, "seed": 7, "density": "dense",
         "town_checksum": "aa", "route_checksum": "bb", "status": Status.COMPLETED,
